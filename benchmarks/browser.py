@@ -1,7 +1,6 @@
 """Chromium, drawing by the processor, and a server of streams and pages behind one line."""
 
 import shutil
-import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -67,8 +66,7 @@ def serve_files(folder: Path, pages: Path = PAGES, rate: int | None = None) -> I
     from starlette.staticfiles import StaticFiles
     from starlette.types import Message, Receive, Scope, Send
 
-    from upholster.server import Catalogue, make_app
-    from upholster.server.running import listen, make_server
+    from upholster.server import Catalogue, make_app, serving
     from upholster.server.throttle import Pace, Throttle
 
     async def page(request: Request) -> FileResponse:
@@ -97,18 +95,9 @@ def serve_files(folder: Path, pages: Path = PAGES, rate: int | None = None) -> I
         is_own = scope["type"] == "http" and scope["path"].startswith("/bench/")
         await (own if is_own else streams)(scope, receive, counted)
 
-    ready = threading.Event()
-    server = make_server(either if rate is None else Throttle(either, Pace(rate)), ready.set)
-    with listen("127.0.0.1", 0) as listener:
-        thread = threading.Thread(target=server.run, kwargs={"sockets": [listener]})
-        thread.start()
-        try:
-            ready.wait(20)
-            line.address = f"http://127.0.0.1:{listener.getsockname()[1]}"
-            yield line
-        finally:
-            server.should_exit = True
-            thread.join(20)
+    with serving(either if rate is None else Throttle(either, Pace(rate))) as address:
+        line.address = address.rstrip("/")
+        yield line
 
 
 @contextmanager

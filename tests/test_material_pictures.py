@@ -73,7 +73,7 @@ def test_every_map_is_in_the_picture(tmp_path: Path) -> None:
 
 def test_thumbnails_and_refined_pictures_show_the_material(stream: Path, tmp_path: Path) -> None:
     data = stream.read_bytes()
-    (tmp_path / "thumbnail.png").write_bytes(draw_thumbnail(io.BytesIO(data).read))
+    (tmp_path / "thumbnail.png").write_bytes(draw_thumbnail(io.BytesIO(data)))
     shown = read_image(tmp_path / "thumbnail.png").astype(int)
     decoder = upholster.StreamDecoder()
     decoder.feed(data)

@@ -1,5 +1,6 @@
 """Stages run once for the same arguments, while something keeps their results."""
 
+import contextlib
 import os
 import threading
 import time
@@ -13,7 +14,7 @@ from upholster.errors import CancelledError
 from upholster.image import write_image
 from upholster.image.source import Sample, read_source
 from upholster.options import SampleOptions
-from upholster.parallel import cancelled_by, check_cancelled, run_tasks
+from upholster.parallel import Stop, cancelled_by, check_cancelled, run_tasks
 from upholster.stages import Stages, file_stage, keeping, stage
 
 
@@ -67,18 +68,36 @@ def test_the_oldest_results_go_beyond_the_limit():
     doubled = _counted(calls)
     stages = Stages(most_bytes=2500)
     arrays = [np.ones(100) for _ in range(4)]
-    with stages.active():
-        for array in arrays:
+    for array in (*arrays, arrays[0]):
+        with stages.active():
             doubled(array)
-        doubled(arrays[0])
     assert stages.bytes <= 2500
+    assert len(calls) == 5  # the first had gone
     with stages.active():
         doubled(arrays[0])
         doubled(arrays[3])
-    assert len(calls) == 4
-    with stages.active():
-        doubled(arrays[1])
     assert len(calls) == 5
+
+
+def test_what_was_needed_last_stays_even_if_it_is_more():
+    calls = []
+    doubled = _counted(calls)
+    stages = Stages(most_bytes=100)
+    arrays = [np.ones(100) for _ in range(4)]
+    for _ in range(2):
+        with stages.active():
+            for array in arrays[:3]:
+                doubled(array)
+    assert len(calls) == 3
+    for _ in range(3):
+        with contextlib.suppress(CancelledError), stages.active():
+            doubled(arrays[3])
+            raise CancelledError("stopped")
+    with stages.active():
+        for array in arrays[:3]:
+            doubled(array)
+    assert len(calls) == 4
+    assert stages.bytes == 3 * 800
 
 
 def test_a_stage_that_fails_runs_again():
@@ -122,11 +141,11 @@ def test_one_thread_waits_for_a_stage_of_another():
 
 
 def test_cancelled_work_stops_at_the_next_stage_or_task():
-    event, calls = threading.Event(), []
+    stop, calls = Stop(), []
     doubled = _counted(calls)
-    with cancelled_by(event):
+    with cancelled_by(stop):
         doubled(np.ones(1))
-        event.set()
+        stop.set()
         with pytest.raises(CancelledError):
             doubled(np.ones(1))
         for threads in (1, 2):

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from tests.charts.meshes import on_charts
 
 from upholster.errors import InputError
 from upholster.geometry import MeshSurface, TriangleMesh, welded
@@ -103,13 +104,13 @@ def test_seams_are_where_parameters_differ() -> None:
     mesh = TriangleMesh(positions, np.array([(0, 3, 2), (0, 2, 1)]))
     flat = np.stack([-positions[:, 1], positions[:, 0]], axis=1)
     whole = MeshSurface(mesh, np.zeros(2), flat[mesh.triangles])
-    assert not whole.is_seam.any()
+    assert not on_charts(whole, 1.0).is_seam.any()
     moved = flat[mesh.triangles]
     moved[1] += 3
     cut = MeshSurface(mesh, np.array([0, 0]), moved)
-    np.testing.assert_array_equal(cut.is_seam, mesh.neighbours >= 0)
+    np.testing.assert_array_equal(on_charts(cut, 1.0).is_seam, mesh.neighbours >= 0)
     np.testing.assert_array_equal(cut.boxes, [[(0, 0), (4, 4)]])
-    assert not MeshSurface(mesh, np.array([0, -1]), moved).is_seam.any()
+    assert not on_charts(MeshSurface(mesh, np.array([0, -1]), moved), 1.0).is_seam.any()
 
 
 @pytest.mark.parametrize(

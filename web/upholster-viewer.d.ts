@@ -91,6 +91,13 @@ export class UpholsterViewer extends HTMLElement {
   alt: string
   /** Open a stream: its address, or the stream itself; null: none. What was open before is dropped. Throws `TypeError` for anything else. */
   open(source: string | Blob | ArrayBuffer | ArrayBufferView | null): void
+  /**
+   * Open a stream in place of the one that is shown, which stays until the new one is whole and painted; the camera stays. Several streams are
+   * parts of one model. Resolves to whether it is shown: false where another call came first. Rejects where a stream is damaged.
+   */
+  replace(...streams: (Blob | ArrayBuffer | ArrayBufferView)[]): Promise<boolean>
+  /** The ray from the eye through a point, in CSS pixels of the element, in the model's own units; null without a model. */
+  ray(x: number, y: number): { origin: [number, number, number]; direction: [number, number, number] } | null
   /** The model shown; null where nothing is open. */
   readonly model: ViewerModel | null
   /** Azimuth and elevation in degrees. Setting them frames the whole model. Throws `RangeError` for what is no view. */

@@ -43,6 +43,7 @@ export class UpholsterViewer extends HTMLElement {
   #source = null
   #view = null
   #session = null
+  #next = null // what is to take its place
   #stage = null
   #lab = null
   #listening = null
@@ -71,6 +72,31 @@ export class UpholsterViewer extends HTMLElement {
     this.#close()
     this.#source = isHere ? new File([source], source.name ?? '') : source
     if (this.isConnected && source !== null) this.#begin()
+  }
+
+  /**
+   * Open a stream in place of the one that is shown, which stays until the new one is whole and painted: then it changes in one frame, and the
+   * camera stays. Several streams are parts of one model. Resolves to whether it is shown: not where another call came first.
+   */
+  async replace(...streams) {
+    const files = streams.map((stream) => new File([stream], ''))
+    if (!this.#stage) throw new Error('the viewer is in no page, or has no WebGL2')
+    this.#next?.dispose()
+    const next = (this.#next = this.#opened(files.length > 1 ? files : files[0]))
+    await next.settled()
+    if (next !== this.#next) return false
+    this.#next = null
+    if (next.problem) {
+      next.dispose()
+      throw new Error(`${next.problem.title} ${next.problem.advice ?? ''}`)
+    }
+    this.#session?.dispose()
+    this.#session = next
+    this.#source = files[0]
+    this.#stage.show(next.model)
+    this.#refresh()
+    await this.#stage.drawn()
+    return next === this.#session
   }
 
   /** Address of the stream, as the attribute has it; null for none. */
@@ -113,6 +139,11 @@ export class UpholsterViewer extends HTMLElement {
   async picture() {
     if (!this.#stage) throw new Error('there is no picture')
     return this.#stage.picture()
+  }
+
+  /** The ray from the eye through a point, in CSS pixels of the element, in the model's own units: {origin, direction}; null without a model. */
+  ray(x, y) {
+    return this.model && this.#stage ? this.#stage.ray(x, y) : null
   }
 
   /** Resolves when all that has come, up to the limit, is on screen, and as finely as the view needs it. */
@@ -272,21 +303,25 @@ export class UpholsterViewer extends HTMLElement {
 
   #begin() {
     if (!this.#stage || !(this.#seen || typeof this.#source !== 'string')) return
-    let session = null // bytes that are here already are told of before there is one
-    const onPage = Renderer.shared.paints(this.getAttribute('painting'))
-    const options = { eye: axes(this.view)[2], pixels: this.#stage.pixels, onPage }
-    session = new Session(this.#source, this.getAttribute('worker'), options, (type, event) => {
-      if (session && session === this.#session) this.#receive(type, event)
-    })
-    this.#session = session
+    this.#session = this.#opened(this.#source)
     if (this.hasAttribute('exemplar')) this.#dye()
     this.#refresh()
   }
 
+  #opened(source) {
+    let session = null // bytes that are here already are told of before there is one
+    const onPage = Renderer.shared.paints(this.getAttribute('painting'))
+    const options = { eye: axes(this.view)[2], pixels: this.#stage.pixels, onPage }
+    session = new Session(source, this.getAttribute('worker'), options, (type, event) => {
+      if (session && session === this.#session) this.#receive(type, event)
+    })
+    return session
+  }
+
   #close() {
     this.#stage?.show()
-    this.#session?.dispose()
-    this.#session = null
+    for (const session of [this.#session, this.#next]) session?.dispose()
+    this.#session = this.#next = null
     this.#refresh()
   }
 

@@ -4,7 +4,6 @@ import io
 import shutil
 import subprocess
 import sys
-import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
@@ -196,8 +195,7 @@ class _Pages:
 def _pages() -> Iterator[_Pages]:
     from playwright.sync_api import sync_playwright
 
-    from upholster.server import Catalogue, make_app
-    from upholster.server.running import listen, make_server
+    from upholster.server import Catalogue, make_app, serving
 
     with TemporaryDirectory() as name:
         folder = Path(name)
@@ -205,20 +203,9 @@ def _pages() -> Iterator[_Pages]:
             exemplar, *rest = options.split()
             command = [sys.executable, "-m", "upholster", "cover", str(OWN / exemplar), *rest]
             subprocess.run([*command, "-o", str(folder / stream)], check=True, capture_output=True)
-        ready = threading.Event()
-        server = make_server(make_app(Catalogue([name])), ready.set)
-        with listen("127.0.0.1", 0) as listener:
-            thread = threading.Thread(target=server.run, kwargs={"sockets": [listener]})
-            thread.start()
+        with serving(make_app(Catalogue([name]))) as address, sync_playwright() as playwright:
+            chromium = playwright.chromium.launch(executable_path=_browser(), args=[*_ARGUMENTS])
             try:
-                ready.wait(20)
-                with sync_playwright() as playwright:
-                    chromium = playwright.chromium.launch(executable_path=_browser(), args=[*_ARGUMENTS])
-                    try:
-                        address = f"http://127.0.0.1:{listener.getsockname()[1]}"
-                        yield _Pages(folder, address, chromium)
-                    finally:
-                        chromium.close()
+                yield _Pages(folder, address.rstrip("/"), chromium)
             finally:
-                server.should_exit = True
-                thread.join(20)
+                chromium.close()

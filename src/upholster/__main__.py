@@ -2,4 +2,5 @@
 
 from upholster.cli import main
 
-main()
+if __name__ == "__main__":  # processes that draw load this, too
+    main()

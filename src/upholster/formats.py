@@ -13,6 +13,7 @@ __all__ = [
     "CAD_SUFFIXES",
     "MODEL_SUFFIXES",
     "OUTPUTS",
+    "PROJECT_SUFFIX",
     "UDIM",
     "OutputKind",
     "is_model_name",
@@ -27,6 +28,8 @@ CAD_SUFFIXES = (".step", ".stp", ".iges", ".igs", ".brep", ".brp", ".3dm")
 
 MODEL_SUFFIXES = (".glb", ".gltf", ".obj", ".ply", ".stl", ".off", *CAD_SUFFIXES)
 """What `upholster.geometry.mesh_files` reads."""
+
+PROJECT_SUFFIX = ".upholster.json"
 
 UDIM = "<UDIM>"
 """What stands in a file's name for the number of a tile."""
@@ -116,19 +119,20 @@ OUTPUTS = (
 """All kinds, in the order of the help; of those that fit a name the last is meant."""
 
 
-def split_name(text: str) -> tuple[str, Path]:
-    """Return which prefix a name has, or means, and the path in it: with ``<UDIM>`` an image is an atlas."""
+def split_name(text: str) -> tuple[str, str]:
+    """Return which prefix a name has, or means, and its path: with ``<UDIM>`` an image is an atlas."""
     prefix = next((kind.prefix for kind in OUTPUTS if kind.prefix and text.startswith(kind.prefix)), "")
-    path = Path(text.removeprefix(prefix))
+    place = text.removeprefix(prefix)
+    path = Path(place)
     if not prefix and path.suffix.lower() in _IMAGES:
         prefix = ATLAS.prefix if UDIM in path.name else DIRECTIONS.prefix * (path.stem == "directions")
-    return prefix, path
+    return prefix, place
 
 
-def kind_of(prefix: str, path: Path, only: Collection[str] = ()) -> OutputKind | None:
+def kind_of(prefix: str, path: str, only: Collection[str] = ()) -> OutputKind | None:
     """Return which kind a name means, as `split_name` splits it; `only` are those of a kind that hold."""
     meant = (kind for kind in reversed(OUTPUTS) if kind.prefix == prefix and kind.only in ("", *only))
-    return next((kind for kind in meant if path.suffix.lower() in kind.suffixes), None)
+    return next((kind for kind in meant if Path(path).suffix.lower() in kind.suffixes), None)
 
 
 def suffixes_of(kinds: Iterable[OutputKind]) -> list[str]:

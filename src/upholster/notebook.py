@@ -20,7 +20,7 @@ from upholster.shown import show_with
 
 if TYPE_CHECKING:
     from upholster.geometry import Surface
-    from upholster.project import Project
+    from upholster.project import Look, Project
     from upholster.quilt import Quilt, Texels
     from upholster.refining import RefineReport
     from upholster.reports import CoverReport
@@ -53,10 +53,13 @@ class Viewer:
         Bytes of the whole stream.
     height
         Of the frame in pixels; it is as wide as the notebook.
+    poster
+        A picture, WebP, which is seen until the whole stream is shown; empty: the stream is seen as it comes.
     """
 
-    def __init__(self, stream: bytes, *, height: int = 480) -> None:
+    def __init__(self, stream: bytes, *, height: int = 480, poster: bytes = b"") -> None:
         self.height = check_whole("height", height, 100, 10_000)
+        self.poster = poster
         self.total = len(stream)
         self.stream = stream[:MOST_BYTES]
 
@@ -67,7 +70,7 @@ class Viewer:
     def _repr_html_(self) -> str:
         from upholster.export import viewer_page
 
-        page = viewer_page(self.stream, title="upholster").decode()
+        page = viewer_page(self.stream, title="upholster", poster=self.poster).decode()
         return _FRAME.format(title="textured model", page=html.escape(page), height=self.height)
 
 
@@ -125,10 +128,11 @@ class LiveView:
         if self._box is not None:
             return self._box._repr_mimebundle_(**which)
         *_, last = self.project.preview()
-        return {
-            "text/plain": repr(self),
-            "text/html": Viewer(last.model.stream, height=self.height)._repr_html_(),
-        }
+        return {"text/plain": repr(self), "text/html": self._viewer(last)._repr_html_()}
+
+    def _viewer(self, look: "Look") -> Viewer:
+        with self.project.previews.stages.active():  # its sample is coded once
+            return Viewer(look.model.stream, height=self.height, poster=look.model.poster())
 
     def change(self, **choices: Any) -> None:
         """Change the project, as `Project.change`; the view follows."""
@@ -171,7 +175,7 @@ class LiveView:
         def follow() -> None:
             for look in looks:
                 if look.is_final:
-                    shown = Viewer(look.model.stream, height=self.height)._repr_html_()
+                    shown = self._viewer(look)._repr_html_()
                 else:
                     picture = base64.b64encode(_model_picture(look.model) or b"").decode()
                     shown = f'<img alt="" src="data:image/png;base64,{picture}">'

@@ -16,7 +16,7 @@ from upholster.errors import InputError
 from upholster.files import Outputs
 from upholster.formats import UDIM, OutputKind, kind_of, split_name, suffixes_of
 from upholster.geometry import MeshSurface
-from upholster.image import encode_image, from_linear, write_image
+from upholster.image import from_linear, write_image
 from upholster.model.packing import GUTTER
 from upholster.options import WriteOptions
 from upholster.redrawn import redrawn
@@ -28,9 +28,6 @@ __all__ = ["Output", "largest_chart", "parse_output", "parse_outputs", "write_ou
 
 _TILE_LIMIT = 4096
 """Texels of the largest chart on tiles, gutters included, where their size is not asked for."""
-
-_POSTER_SIZE, _POSTER_VIEW, _POSTER_QUADS, _POSTER_QUALITY = (320, 240), (30.0, 30.0), 4000, 20
-"""Of a page's poster: the viewer begins with this view."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -153,8 +150,9 @@ def parse_output(target: str | os.PathLike[str], *, flat: bool = False, displace
     if not isinstance(target, (str, os.PathLike)):
         raise InputError(f"output is a {type(target).__name__}; allowed: a path, as text or pathlib.Path")
     text = os.fspath(target)
-    prefix, path = split_name(text)
-    kind = kind_of(prefix, path, [*(["flat"] if flat else ()), *(["displaced"] if displaced else ())])
+    prefix, place = split_name(text)
+    only = [name for name, holds in (("flat", flat), ("displaced", displaced)) if holds]
+    kind, path = kind_of(prefix, place, only), Path(place)
     in_tiles = text.count(UDIM) == 1 and UDIM in path.name and kind is not None and kind.tiles
     if UDIM in text and not in_tiles:
         allowed = ", ".join(suffixes_of(kind for kind in formats.OUTPUTS if kind.tiles))
@@ -167,7 +165,7 @@ def parse_output(target: str | os.PathLike[str], *, flat: bool = False, displace
     if kind is formats.USDZ:
         export.check_usd()
     if "://" in text:
-        return Output(kind, Path(path.name), text.removeprefix(prefix).rpartition("/")[0])
+        return Output(kind, Path(path.name), place.rpartition("/")[0])
     return Output(kind, path)
 
 
@@ -197,15 +195,6 @@ class _Places(NamedTuple):
     pages: Sequence[Path]
     maps: Sequence[Path]
     progress: Progress | None
-
-
-def _write_page(model: TexturedModel, to: _Places) -> None:
-    """Write a stream with its viewer, and a small picture: what the page shows before its scripts run."""
-    stream = model.stream  # what has none is refused before a picture is drawn
-    options = replace(model.options, size=_POSTER_SIZE, view=_POSTER_VIEW, quads=_POSTER_QUADS)
-    picture = from_linear(replace(model, options=options).picture(), "uint8")
-    poster = encode_image(picture, "webp", quality=_POSTER_QUALITY)
-    export.write_html(to.own[0], stream, title=to.path.stem, poster=poster)
 
 
 def _write_atlas(model: TexturedModel, to: _Places) -> None:
@@ -353,7 +342,9 @@ _WRITERS: dict[OutputKind, Callable[[TexturedModel, _Places], object]] = {
     formats.PLY: _write_ply,
     formats.NPZ: lambda model, to: export.write_npz(to.own[0], model.texels, maps=model.maps),
     formats.STREAM: lambda model, to: to.own[0].write_bytes(model.stream),
-    formats.PAGE: _write_page,
+    formats.PAGE: lambda model, to: export.write_html(
+        to.own[0], model.stream, title=to.path.stem, poster=model.poster()
+    ),
     formats.STL: lambda model, to: export.write_stl(to.own[0], *_solid(model, millimetres=True)),
     formats.THREE_MF: lambda model, to: export.write_3mf(
         to.own[0], *_solid(model, millimetres=True), name=model.surface.name or to.path.stem

@@ -1,8 +1,9 @@
-"""Run independent tasks on several threads, with progress; stop quickly, by Ctrl-C or by an event.
+"""Run independent tasks on several threads, with progress; stop quickly, by Ctrl-C or by another thread.
 
 `run_tasks` runs as many as are there; a `TaskPool` takes further ones while others run.
 """
 
+import ctypes
 import os
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -10,19 +11,24 @@ from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from itertools import count
 from queue import Empty, PriorityQueue, SimpleQueue
-from threading import Event
 from typing import Any, Protocol, cast
+
+import numpy as np
+from numpy.typing import NDArray
 
 from upholster.errors import CancelledError, InputError, check_whole
 from upholster.types import Progress
 
 __all__ = [
     "Key",
+    "Stop",
     "TaskPool",
     "cancelled_by",
     "check_cancelled",
     "check_running",
+    "give_back_memory",
     "run_tasks",
+    "stop_flag",
     "thread_count",
     "thread_pool",
 ]
@@ -31,13 +37,34 @@ Key = tuple[str, int]
 """What a task is called: its kind and a number."""
 
 
-_cancelled: "ContextVar[Event | None]" = ContextVar("cancelled", default=None)
+class Stop:
+    """What one thread sets so that work in others ends.
+
+    Attributes
+    ----------
+    flag
+        (1,) uint8, not 0 once it is set: kernels that run long look at it.
+    """
+
+    def __init__(self) -> None:
+        self.flag: NDArray[np.uint8] = np.zeros(1, np.uint8)
+
+    def set(self) -> None:
+        """End the work."""
+        self.flag[0] = 1
+
+    def is_set(self) -> bool:
+        """Whether it is to end."""
+        return bool(self.flag[0])
+
+
+_cancelled: "ContextVar[Stop | None]" = ContextVar("cancelled", default=None)
 
 
 @contextmanager
-def cancelled_by(event: Event) -> Iterator[None]:
-    """Let work in this thread stop soon after an event is set: at the next task, or the next stage."""
-    token = _cancelled.set(event)
+def cancelled_by(stop: Stop) -> Iterator[None]:
+    """Let work in this thread end soon after `stop` is set: at the next task or stage, or within a kernel."""
+    token = _cancelled.set(stop)
     try:
         yield
     finally:
@@ -46,9 +73,20 @@ def cancelled_by(event: Event) -> Iterator[None]:
 
 def check_cancelled() -> None:
     """Raise CancelledError where the work that runs in this thread is to stop."""
-    event = _cancelled.get()
-    if event is not None and event.is_set():
+    if stop_flag()[0]:
         raise CancelledError("the work was cancelled")
+
+
+def stop_flag() -> NDArray[np.uint8]:
+    """Return the flag of what ends the work in this thread, see `Stop`; tasks of it can hand it to kernels.
+
+    A kernel that ends by it leaves its results unfinished: `run_tasks` raises then.
+    """
+    stop = _cancelled.get()
+    return _NEVER if stop is None else stop.flag
+
+
+_NEVER: NDArray[np.uint8] = np.zeros(1, np.uint8)
 
 
 def thread_count(threads: int | None) -> int:
@@ -67,6 +105,12 @@ def check_running(threads: int | None, progress: Progress | None) -> None:
         raise InputError(
             f"progress is a {type(progress).__name__}; allowed: a function of stage, done and total"
         )
+
+
+def give_back_memory() -> None:
+    """Give free memory back to the system, where its library can: arrays of many threads leave gaps."""
+    with suppress(AttributeError, OSError, TypeError):
+        ctypes.CDLL(None).malloc_trim(0)  # of glibc
 
 
 def run_tasks(
@@ -96,6 +140,7 @@ def run_tasks(
             task()
             if progress is not None:
                 progress(stage, done, total)
+        check_cancelled()
         return
     executor = ThreadPoolExecutor(workers)
     finished: SimpleQueue[Future[object]] = SimpleQueue()
@@ -106,6 +151,7 @@ def run_tasks(
             _next(finished).result()
             if progress is not None:
                 progress(stage, done, total)
+        check_cancelled()
     finally:
         executor.shutdown(wait=False, cancel_futures=True)
 

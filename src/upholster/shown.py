@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 
 from upholster.errors import InputError
 
-__all__ = ["LINE", "Shown", "number_of", "on_a_line", "show_with", "texels_in_words"]
+__all__ = ["LINE", "Shown", "in_bytes", "number_of", "on_a_line", "show_with", "texels_in_words"]
 
 LINE = 100
 """Characters that a line of text has at most."""
@@ -91,3 +91,14 @@ def on_a_line(value: object, parts: Mapping[str, object] | None = None) -> str:
         text = f"{type(value).__name__}({', '.join(f'{name}={part!r}' for name, part in parts.items())})"
     text = " ".join(text.split())
     return text if len(text) <= LINE else text[: LINE - 2] + "…" + text[-1]
+
+
+def in_bytes(count: int) -> str:
+    """Return a number of bytes for people."""
+    power = min(3, (len(str(count)) - 1) // 3)
+    number = count / 1000**power
+    return (
+        f"{number:.1f} {('bytes', 'kB', 'MB', 'GB')[power]}"
+        if power and number < 100
+        else (f"{number:.0f} {('bytes', 'kB', 'MB', 'GB')[power]}")
+    )

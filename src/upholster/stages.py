@@ -12,19 +12,18 @@ in one thread is waited for in another.
 import functools
 import inspect
 import os
-import sys
 import time
 from collections import OrderedDict, deque
-from collections.abc import Callable, Hashable, Iterable, Iterator
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass, field, fields, is_dataclass
 from threading import Event, Lock
-from typing import Any, NamedTuple, ParamSpec, TypeVar
+from typing import Any, NamedTuple, ParamSpec, TypeVar, cast
 
 import numpy as np
 
-from upholster.parallel import check_cancelled
+from upholster.parallel import check_cancelled, give_back_memory
 
 __all__ = ["Ran", "Stages", "file_stage", "keeping", "stage"]
 
@@ -37,7 +36,8 @@ _RUNNING = frozenset(("threads", "progress"))
 _TOLD = 1000
 """Stages that have run, which are told."""
 
-_PLAIN = (str, bytes, int, float, complex, bool, type(None))
+_SMALL = (int, float, complex, bool, type(None))
+_PLAIN = (str, bytes, *_SMALL)
 
 _active: "ContextVar[Stages | None]" = ContextVar("stages", default=None)
 _nested: "ContextVar[_Nested | None]" = ContextVar("nested", default=None)
@@ -98,6 +98,10 @@ class _Result:
     value: Any = None
     failed: bool = False
     files: tuple[tuple[str, int, int], ...] = ()
+    arrays: dict[int, int] | None = None
+    """Identity and bytes of those in it, once it was measured."""
+    used: int = 0
+    """By which use of `Stages.active` it was needed last."""
 
 
 class Ran(NamedTuple):
@@ -118,7 +122,8 @@ class Stages:
     Attributes
     ----------
     most_bytes
-        Of the arrays in all results together; beyond that the oldest are dropped.
+        Of the arrays in all results together; beyond that the oldest are dropped. But what the present use of
+        `active` needed stays, and the last one that ended well: a large model would be done anew each time.
     ran
         The last stages that have run, in the order in which they ended: what was recalled is not among them.
     """
@@ -128,13 +133,18 @@ class Stages:
         self.ran: deque[Ran] = deque(maxlen=_TOLD)
         self._lock = Lock()
         self._results: OrderedDict[Hashable, _Result] = OrderedDict()
+        self._holders: dict[int, int] = {}  # how many results hold an array
+        self._bytes = 0
+        self._uses = self._whole = 0  # of `active`: how many, and which was the last that ended well
 
     @contextmanager
     def active(self) -> Iterator[None]:
         """Keep results of all stages that run within, in this thread."""
-        token = _active.set(self)
+        self._uses += 1
+        own, token = self._uses, _active.set(self)
         try:
             yield
+            self._whole = own
         finally:
             _active.reset(token)
             self.trim()
@@ -147,13 +157,16 @@ class Stages:
         files: Callable[..., Iterable[str]] | None = None,
     ) -> Value:
         """Return what a stage returned for the same inputs and files; else call it."""
-        key = (name, *inputs)
+        key = _Key((name, *inputs))
         while True:
             with self._lock:
                 found = self._results.get(key)
                 if found is None or found.files != _states(name for name, *_ in found.files):
-                    own = self._results[key] = _Result()
+                    if found is not None:
+                        self._count(found.arrays or {}, -1)
+                    own = self._results[key] = _Result(used=self._uses)
                     break
+                found.used = self._uses
                 self._results.move_to_end(key)
             while not found.ready.wait(0.005):
                 check_cancelled()
@@ -182,21 +195,43 @@ class Stages:
 
     @property
     def bytes(self) -> int:
-        """Of all arrays in the results; arrays that several share count once."""
-        seen: set[int] = set()
+        """Of the arrays in the results that were measured; those that several share count once."""
         with self._lock:
-            values = [one.value for one in self._results.values()]
-        return sum(_size(value, seen) for value in values)
+            return self._bytes
 
     def trim(self) -> None:
-        """Drop the oldest results while all together have more than `most_bytes`."""
-        excess = self.bytes - self.most_bytes
+        """Measure new results, and drop the oldest while all have more than `most_bytes`, see there."""
         with self._lock:
-            for key, one in list(self._results.items()):
-                if excess <= 0:
-                    return
-                if one.ready.is_set():
-                    excess -= _size(self._results.pop(key).value, set())
+            new = [one for one in self._results.values() if one.arrays is None and one.ready.is_set()]
+        found = [(one, _arrays(one.value)) for one in new]
+        with self._lock:
+            for one, arrays in found:
+                if one.arrays is None:
+                    one.arrays = arrays
+                    self._count(arrays, 1)
+            dropped = self._bytes > self.most_bytes and self._drop_oldest()
+        if dropped:
+            give_back_memory()
+
+    def _drop_oldest(self) -> bool:
+        before = len(self._results)
+        for key, one in list(self._results.items()):
+            if self._bytes <= self.most_bytes:
+                break
+            if one.ready.is_set() and one.used not in (self._uses, self._whole):
+                del self._results[key]
+                self._count(one.arrays or {}, -1)
+        return len(self._results) < before
+
+    def _count(self, arrays: Mapping[int, int], by: int) -> None:
+        # Enters that `by` more results hold these arrays.
+        for place, size in arrays.items():
+            now = self._holders.get(place, 0) + by
+            self._bytes += size * ((now > 0) - (now > by))
+            if now:
+                self._holders[place] = now
+            else:
+                del self._holders[place]
 
     def __len__(self) -> int:
         return len(self._results)
@@ -223,6 +258,21 @@ def keeping() -> Iterator[None]:
         return
     with Stages().active():
         yield
+
+
+class _Key:
+    """A name and inputs; its hash is found once, for there may be thousands of them."""
+
+    __slots__ = ("_hash", "_inputs")
+
+    def __init__(self, inputs: tuple[Hashable, ...]) -> None:
+        self._inputs, self._hash = inputs, hash(inputs)
+
+    def __hash__(self) -> int:
+        return self._hash
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Key) and self._inputs == other._inputs
 
 
 class _Same:
@@ -257,18 +307,34 @@ def _compared(value: Any) -> Hashable:
     return _Same(value)
 
 
-def _size(value: Any, seen: set[int]) -> int:
-    """Return the bytes of all arrays in something made of dataclasses, tuples, lists and dicts."""
-    if isinstance(value, _PLAIN) or id(value) in seen:
-        return sys.getsizeof(value) if isinstance(value, (bytes, str)) else 0
-    seen.add(id(value))
-    if isinstance(value, np.ndarray):
-        return _size(value.base, seen) if isinstance(value.base, np.ndarray) else value.nbytes
-    if isinstance(value, dict):
-        return sum(_size(each, seen) for each in value.values())
-    if isinstance(value, (tuple, list, set, frozenset)):
-        return sum(_size(each, seen) for each in value)
-    inner = getattr(value, "__dict__", None)  # what is computed later, too
-    found = sum(_size(each, seen) for each in inner.values()) if isinstance(inner, dict) else 0
-    slots = (name for kind in type(value).__mro__ for name in getattr(kind, "__slots__", ()))
-    return found + sum(_size(getattr(value, name, None), seen) for name in slots if isinstance(name, str))
+def _arrays(value: Any) -> dict[int, int]:
+    """Return identity and bytes of each array and text in something made of dataclasses, tuples and dicts."""
+    found: dict[int, int] = {}
+    seen: set[int] = set()
+    left = [value]
+    while left:
+        one = left.pop()
+        kind = type(one)
+        if kind in _SMALL or id(one) in seen:
+            continue
+        seen.add(id(one))
+        if isinstance(one, np.ndarray):
+            if isinstance(one.base, np.ndarray):
+                left.append(one.base)
+            else:
+                found[id(one)] = one.nbytes
+        elif isinstance(one, (bytes, str)):
+            found[id(one)] = len(one)
+        elif isinstance(one, dict):
+            left.extend(one.values())
+        elif isinstance(one, (tuple, list, set, frozenset)):
+            left.extend(one)
+        else:
+            left.extend(getattr(one, "__dict__", {}).values())  # what is computed later, too
+            left.extend(getattr(one, name, None) for name in _slots(cast(Hashable, kind)))
+    return found
+
+
+@functools.cache
+def _slots(kind: Hashable) -> tuple[str, ...]:
+    return tuple(name for each in getattr(kind, "__mro__", ()) for name in getattr(each, "__slots__", ()))

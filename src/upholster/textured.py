@@ -14,7 +14,7 @@ from upholster.conditions import read_conditions
 from upholster.errors import InputError
 from upholster.geometry import AnySurface, MeshSurface
 from upholster.geometry.mesh_files import ModelFile
-from upholster.image import Material
+from upholster.image import Material, encode_image, from_linear
 from upholster.image.source import source_parts
 from upholster.lengths import parse_length
 from upholster.measure import Solid, check_solid, shown_length, solid_lines
@@ -44,6 +44,9 @@ from upholster.stream import encode_stream
 from upholster.types import FloatArray, PixelArray, Progress
 
 __all__ = ["TexturedModel", "check_displacement", "metres_of", "textured_model"]
+
+_POSTER_SIZE, _POSTER_VIEW, _POSTER_QUADS, _POSTER_QUALITY = (320, 240), (30.0, 30.0), 4000, 20
+"""Of a page's poster: the viewer begins with this view."""
 
 
 def metres_of(surface: AnySurface) -> float | None:
@@ -253,6 +256,12 @@ class TexturedModel(Shown):
             lost = shown_length(found.error, self.metres)
             lines.append(f"triangles ran out: the surface is up to {lost} off the height map")
         return lines
+
+    def poster(self) -> bytes:
+        """Return a small picture, as WebP: what a page shows before its viewer does."""
+        options = replace(self.options, size=_POSTER_SIZE, view=_POSTER_VIEW, quads=_POSTER_QUADS)
+        picture = replace(self, options=options).picture()
+        return encode_image(from_linear(picture, "uint8"), "webp", quality=_POSTER_QUALITY)
 
     def picture(self, *, progress: Progress | None = None) -> NDArray[np.float32]:
         """Return a picture of the model, as the options say: (height, width, 3), linear light."""

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 from command_line import assert_one_line, run_cli
 
+from upholster import Project, save_project
 from upholster.image import read_image
 from upholster.pipeline import cover
 
@@ -88,6 +89,29 @@ def test_a_file_of_jobs_reaches_nothing_outside_its_folder(tmp_path: Path) -> No
     done = _batch(folder, "--allow", str(other))
     assert done.returncode == 0, done.stderr
     assert (other / "a.png").exists()
+
+
+def test_jobs_take_projects(tmp_path: Path) -> None:
+    project = Project("plane", str(SAMPLE), synthesis={"texels": (64, 64)}, seed=3)
+    save_project(project, tmp_path / "flat.upholster.json")
+    jobs = tmp_path / "jobs.toml"
+    jobs.write_text(
+        '[[jobs]]\nproject = "*.upholster.json"\noutput = "{project}_{seed}.png"\neach.seed = [3, 4]\n'
+    )
+    done = _batch(tmp_path)
+    assert done.returncode == 0, done.stderr
+    project.cover([str(tmp_path / "alone.png")])
+    assert (tmp_path / "flat_3.png").read_bytes() == (tmp_path / "alone.png").read_bytes()
+    assert (tmp_path / "flat_4.png").read_bytes() != (tmp_path / "alone.png").read_bytes()
+    first = json.loads((tmp_path / "batch.json").read_text())["results"][0]
+    assert set(first["inputs"]) == {"flat.upholster.json", "weave.png"}
+    # A project may be a stranger's, too.
+    told = json.loads((tmp_path / "flat.upholster.json").read_text())
+    told["sample"]["source"] = str(SAMPLE)
+    (tmp_path / "flat.upholster.json").write_text(json.dumps(told))
+    done = run_cli("batch", jobs)
+    assert_one_line(done, "it refers to")
+    assert _batch(tmp_path).returncode == 0  # the sample's folder is allowed
 
 
 def _begun(folder: Path) -> subprocess.Popen[str]:

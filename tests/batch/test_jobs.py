@@ -110,3 +110,19 @@ def test_no_file_is_written_twice_or_read_and_written(tmp_path):
     with pytest.raises(InputError, match="read by a job"):
         check_apart(jobs[:1], ["x.glb"], tmp_path)
     check_apart(jobs[:1], ["a.jpg"], tmp_path)
+
+
+def test_a_project_needs_no_sample_and_no_surface(tmp_path):
+    for name in ("a.upholster.json", "b.upholster.json"):
+        (tmp_path / name).touch()
+    text = '[[jobs]]\nproject = "*.upholster.json"\noutput = "{project}_{seed}.glb"\neach.seed = [1, 2]'
+    jobs = _read(tmp_path, text)
+    assert [job.outputs for job in jobs] == [("a_1.glb",), ("a_2.glb",), ("b_1.glb",), ("b_2.glb",)]
+    assert jobs[0].words == ("--project=a.upholster.json", "--output=a_1.glb", "--seed=1", "--")
+    assert jobs[0].name == "1: seed 1 on a.upholster.json"
+
+
+@pytest.mark.parametrize("option", ["allow", "save-project"])
+def test_a_job_opens_no_folder_and_saves_no_project(tmp_path, option):
+    with pytest.raises(InputError, match=f"{option} is not for a job"):
+        _read(tmp_path, f'[[jobs]]\nproject = "a.upholster.json"\noutput = "a.glb"\n{option} = "/tmp"')

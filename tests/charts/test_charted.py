@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from upholster.charts.charted import ChartedSurface, charted_patches, charted_plane
+from upholster.charts.charted import ChartedSurface, charted_patches, charted_plane, charted_surface
 from upholster.charts.directions import parse_direction, told_on_patches
 from upholster.charts.layout import density_layout
+from upholster.charts.seams import find_seams
 from upholster.charts.subdivision import subdivided
 from upholster.charts.tessellation import face_parameters
 from upholster.geometry import RationalPatch, Surface, plane, surface_from_spec
@@ -85,6 +86,55 @@ def test_triangles_are_as_large_as_bends_allow() -> None:
     there = uneven.faces[0].points(*face_parameters(charts[0], rows, columns))
     off = np.linalg.norm((fine.mesh.corners * shares[..., None]).sum(axis=1) - there, axis=1)
     assert off.max() < 2.5 * 2 / 200
+
+
+@pytest.mark.parametrize("spec", SURFACES)
+def test_seams_are_where_charts_meet_and_nothing_else(spec: str) -> None:
+    surface, charted = charted_at(spec)
+    triangle, edge, other, met = charted.seams.T
+    assert (charted.across[triangle, edge] == 3 * other + met).all()
+    assert len(np.unique(3 * np.concatenate([triangle, other]) + np.concatenate([edge, met]))) == 2 * len(met)
+    lengths = np.linalg.norm(np.roll(charted.places, -1, axis=1) - charted.places, axis=2)
+    found = lengths[triangle, edge].sum() + lengths[other, met].sum()
+    # At a pole, the two that meet go on into its row of one step aslant.
+    wanted = sum(seam.stop - seam.start for seam in find_seams(surface, charted.charts))
+    np.testing.assert_allclose(found, wanted, rtol=0.05 if surface.degenerate else 1e-9)
+
+
+@pytest.mark.parametrize("spec", ["cyclide", "sphere", "cone"])
+def test_steps_are_the_surfaces_derivatives(spec: str) -> None:
+    surface = surface_from_spec(spec)
+    off = []
+    for finer in (1, 4):
+        charted = charted_surface(surface, density_layout(surface, texels=100_000), finer=finer)
+        _, by_s, by_t = (of.mean(axis=1) for of in exact(surface, charted))
+        spans = np.array([((c.s1 - c.s0) / c.height, (c.t1 - c.t0) / c.width) for c in charted.charts])
+        wanted = np.stack([by_s, by_t], axis=2) * spans[charted.chart][:, None]
+        size = np.linalg.norm(wanted, axis=1).mean()
+        off.append(float(np.linalg.norm(charted.steps - wanted, axis=1).mean() / size))
+    assert off[0] < 0.1
+    assert off[1] < 0.4 * off[0]
+
+
+@pytest.mark.parametrize("spec", ["cyclide", "sphere:tiling=octants", "vase"])
+def test_unfolded_about_a_seam_steps_keep_lengths_and_angles(spec: str) -> None:
+    _, charted = charted_at(spec)
+    triangle, edge, other, met = charted.seams.T
+    onto = -np.linalg.solve(charted.beside(other, met), charted.beside(triangle, edge))
+    here, there = charted.steps[triangle], charted.steps[other] @ onto
+    metric = here.transpose(0, 2, 1) @ here
+    np.testing.assert_allclose(there.transpose(0, 2, 1) @ there, metric, atol=1e-9 * metric.max())
+    # A step along the edge is that along the other's.
+    way = charted.places[triangle, (edge + 1) % 3] - charted.places[triangle, edge]
+    back = charted.places[other, met] - charted.places[other, (met + 1) % 3]
+    np.testing.assert_allclose((onto @ way[..., None])[..., 0], back, atol=1e-6)
+
+
+def test_steps_lie_on_a_chart_where_its_triangles_do() -> None:
+    _, charted = charted_at("cyclide", 20_000)
+    for index, chart in enumerate(charted.charts):
+        assert charted.lies_on(index, (0, 0), (chart.height, chart.width)).all()
+    assert charted.lies_on(0, (-2, -3), (4, 5)).tolist() == 2 * [5 * [False]] + 2 * [3 * [False] + 2 * [True]]
 
 
 @pytest.mark.parametrize("kind", ["u", "v"])

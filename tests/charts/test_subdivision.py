@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from tests.charts.meshes import box, on_charts, sphere
+from tests.charts.plain_subdivision import PlainSubdivision
 
 from upholster.charts.charted import ChartedSurface
 from upholster.charts.subdivision import subdivided
@@ -68,3 +69,30 @@ def test_what_is_narrow_is_cut_across() -> None:
     ends = np.stack([small.triangles, np.roll(small.triangles, -1, axis=1)], axis=2)[border]
     outline = np.linalg.norm(small.positions[ends[:, 0]] - small.positions[ends[:, 1]], axis=1).sum()
     np.testing.assert_allclose(outline, 100 + 0.2 + 2 * np.hypot(50, 50))  # no gap along what they share
+
+
+@pytest.mark.parametrize("longest", [0.9, 0.35, 0.12])
+def test_parts_are_those_cut_one_by_one_in_plain_python(longest: float) -> None:
+    # Triangles of any shape, narrow ones as well, that share vertices.
+    rng = np.random.default_rng(7)
+    positions = rng.normal(size=(30, 3)) * (1, 1, 0.02)
+    positions[:10] = positions[10:20] + rng.normal(size=(10, 3)) * 0.01
+    triangles = np.array([rng.choice(30, 3, replace=False) for _ in range(40)], np.int32)
+    triangles[:10, :2] = np.stack([np.arange(10), np.arange(10, 20)], axis=1)
+    surface = flat_surface(TriangleMesh(positions, triangles))
+    surface = replace(surface, places=rng.normal(size=(40, 3, 2)))
+    vectors = rng.normal(size=(40, 3, 3))
+    vectors /= np.linalg.norm(vectors, axis=2, keepdims=True)
+    vectors[20:25, 1] = -vectors[20:25, 0]  # cancel halfway
+    fine = subdivided(surface, vectors, longest)
+    plain = PlainSubdivision(positions, longest)
+    parts = [
+        plain.parts((tuple(triangles[t].tolist()), np.column_stack([surface.places[t], vectors[t]])))
+        for t in range(40)
+    ]
+    np.testing.assert_array_equal(fine.parent, np.repeat(np.arange(40), [len(own) for own in parts]))
+    expected = np.concatenate(parts)
+    np.testing.assert_array_equal(fine.surface.mesh.corners, expected[..., :3])
+    np.testing.assert_array_equal(fine.surface.places, expected[..., 3:5])
+    np.testing.assert_allclose(fine.vectors, expected[..., 5:], atol=1e-15)
+    assert len(fine.surface.mesh.positions) == len(plain.positions)

@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 from measured import grains, quilt_of, quilt_of_nearest, tiles
 
-from upholster.charts.seams import find_seams
-from upholster.charts.transitions import transitions
+from upholster.charts.charted import charted_surface
 from upholster.errors import InputError
 from upholster.geometry import MeshSurface, TriangleMesh, plane, surface_from_spec
 from upholster.lattice import Lattice, find_lattice
 from upholster.measure import broken_elements, measure_cover
 from upholster.measure.broken import longest_run
 from upholster.measure.phase_cuts import PhaseCuts, cuts_inside
+from upholster.measure.places import SeamPlaces
 from upholster.measure.samples import Window
 from upholster.measure.trace import Trace
 from upholster.methods import synthesize
@@ -161,7 +161,7 @@ def test_edges_lie_between_the_texels_that_differ(lattice):
 def test_runs_go_over_small_gaps_on_one_chart():
     def run(*parts):
         cuts = PhaseCuts.joined(parts)
-        return longest_run(cuts, np.ones(len(cuts.lengths), bool), ())
+        return longest_run(cuts, np.ones(len(cuts.lengths), bool))
 
     assert run(edges((0, 0), (3, 0), (6, 2))) == 3  # two texels apart, down and aside
     assert run(edges((0, 0), (4, 0), (5, 0))) == 2
@@ -171,17 +171,12 @@ def test_runs_go_over_small_gaps_on_one_chart():
 def test_runs_go_on_beyond_an_edge():
     surface = surface_from_spec("cyclide")
     charts = synthesize(grains(), surface, texels=2**16, seed=1).charts
-    met = tuple(transitions(surface, charts, find_seams(surface, charts)))
-    seam = next(
-        t for t in met if t.seam.edge == 2 and t.seam.other_edge == 0 and t.seam.chart != t.seam.other_chart
-    )
-    m, column = seam.seam, (seam.seam.start + seam.seam.stop) // 2
-    _, beyond, _ = seam.apply(np.array([seam.line]), np.array([column - 0.5]))
-    one = edges((charts[m.chart].height - 1, int(column)), chart=m.chart)
-    other = edges((0, round(float(beyond[0]) + 0.5)), chart=m.other_chart)
+    seams = SeamPlaces.of(charted_surface(surface, charts)).of_texels()
+    n = np.flatnonzero(seams.chart[:, 0] != seams.chart[:, 1])[0]
+    one, other = (edges(seams.texel[n, k], chart=seams.chart[n, k]) for k in (0, 1))
     cuts = PhaseCuts.joined([one, other])
-    assert longest_run(cuts, np.ones(2, bool), ()) == 1
-    assert longest_run(cuts, np.ones(2, bool), met) == 2
+    assert longest_run(cuts, np.ones(2, bool)) == 1
+    assert longest_run(cuts, np.ones(2, bool), seams) == 2
 
 
 def test_reports_have_it_where_the_sample_has_a_lattice():

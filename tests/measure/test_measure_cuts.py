@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 from measured import grains, quilt_of, quilt_of_nearest, tiles, warped
 
+from upholster.charts.charted import charted_plane, charted_surface
 from upholster.errors import InputError
 from upholster.geometry import plane, surface_from_spec
 from upholster.measure import cut_seam_ratio, matched_cut_ratio, matched_edge_ratio
+from upholster.measure.places import SeamPlaces
 from upholster.methods import synthesize
 from upholster.quilt import Texels, paint
 from upholster.quilt.chart import Chart
@@ -136,3 +138,25 @@ def test_covered_surfaces_have_no_edges_that_show(spec):
     placed["source_row"] = np.where(placed["chart"] % 2 == 0, placed["source_row"], centre)
     broken = dataclasses.replace(quilt, placements=placed)
     assert matched_edge_ratio(surface, broken, paint(broken, exemplar), exemplar) > found + 0.3
+
+
+@pytest.mark.parametrize("charted", ["tile", "plane"])
+def test_places_of_seams_lie_right_beside_one_another(charted):
+    if charted == "tile":
+        surface, whole = charted_plane(Chart(0, 30, 40), tile=True), np.array((30, 40))
+    else:
+        charts = (Chart(0, 30, 20, t1=0.5), Chart(0, 30, 20, t0=0.5))
+        surface, whole = charted_surface(plane(4, 3), charts), np.array((30, 20))
+    found = SeamPlaces.of(surface)
+    away = found.texel[:, 1] - found.texel[:, 0]
+    # From the last row or column on to the first one of the other chart, or of the tile's other end.
+    away = (away + whole // 2) % whole - whole // 2
+    np.testing.assert_allclose(found.step[:, 0], away, atol=1e-9)
+    np.testing.assert_allclose(found.step[:, 1], -away, atol=1e-9)
+    assert (np.abs(away).sum(axis=1) == 1).all()
+    assert not found.is_sharp.any()
+    inward = found.deep[..., None] * found.inward
+    np.testing.assert_allclose(np.abs(inward).sum(axis=2), 1)
+    np.testing.assert_allclose(np.floor(found.place + 0.5 * inward), found.texel)
+    # One texel of a tile lies beside both of its seams.
+    assert len(found.of_texels().chart) == (69 if charted == "tile" else 30)

@@ -3,13 +3,14 @@
 import numpy as np
 import pytest
 from measured import grains, quilt_of, tiles, warped
+from tests.measure.test_measure_broken import sheet
 
 from upholster.errors import InputError
 from upholster.geometry import plane, surface_from_spec
 from upholster.measure import landmark_recurrence, measure_cover, patch_distance, undistorted_views
 from upholster.measure.landmarks import landmarks
 from upholster.methods import synthesize
-from upholster.quilt import paint
+from upholster.quilt import Texels, paint
 
 
 def test_what_is_copied_is_at_no_distance():
@@ -47,6 +48,15 @@ def test_there_is_no_distance_of_what_is_too_small_or_plain():
     assert patch_distance([grains()], np.full((64, 64, 3), 9, np.uint8)) is None
     with pytest.raises(InputError, match="side is 0 pixels; allowed: 1 or more"):
         patch_distance([grains()], grains(), side=0)
+
+
+def test_views_are_of_what_lies_on_the_surface():
+    quilt = warped(np.random.default_rng(4), 1.0, chart=(320, 320), exemplar=(256, 256))
+    rows = np.linspace(0, 1, 320, dtype=np.float32)[:, None, None].repeat(320, axis=1)
+    for surface, most in ((None, 1.0), (sheet((0, 0.0, 0.5, 0.0, 1.0)), 0.5)):
+        views = undistorted_views(quilt.on(surface), Texels(quilt.charts, (rows**2.2,)))
+        middles = np.array([view[47:49, 47:49].mean() for view in views]) / 65535
+        assert most - 0.3 < middles.max() < most + 0.02
 
 
 def test_views_of_a_warped_result_are_at_the_samples_scale():

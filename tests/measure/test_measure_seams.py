@@ -37,7 +37,7 @@ def test_what_is_continuous_on_the_surface_has_no_seams(spec):
     surface = surface_from_spec(spec)
     texels = in_space(surface, uniform_layout(surface, chart=64))
     whole = edge_seam_ratio(surface, texels)
-    assert 0.85 < whole < 1.15  # texels are not equally large at edges and inside
+    assert 0.8 < whole < 1.15  # texels are not equally large at edges and inside
     for other in (texels.arrays[0][::-1], texels.arrays[0][:, ::-1], texels.arrays[0].swapaxes(0, 1)):
         broken = Texels(texels.charts, (np.ascontiguousarray(other), *texels.arrays[1:]))
         assert edge_seam_ratio(surface, broken) > whole + 0.2

@@ -10,7 +10,7 @@ from laying_kernels import lie, look, write
 from plain_laying import SYMMETRIES, barycentric
 
 from upholster.methods.quilt._block_kernels import BLOCK_COLUMNS, FramePixels, LayNumbers
-from upholster.methods.quilt._frame_kernels import locate_steps
+from upholster.methods.quilt._frame_kernels import bound_places, locate_steps
 from upholster.methods.quilt._lay_kernels import Ground
 from upholster.methods.quilt._sheet_kernels import FIT, MOST_SHEETS, FieldArrays
 from upholster.methods.quilt._unfold_kernels import Footprint
@@ -169,7 +169,9 @@ def test_each_step_is_known_to_lie_in_the_triangle_that_holds_it_or_is_near() ->
     _, ground = some_charts()
     canvases, mesh = ground.canvases, ground.mesh
     canvases.triangles[:] = -1
-    locate_steps(mesh, canvases, np.full(len(canvases.triangles), np.inf, np.float32))
+    away = np.full(len(canvases.triangles), np.inf, np.float32)
+    for n in (2, 0, 1):  # part by part, in any order
+        locate_steps(mesh, canvases, (n, 3), away)
     for chart, first in enumerate(canvases.firsts):
         shape = int(canvases.heights[chart]), int(canvases.widths[chart])
         steps = np.array(list(np.ndindex(shape)), float)
@@ -288,3 +290,14 @@ def test_cells_with_seams_creases_and_borders_are_marked_and_no_others() -> None
         assert (found == 0).any()
     creased, _ = surface.ground(12.0, crease=20)
     assert creased.clear.crossed.sum() > clear.crossed.sum()
+
+
+def test_places_of_each_chart_are_bounded() -> None:
+    rng = np.random.default_rng(3)
+    chart, places = rng.choice([-1, 0, 2], 30).astype(np.int32), rng.normal(size=(30, 3, 2))
+    low, high = np.empty((3, 2)), np.empty((3, 2))
+    bound_places(chart, places, low, high)
+    for n in (0, 2):
+        own = places[chart == n].reshape(-1, 2)
+        np.testing.assert_array_equal((low[n], high[n]), (own.min(axis=0), own.max(axis=0)))
+    assert (low[1] > high[1]).all()

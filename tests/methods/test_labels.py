@@ -10,7 +10,7 @@ from plain_laying import plain_filled
 
 from upholster.methods.quilt import emit
 from upholster.methods.quilt._emit_kernels import settle_placements
-from upholster.methods.quilt._label_kernels import fill_labels, label_beyond, label_cells
+from upholster.methods.quilt._label_kernels import fill_labels, label_beyond, label_cells, list_sheets
 from upholster.methods.quilt._sheet_kernels import MOST_SHEETS
 from upholster.quilt.displacement import warped_sources
 from upholster.quilt.labels import cell_centres, label_shape
@@ -62,6 +62,24 @@ def test_a_cell_shows_what_shows_at_its_middle(cell: int) -> None:
     assert set(away[found >= 0].tolist()) == {0.0, -1.0}
     owners, sheets = canvases.owners.reshape(shape), canvases.sheets.reshape(shape).astype(int)
     np.testing.assert_array_equal(found, plain_seen(owners, sheets, cell))
+
+
+def test_sheets_are_numbered_as_they_are_seen(bent: Run) -> None:
+    canvases, chart = bent.ground.canvases, 3
+    shape = int(canvases.heights[chart]), int(canvases.widths[chart])
+    seen = np.empty(label_shape(*shape, 2), np.int64)
+    away = np.empty(seen.shape)
+    label_cells(canvases, bent.laid.own.view(np.uint8), chart, 2, away, seen)
+    away[::5] = -1.0  # not told
+    told = (seen >= 0) & (away >= 0)
+    ranks = np.full(len(bent.laid.fits), -1, np.int32)
+    labels, keys = np.empty(seen.shape, np.int32), np.empty(seen.size, np.int64)
+    count = list_sheets(seen, away, bent.laid.firsts, ranks, labels, keys)
+    _, first = np.unique(seen[told], return_index=True)
+    np.testing.assert_array_equal(keys[:count], seen[told][np.sort(first)])
+    np.testing.assert_array_equal(keys[labels[told]], seen[told])
+    assert (labels[~told] == -1).all()
+    assert (ranks == -1).all()
 
 
 @pytest.mark.parametrize(("turned", "stretched"), [(0, 1), (90, 1), (33, 0.7)])

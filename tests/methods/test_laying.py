@@ -12,15 +12,17 @@ from tests.charts.meshes import box, sphere
 
 from upholster.charts.covered import as_covered
 from upholster.charts.unwrap import unwrap
-from upholster.errors import InputError
+from upholster.errors import CancelledError, InputError
 from upholster.geometry import MeshSurface, TriangleMesh
 from upholster.measure.cuts import cut_seam_ratio
 from upholster.methods import synthesize
+from upholster.methods.quilt import laying
 from upholster.methods.quilt.match_pyramid import match_pyramid
 from upholster.methods.quilt.method import synthesize_quilt
 from upholster.methods.quilt.options import QuiltOptions
 from upholster.methods.synthesis import lay_plan, prepare
 from upholster.options import SynthesisOptions
+from upholster.parallel import Stop, cancelled_by
 from upholster.quilt import Quilt, paint
 
 EXEMPLAR = texture(64, 72, passes=8)
@@ -327,6 +329,24 @@ def test_progress_counts_blocks() -> None:
     assert {stage for stage, _, _ in calls} == {"blocks"}
     assert all(0 < done <= total for _, done, total in calls)
     assert any(done == total for _, done, total in calls)
+
+
+def test_a_region_under_way_ends_when_work_is_cancelled(monkeypatch: pytest.MonkeyPatch) -> None:
+    stop, kernel, shown = Stop(), laying.lay_blocks, []
+
+    def cancelled(*arguments: Any) -> None:
+        stop.set()
+        kernel(*arguments)
+        shown.append(arguments[-3].any())  # masks
+
+    monkeypatch.setattr(laying, "lay_blocks", cancelled)
+    surface = plane(100, 100)
+    with cancelled_by(stop), pytest.raises(CancelledError):
+        synthesize_quilt(
+            EXEMPLAR, surface.charted, surface.fields, surface.vectors, 1.0,
+            options=QuiltOptions(block=20), threads=1,
+        )  # fmt: skip
+    assert shown == [False]
 
 
 def test_a_field_that_jumps_ends_blocks() -> None:

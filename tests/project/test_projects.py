@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from command_line import assert_one_line, run_cli
 
 from upholster import FormatError, InputError, Project, Sample, read_project, save_project, synthesize
 from upholster.quilt import paint
@@ -331,3 +332,19 @@ def test_links_in_a_folder_reach_nothing_outside(tmp_path):
     (tmp_path / "empty").mkdir()
     with pytest.raises(InputError, match="holds no images"):
         save_project(Project("torus", Sample(str(tmp_path / "empty"))), file)
+
+
+def test_info_shows_what_a_project_holds(tmp_path):
+    file, _ = saved(tmp_path, reading={"part": ["Seat"]}, writing={"view": (10, 20)})
+    done = run_cli("info", file)
+    assert done.returncode == 0, done.stderr
+    for words in (
+        "model: chair.glb",
+        "part Seat",
+        "sample: weave.png @ 40cm",
+        "texels 9000",
+        "view 10,20",
+        "seed: 5",
+    ):
+        assert words in done.stdout
+    assert_one_line(run_cli("info", tmp_path / "none.upholster.json"), "none.upholster.json")

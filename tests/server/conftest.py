@@ -3,7 +3,7 @@
 import pytest
 from live_server import PATIENCE, VECTORS
 
-from upholster.server import connections, sending, thumbnails
+from upholster.server import connections, thumbnails
 
 
 @pytest.fixture(autouse=True)
@@ -11,7 +11,7 @@ def _patience(monkeypatch):
     """Limits of time that a busy machine could reach; tests of these limits set their own."""
     monkeypatch.setattr(thumbnails, "_MOST_SECONDS", PATIENCE)
     monkeypatch.setattr(connections, "HEAD_SECONDS", PATIENCE)
-    monkeypatch.setattr(sending, "_STALLED_SECONDS", 10 * PATIENCE)
+    monkeypatch.setattr(connections, "STALLED_SECONDS", 10 * PATIENCE)
 
 
 @pytest.fixture

@@ -11,7 +11,7 @@ from types import SimpleNamespace
 import anyio
 
 from upholster.server import Catalogue, make_app
-from upholster.server.running import listen, make_server
+from upholster.server.running import serving
 from upholster.server.throttle import Pace
 
 PATIENCE = 600
@@ -79,16 +79,5 @@ class Turns:
 @contextmanager
 def running(*paths, **options):
     """Serve files and folders; yields a client."""
-    app = make_app(Catalogue([str(path) for path in paths]), **options)
-    ready = threading.Event()
-    server = make_server(app, ready.set)
-    with listen("127.0.0.1", 0) as listener:
-        thread = threading.Thread(target=server.run, kwargs={"sockets": [listener]})
-        thread.start()
-        try:
-            assert ready.wait(PATIENCE)
-            yield Client(port=listener.getsockname()[1])
-        finally:
-            server.should_exit = True
-            thread.join(PATIENCE)
-            assert not thread.is_alive()
+    with serving(make_app(Catalogue([str(path) for path in paths]), **options)) as address:
+        yield Client(port=int(address.rstrip("/").rpartition(":")[2]))

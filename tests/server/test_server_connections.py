@@ -17,17 +17,6 @@ def line(client):
     return socket.create_connection(("127.0.0.1", client.port), timeout=PATIENCE)
 
 
-def ended(opened):
-    """Whether the server has ended a connection, without waiting."""
-    opened.settimeout(0)
-    try:
-        return opened.recv(1) == b""
-    except BlockingIOError:
-        return False
-    except ConnectionError:
-        return True
-
-
 def drip(opened, text):
     for byte in text:
         opened.sendall(bytes([byte]))
@@ -36,18 +25,11 @@ def drip(opened, text):
 
 def test_idle_connections_keep_nobody_out(folder):
     with running(folder) as client, ExitStack() as kept:
-        idle = [kept.enter_context(line(client)) for _ in range(520)]
+        for _ in range(520):
+            kept.enter_context(line(client))
         status, _, body = client.get("/streams/quilt.uph")
         assert status == 200
         assert body == (folder / "quilt.uph").read_bytes()
-
-        # Those that have waited for a second go with the next that comes.
-        def left():
-            assert client.get("/streams/quilt.uph")[0] == 200
-            return sum(not ended(opened) for opened in idle)
-
-        wait_until(lambda: left() <= connections.MOST_IDLE)
-        assert left() > 0  # the newest stay
 
 
 def test_a_head_that_does_not_come_is_not_waited_for(folder, monkeypatch):

@@ -6,7 +6,6 @@ import os
 import shutil
 import sys
 import tempfile
-import threading
 from collections.abc import Callable
 from contextlib import contextmanager
 from functools import cache
@@ -22,7 +21,7 @@ from upholster.geometry import ring_cyclide, surface_from_spec
 from upholster.image import from_linear, read_exemplar, read_image
 from upholster.methods import synthesize
 from upholster.render import render
-from upholster.server.running import listen, make_server
+from upholster.server import running
 from upholster.stream import StreamDecoder, encode_stream
 from upholster.textured import TexturedModel
 
@@ -75,18 +74,8 @@ def chromium() -> Any:
 @contextmanager
 def serving(app: Any) -> Any:
     """Serve an ASGI application on loopback, in a thread; yields its address without a slash at the end."""
-    ready = threading.Event()
-    server = make_server(app, ready.set)
-    with listen("127.0.0.1", 0) as listener:
-        thread = threading.Thread(target=server.run, kwargs={"sockets": [listener]})
-        thread.start()
-        try:
-            assert ready.wait(PATIENCE / 1000)
-            yield f"http://127.0.0.1:{listener.getsockname()[1]}"
-        finally:
-            server.should_exit = True
-            thread.join(PATIENCE / 1000)
-            assert not thread.is_alive()
+    with running.serving(app) as address:
+        yield address.rstrip("/")
 
 
 class Tab:

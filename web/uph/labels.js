@@ -119,7 +119,22 @@ function lookRound(labels, nearest, i, j, rows, columns, candidates) {
   const here = nearest[at]
   const right = nearest[at + Math.min(2, columns - 1 - j)]
   const below = nearest[at + columns * Math.min(2, rows - 1 - i)]
-  candidates.set([-1, w, n, here, ne, right, below])
-  const equal = [w === n, w === nw, n === ne, n === nw, here === w, here === n, right === w, below === n]
-  return equal.reduce((bits, one, k) => bits + (one ? 1 << k : 0), 0)
+  candidates[0] = -1
+  candidates[1] = w
+  candidates[2] = n
+  candidates[3] = here
+  candidates[4] = ne
+  candidates[5] = right
+  candidates[6] = below
+  // Without arrays: this is asked for every cell.
+  return (
+    (w === n ? 1 : 0) |
+    (w === nw ? 2 : 0) |
+    (n === ne ? 4 : 0) |
+    (n === nw ? 8 : 0) |
+    (here === w ? 16 : 0) |
+    (here === n ? 32 : 0) |
+    (right === w ? 64 : 0) |
+    (below === n ? 128 : 0)
+  )
 }

@@ -73,8 +73,9 @@ export class Renderer extends EventTarget {
       gl.deleteSync(this.#fence)
       this.#fence = null
     }
-    const names = models.map((model) => this.#programOf(model, environment))
-    if (models.some((model) => model.onPage && !this.#painter.ready())) return true
+    const parts = models.flatMap(partsOf)
+    const names = parts.map((model) => this.#programOf(model, environment))
+    if (parts.some((model) => model.onPage && !this.#painter.ready())) return true
     return this.#fence !== null || !this.#programs.ready('backdrop', 'floor', 'height', 'shade', ...names)
   }
 
@@ -111,7 +112,7 @@ export class Renderer extends EventTarget {
     const gl = this.#gl
     const { canvas } = this
     if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, { width, height })
-    for (const { model } of views) this.#paint(model)
+    for (const { model } of views) for (const part of partsOf(model)) this.#paint(part)
     for (const { model } of views) if (scene.floor !== null) this.#shade(model, scene.floor)
     gl.bindFramebuffer(gl.FRAMEBUFFER, null)
     gl.enable(gl.SCISSOR_TEST)
@@ -123,7 +124,7 @@ export class Renderer extends EventTarget {
       gl.disable(gl.DEPTH_TEST)
       if (scene.background) this.#drawBackground(scene.background)
       gl.enable(gl.DEPTH_TEST)
-      this.#drawModel(model, scene)
+      for (const part of partsOf(model)) this.#drawModel(part, scene)
       if (scene.floor !== null) this.#drawFloor(model, scene)
     }
     gl.disable(gl.SCISSOR_TEST)
@@ -321,6 +322,9 @@ export class Renderer extends EventTarget {
     return texture
   }
 }
+
+/** The models that one is made of, see `model/group.js`. */
+const partsOf = (model) => model.parts ?? [model]
 
 /** The maps that a chart has, as bits. */
 function mapsOf({ roles }, { normal, surface, emission, height }) {

@@ -1,6 +1,7 @@
 /** One stream that was opened: its model, how it is fetched, times, and errors. */
 
 import { receive } from '../uph-receive.js'
+import { Group } from '../model/group.js'
 import { Model } from '../model/model.js'
 import { explain } from './text.js'
 import { takeEarly, takeWorker } from '../uph-workers.js'
@@ -26,7 +27,7 @@ export class Session {
   #start = performance.now()
 
   /**
-   * @param {string | File} source an address, or the stream itself
+   * @param {string | File | File[]} source an address, or the stream itself; or several streams, parts of one model
    * @param {string | null} worker address of uph-worker.js; null: beside the viewer
    * @param {{ eye: number[], pixels: number, onPage: boolean }} options as `Model` takes them
    * @param {(type: string, event: object) => void} notify called with the model's events, 'error' with its `problem` set
@@ -34,9 +35,11 @@ export class Session {
   constructor(source, worker, options, notify) {
     this.#worker = worker
     this.#onPage = options.onPage
-    this.name = typeof source === 'string' ? nameOf(source) : source.name
+    const sources = Array.isArray(source) ? source : [source]
+    this.name = typeof sources[0] === 'string' ? nameOf(sources[0]) : sources[0].name
     this.failed = new Promise((resolve) => (this.fail = resolve))
-    const model = (this.model = new Model(takeWorker(worker), options))
+    const models = sources.map(() => new Model(takeWorker(worker), options))
+    const model = (this.model = models.length > 1 ? new Group(models) : models[0])
     for (const type of EVENTS) {
       model.addEventListener(type, (event) => {
         if (type === 'first' || type === 'refine' || type === 'geometry') this.changes++
@@ -45,7 +48,7 @@ export class Session {
         notify(type, event)
       })
     }
-    this.#receive(source, model.client)
+    sources.forEach((one, n) => this.#receive(one, models[n].client))
   }
 
   /** Whether bytes are awaited. */

@@ -167,6 +167,20 @@ export class Stage {
     return this.#viewport(0, this.#pixelsFor(1))[3] / 2 / SLOPE / Math.max(Math.hypot(...eye) - 1, near)
   }
 
+  /** The ray from the eye through a point of the canvas, in CSS pixels, in the first model's own units; null without one. */
+  ray(x, y) {
+    const [model] = this.#models
+    if (!model) return null
+    const { eye, right, up, backward } = this.#orbit.camera()
+    const [width, height] = this.#size
+    const [across, above] = [((2 * x) / width - 1) * SLOPE * (width / height), (1 - (2 * y) / height) * SLOPE]
+    const { center, radius } = model.sphere
+    return {
+      origin: center.map((c, k) => c + radius * eye[k]),
+      direction: [0, 1, 2].map((k) => across * right[k] + above * up[k] - backward[k]),
+    }
+  }
+
   /** Whether the graphics card can draw nothing at the moment. */
   get isLost() {
     return this.#renderer.isLost

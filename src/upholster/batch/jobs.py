@@ -14,7 +14,7 @@ from typing import Any
 
 from upholster.errors import FormatError, InputError
 from upholster.files import path_inside, read_bytes
-from upholster.formats import split_name
+from upholster.formats import PROJECT_SUFFIX, split_name
 
 __all__ = ["Job", "check_apart", "check_within", "read_jobs"]
 
@@ -28,6 +28,8 @@ _OWN = {
     "workers": "--workers of the batch",
     "scheduler": "--scheduler of the batch",
     "quiet": "--quiet of the batch",
+    "allow": "--allow of the batch",
+    "save-project": "upholster cover --save-project",
     "help": "none",
 }
 """Options that a job cannot have, and what stands for them."""
@@ -59,11 +61,11 @@ def read_jobs(path: str | os.PathLike[str]) -> list[Job]:
     ----------
     path
         TOML: options for all jobs first, then tables ``[[jobs]]``. Options are those of ``upholster cover``,
-        without dashes; `sample` and `on` may be lists and patterns (``photos/*.jpg``), each with each; a list
-        in the list is one material's files. A table ``[jobs.each]`` has lists of further options, each value
-        of which makes jobs of its own. CSV: a column per option, a job per line; columns may recur.
-        In `output` and `report` stand ``{sample}``, ``{on}``, ``{n}`` (the job's number) and ``{option}`` for
-        what the job has.
+        without dashes; `sample`, `on` and `project` may be lists and patterns (``photos/*.jpg``), each with
+        each; a list in the list is one material's files. With a `project` the other two may be missing. A
+        table ``[jobs.each]`` has lists of further options, each value of which makes jobs of its own. CSV: a
+        column per option, a job per line; columns may recur. In `output` and `report` stand ``{sample}``,
+        ``{on}``, ``{project}``, ``{n}`` (the job's number) and ``{option}`` for what the job has.
 
     Raises
     ------
@@ -102,7 +104,7 @@ def check_within(jobs: Sequence[Job], inputs: Iterable[str], folders: Sequence[P
         If one does.
     """
     written = (split_name(output)[1] for job in jobs for output in job.outputs)
-    for name in [*inputs, *map(os.fspath, written)]:
+    for name in (*inputs, *written):
         try:
             path_inside(folders, name)
         except InputError as error:
@@ -181,15 +183,19 @@ def _choices(where: str, table: dict[str, Any], folder: Path) -> Iterator[dict[s
     each = table.pop("each", {})
     samples = list(_files(where, "sample", table.pop("sample", [[]]), folder))
     surfaces = list(_files(where, "on", table.pop("on", []), folder))
-    if not surfaces:
+    projects = list(_files(where, "project", table.pop("project", []), folder))
+    if not surfaces and not projects:
         raise InputError(f"{where}: on is missing; allowed: the surface, or a list of them")
-    if [] in samples and "material" not in table:
+    if [] in samples and "material" not in table and not projects:
         raise InputError(f"{where}: sample is missing; allowed: an image or a material, or a list of them")
     for key, values in each.items():
         if not isinstance(values, list) or not values:
             raise InputError(f"{where}: each.{key} is {values!r}; allowed: a list of values")
-    for sample, on, *others in itertools.product(samples, surfaces, *each.values()):
-        yield {"sample": sample, "on": on, **table, **dict(zip(each, others, strict=True))}
+    named = {"project": projects, "on": surfaces}
+    told = {key: values for key, values in named.items() if values}
+    keys = ["sample", *told, *each]
+    for values in itertools.product(samples, *told.values(), *each.values()):
+        yield {**table, **dict(zip(keys, values, strict=True))}
 
 
 def _files(where: str, key: str, value: Any, folder: Path) -> Iterator[Any]:
@@ -211,14 +217,15 @@ def _files(where: str, key: str, value: Any, folder: Path) -> Iterator[Any]:
 
 
 def _job(where: str, table: Mapping[str, Any], number: int, told: Sequence[str]) -> Job:
-    samples, on = table["sample"], table["on"]
+    samples = table["sample"]
+    covered = [table[key] for key in ("project", "on") if key in table]
     fields = {key: _file_word(str(value)) for key, value in table.items() if key not in _TEMPLATES}
-    fields |= {"sample": _stem(samples[0]) if samples else "", "on": _stem(on), "n": str(number)}
-    words = [f"--on={on}"]
+    fields |= {key: _stem(table[key]) for key in ("project", "on") if key in table}
+    fields |= {"sample": _stem(samples[0]) if samples else "", "n": str(number)}
+    words: list[str] = []
     outputs: list[str] = []
-    for key, value in table.items():
-        if key in ("sample", "on"):
-            continue
+    for key in ("on", "project", *(key for key in table if key not in ("sample", "on", "project"))):
+        value = table.get(key, [])
         for text in _texts(where, key, value):
             if text is not None and key in _TEMPLATES:
                 text = _filled(f"{where}: {key}", text, fields)
@@ -230,7 +237,8 @@ def _job(where: str, table: Mapping[str, Any], number: int, told: Sequence[str])
         *(os.path.basename(file.rstrip("/")) for file in samples),
         *(f"{key} {table[key]}" for key in told),
     ]
-    name = f"{number}: {' + '.join(named) or 'materials'} on {os.path.basename(on)}"
+    on = " on ".join(os.path.basename(each) for each in covered)
+    name = f"{number}: {' + '.join(named) or 'materials'} on {on}"
     return Job(name, (*words, "--", *samples), tuple(outputs))
 
 
@@ -267,7 +275,7 @@ def _filled(where: str, template: str, fields: Mapping[str, str]) -> str:
 def _stem(text: str) -> str:
     """Return what a file or a surface is called in the names of others."""
     path = text.rstrip("/\\")
-    base = os.path.basename(path)
+    base = os.path.basename(path).removesuffix(PROJECT_SUFFIX)
     return _file_word(base if ":" in base else os.path.splitext(base)[0])
 
 

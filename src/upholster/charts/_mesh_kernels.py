@@ -6,7 +6,17 @@ from numpy.typing import NDArray
 from upholster.jit import allocating_kernel, inline, kernel
 from upholster.types import FloatArray, IntArray, int64
 
-__all__ = ["distances_over_edges", "join_turns", "splat_matrices"]
+__all__ = [
+    "corner_lists",
+    "distances_over_edges",
+    "fill_nodes",
+    "join_turns",
+    "splat_matrices",
+    "square_axes",
+]
+
+_CANCELLED = 0.02
+"""Where the determinant of a mean is less than this share of its triangles', they tell no direction."""
 
 
 @kernel
@@ -78,6 +88,84 @@ def splat_matrices(
                     sums[at, 6] += share * shown
 
 
+@inline
+def _enter_means(sums: FloatArray, size: float, node: FloatArray) -> bool:
+    # Writes a node's mean matrix, 0 where nothing is near or the matrices cancel; returns whether it is one.
+    weight, m = sums[4], node
+    for k in range(4):
+        m[k] = sums[k] / weight if weight > 0.0 else 0.0
+    determinant = m[0] * m[3] - m[1] * m[2]
+    known = weight > 0.0 and determinant > _CANCELLED * size * size
+    # Means of matrices that turn are too small.
+    larger = np.sqrt(sums[5] / weight / determinant) if known else 0.0
+    for k in range(4):
+        m[k] *= larger
+    return bool(known)
+
+
+@inline
+def _enter_beside(
+    nodes: FloatArray, rounds: IntArray, shape: tuple[int, int, int], at: tuple[int, int], now: int
+) -> bool:
+    # Writes the mean of the nodes beside one that were known in the round before, if there are any.
+    first, rows, columns = shape
+    i, j = at
+    m, count = nodes[first + i * columns + j], 0.0
+    for k in range(4):
+        m[k] = 0.0
+    for a in range(max(i - 1, 0), min(i + 2, rows)):
+        for b in range(max(j - 1, 0), min(j + 2, columns)):
+            beside = first + a * columns + b
+            if 0 <= rounds[beside] < now:
+                count += 1.0
+                for k in range(4):
+                    m[k] += nodes[beside, k]
+    if count == 0.0:
+        return False
+    for k in range(4):
+        m[k] /= count
+    return True
+
+
+@kernel
+def fill_nodes(
+    sums: FloatArray, shapes: NDArray[np.int64], sizes: FloatArray, nodes: FloatArray, rounds: IntArray
+) -> None:
+    """Give charts' nodes their matrices (nodes, 4): means; where they cancel, or nothing is near, others.
+
+    `sums` and `shapes` are those of `splat_matrices`, `sizes` (charts,) the root of the determinant that a
+    chart's matrices have about. Others are the means of nodes beside them, round after round; `rounds`
+    (nodes,) receives in which, 0 for means. Where a chart has none, all are upright and of its size, round 1.
+    """
+    for chart in range(shapes.shape[0]):
+        first, rows, columns = shapes[chart, 0], shapes[chart, 1], shapes[chart, 2]
+        size, known = sizes[chart], int64(0)
+        for n in range(first, first + rows * columns):
+            rounds[n] = 0 if _enter_means(sums[n], size, nodes[n]) else -1
+            known += rounds[n] == 0
+        now = int64(1)
+        if known == 0:
+            known = rows * columns
+            for n in range(first, first + known):
+                rounds[n], nodes[n, 1], nodes[n, 2] = 1, 0.0, 0.0
+                nodes[n, 0] = nodes[n, 3] = size
+        while known < rows * columns:
+            for i in range(rows):
+                for j in range(columns):
+                    n = first + i * columns + j
+                    if rounds[n] >= 0 or not _enter_beside(
+                        nodes, rounds, (first, rows, columns), (i, j), now
+                    ):
+                        continue
+                    rounds[n] = now
+                    known += 1
+                    m = nodes[n]
+                    if m[0] * m[3] - m[1] * m[2] <= _CANCELLED * size * size:
+                        m[0] = m[3] = size
+                        m[1] = m[2] = 0.0
+            now += 1
+
+
 @kernel
 def distances_over_edges(triangles: IntArray, lengths: FloatArray, away: FloatArray) -> None:
     """Lower `away` (V,), distances from vertices where it is 0, to those along edges of `lengths` (T, 3)."""
@@ -130,3 +218,48 @@ def _root_of(parent: NDArray[np.int64], turns: IntArray, t: int) -> tuple[int, i
         total += turns[t]
         t = parent[t]
     return t, total % 4
+
+
+@kernel
+def square_axes(
+    along: FloatArray, normals: FloatArray, positions: FloatArray, triangles: IntArray, down: FloatArray
+) -> None:
+    """Bring vectors `along` (T, 3) into triangles' planes, as unit vectors; write to `down` those clockwise.
+
+    Where one has no part in the plane, it becomes the triangle's first edge. `normals` (T, 3) are unit ones.
+    """
+    for t in range(along.shape[0]):
+        n, v, w = normals[t], along[t], down[t]
+        off = v[0] * n[0] + v[1] * n[1] + v[2] * n[2]
+        x, y, z = v[0] - off * n[0], v[1] - off * n[1], v[2] - off * n[2]
+        length = np.sqrt(x * x + y * y + z * z)
+        if length < 1e-6:
+            a, b = positions[triangles[t, 0]], positions[triangles[t, 1]]
+            x, y, z = b[0] - a[0], b[1] - a[1], b[2] - a[2]
+            length = np.sqrt(x * x + y * y + z * z)
+        length = max(length, 1e-300)
+        v[0], v[1], v[2] = x / length, y / length, z / length
+        w[0], w[1] = v[1] * n[2] - v[2] * n[1], v[2] * n[0] - v[0] * n[2]
+        w[2] = v[0] * n[1] - v[1] * n[0]
+
+
+@kernel
+def corner_lists(vertices: IntArray, first: NDArray[np.int64], listed: IntArray) -> None:
+    """List the triangles (T, 3) at each vertex: those of v from ``first[v]`` on, before ``first[v + 1]``.
+
+    `first` has one place more than there are vertices, `listed` three for each triangle.
+    """
+    first[:] = 0
+    count = vertices.shape[0]
+    for t in range(count):
+        for k in range(3):
+            first[vertices[t, k]] += 1
+    total = int64(0)
+    for v in range(len(first)):
+        total += first[v]
+        first[v] = total  # where the list ends: it is filled from there
+    for t in range(count - 1, -1, -1):
+        for k in range(2, -1, -1):
+            v = vertices[t, k]
+            first[v] -= 1
+            listed[first[v]] = t

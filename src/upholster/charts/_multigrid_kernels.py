@@ -1,33 +1,31 @@
-"""Hot loops of `upholster.charts.multigrid`: products, smoothing, coarsening, dense solutions.
+"""Hot loops of `upholster.charts.multigrid`: coarsening, the cycle over all levels, and what it serves.
 
 A matrix is Hermitian: `starts` (n + 1,), `columns` and `values` hold its rows without the diagonal, which is
-real and stands in `diagonal` (n,).
+real and stands in `diagonal` (n,). A row's entries before the diagonal come first: `middles` (n,) tell where
+those behind it begin.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.jit import inline, kernel
+from upholster.jit import inline, kernel, shared, spliced
 from upholster.types import FloatArray, IntArray
 
 __all__ = [
+    "Levels",
     "Rows",
+    "Work",
     "coarse_rows",
-    "divide_out",
+    "conjugate_gradients",
     "factor",
-    "inner",
     "inner_by_part",
     "join_pairs",
+    "lower_quotients",
     "match_pairs",
-    "multiply",
     "prolong",
     "restrict",
-    "smooth_down",
-    "smooth_up",
-    "step",
-    "subtract_product",
 ]
 
 ComplexArray = NDArray[np.complex128]
@@ -43,9 +41,46 @@ class Rows(NamedTuple):
     """A Hermitian matrix, see the module."""
 
     starts: IntArray
+    middles: IntArray
     columns: IntArray
     values: ComplexArray
     diagonal: FloatArray
+
+
+class Levels(NamedTuple):
+    """The matrices of all levels, the finest first, one behind the other.
+
+    `firsts` (levels + 1, 2) tell where each one's unknowns and entries begin. `rows` has them all: a level's
+    `starts` are one more than its unknowns, and counted from its own first entry. `group` and `phase` are
+    those of `match_pairs`, none on the last level. `factor` is that of the last one's dense matrix, (0, 0)
+    where it is too large.
+    """
+
+    firsts: NDArray[np.int64]
+    rows: Rows
+    group: IntArray
+    phase: ComplexArray
+    factor: ComplexArray
+
+
+class Work(NamedTuple):
+    """Scratch of a cycle: `vectors` (7, unknowns of all levels); `stages` and `curved` by levels."""
+
+    vectors: ComplexArray
+    stages: NDArray[np.int64]
+    curved: FloatArray
+
+    @classmethod
+    def of(cls, levels: Levels) -> "Work":
+        """Return it."""
+        count = len(levels.firsts)
+        vectors = np.empty((7, len(levels.rows.diagonal)), np.complex128)
+        return cls(vectors, np.empty(count, np.int64), np.empty(count))
+
+
+_RIGHT, _FOUND, _FIRST, _MORE, _PRODUCT, _REST, _RESIDUAL = range(7)
+"""The vectors of `Work` on a level: its right side and what is found for it; what a cycle finds, and another
+one for the rest; the matrix times the first; the rest; a cycle's residual."""
 
 
 @inline
@@ -55,8 +90,14 @@ def _size(z: complex) -> float:
     return size
 
 
-@kernel
-def multiply(rows: Rows, x: ComplexArray, out: ComplexArray) -> None:
+@inline
+def _copy(x: ComplexArray, out: ComplexArray) -> None:
+    for i in range(len(x)):
+        out[i] = x[i]
+
+
+@inline
+def _multiply(rows: Rows, x: ComplexArray, out: ComplexArray) -> None:
     """Put the matrix times x in `out`."""
     for i in range(len(x)):
         total = rows.diagonal[i] * x[i]
@@ -65,8 +106,8 @@ def multiply(rows: Rows, x: ComplexArray, out: ComplexArray) -> None:
         out[i] = total
 
 
-@kernel
-def subtract_product(rows: Rows, x: ComplexArray, right: ComplexArray, out: ComplexArray) -> None:
+@inline
+def _subtract_product(rows: Rows, x: ComplexArray, right: ComplexArray, out: ComplexArray) -> None:
     """Put `right` less the matrix times x in `out`."""
     for i in range(len(x)):
         total = right[i] - rows.diagonal[i] * x[i]
@@ -75,20 +116,24 @@ def subtract_product(rows: Rows, x: ComplexArray, right: ComplexArray, out: Comp
         out[i] = total
 
 
-@kernel
-def smooth_down(rows: Rows, right: ComplexArray, x: ComplexArray) -> None:
-    """One sweep of Gauss and Seidel from the first unknown to the last, from x = 0 whatever it holds."""
+@inline
+def _smooth_down(rows: Rows, right: ComplexArray, x: ComplexArray, rest: ComplexArray) -> None:
+    # One sweep of Gauss and Seidel from the first unknown to the last, from x = 0 whatever it holds. What is
+    # left of the right side is what the entries behind the diagonal make of x.
     for i in range(len(x)):
         total = right[i]
-        for k in range(rows.starts[i], rows.starts[i + 1]):
-            j = rows.columns[k]
-            if j < i:
-                total -= rows.values[k] * x[j]
+        for k in range(rows.starts[i], rows.middles[i]):
+            total -= rows.values[k] * x[rows.columns[k]]
         x[i] = total * (1.0 / rows.diagonal[i])
+    for i in range(len(x)):
+        total = 0j
+        for k in range(rows.middles[i], rows.starts[i + 1]):
+            total -= rows.values[k] * x[rows.columns[k]]
+        rest[i] = total
 
 
-@kernel
-def smooth_up(rows: Rows, right: ComplexArray, x: ComplexArray) -> None:
+@inline
+def _smooth_up(rows: Rows, right: ComplexArray, x: ComplexArray) -> None:
     """One sweep of Gauss and Seidel from the last unknown to the first."""
     for i in range(len(x) - 1, -1, -1):
         total = right[i]
@@ -140,6 +185,36 @@ def join_pairs(group: IntArray, phase: ComplexArray, second: IntArray, second_ph
             phase[i] *= second_phase[at]
 
 
+@inline
+def _list_members(group: IntArray, first: IntArray, members: IntArray) -> None:
+    # Lists the unknowns group by group: those of g from first[g] on, before first[g + 1].
+    first[:] = 0
+    for i in range(len(group)):
+        if group[i] >= 0:
+            first[group[i]] += 1
+    total = 0
+    for g in range(len(first)):
+        total += first[g]
+        first[g] = total  # where the list ends: it is filled from there
+    for i in range(len(group) - 1, -1, -1):
+        if group[i] >= 0:
+            first[group[i]] -= 1
+            members[first[group[i]]] = i
+
+
+@inline
+def _parted(rows: Rows, row: int, stop: int) -> Any:
+    # Brings the entries of a row, up to `stop`, that lie before the diagonal to its front; returns how far.
+    middle = rows.starts[row]
+    for k in range(rows.starts[row], stop):
+        if rows.columns[k] < row:
+            column, value = rows.columns[k], rows.values[k]
+            rows.columns[k], rows.values[k] = rows.columns[middle], rows.values[middle]
+            rows.columns[middle], rows.values[middle] = column, value
+            middle += 1
+    return middle
+
+
 @kernel
 def coarse_rows(
     rows: Rows,
@@ -152,9 +227,11 @@ def coarse_rows(
 ) -> int:
     """Fill the matrix of the groups, PᴴAP; returns how many entries it has beside the diagonal.
 
-    `members` lists the unknowns group by group, from `first` (groups + 1,) on; `place` (groups,) is −1.
-    `coarse` has room for as many entries as `rows`.
+    `members` (n,), `first` (groups + 1,) and `place` (groups,) are scratch. `coarse` has room for as many
+    entries as `rows`.
     """
+    _list_members(group, first, members)
+    place[:] = -1
     filled = 0
     for g in range(len(first) - 1):
         coarse.starts[g] = filled
@@ -178,12 +255,13 @@ def coarse_rows(
                     coarse.values[filled] = value
                     filled += 1
         coarse.diagonal[g] = diagonal
+        coarse.middles[g] = _parted(coarse, g, filled)
     coarse.starts[len(first) - 1] = filled
     return filled
 
 
-@kernel
-def restrict(group: IntArray, phase: ComplexArray, fine: ComplexArray, coarse: ComplexArray) -> None:
+@inline
+def _restrict(group: IntArray, phase: ComplexArray, fine: ComplexArray, coarse: ComplexArray) -> None:
     """Put Pᴴ times `fine` in `coarse`."""
     coarse[:] = 0.0
     for i in range(len(group)):
@@ -191,8 +269,8 @@ def restrict(group: IntArray, phase: ComplexArray, fine: ComplexArray, coarse: C
             coarse[group[i]] += np.conj(phase[i]) * fine[i]
 
 
-@kernel
-def prolong(group: IntArray, phase: ComplexArray, coarse: ComplexArray, fine: ComplexArray) -> None:
+@inline
+def _prolong(group: IntArray, phase: ComplexArray, coarse: ComplexArray, fine: ComplexArray) -> None:
     """Add P times `coarse` to `fine`."""
     for i in range(len(group)):
         if group[i] >= 0:
@@ -215,8 +293,8 @@ def factor(matrix: ComplexArray) -> None:
             matrix[i, j] = total * (1.0 / root)
 
 
-@kernel
-def divide_out(lower: ComplexArray, right: ComplexArray, x: ComplexArray) -> None:
+@inline
+def _divide_out(lower: ComplexArray, right: ComplexArray, x: ComplexArray) -> None:
     """Solve with the factor that `factor` made."""
     for i in range(len(x)):
         total = right[i]
@@ -229,8 +307,8 @@ def divide_out(lower: ComplexArray, right: ComplexArray, x: ComplexArray) -> Non
             x[k] -= np.conj(lower[i, k]) * x[i]
 
 
-@kernel
-def inner(x: ComplexArray, y: ComplexArray) -> complex:
+@inline
+def _inner(x: ComplexArray, y: ComplexArray) -> complex:
     """Return the sum of conj(x)·y."""
     total = 0j
     for i in range(len(x)):
@@ -238,11 +316,175 @@ def inner(x: ComplexArray, y: ComplexArray) -> complex:
     return total
 
 
-@kernel
-def step(size: complex, x: ComplexArray, y: ComplexArray) -> None:
+@inline
+def _step(size: complex, x: ComplexArray, y: ComplexArray) -> None:
     """Add `size` times x to y."""
     for i in range(len(x)):
         y[i] += size * x[i]
+
+
+@kernel
+def restrict(group: IntArray, phase: ComplexArray, fine: ComplexArray, coarse: ComplexArray) -> None:
+    """Put Pᴴ times `fine` in `coarse`."""
+    _restrict(group, phase, fine, coarse)
+
+
+@kernel
+def prolong(group: IntArray, phase: ComplexArray, coarse: ComplexArray, fine: ComplexArray) -> None:
+    """Add P times `coarse` to `fine`."""
+    _prolong(group, phase, coarse, fine)
+
+
+@spliced  # what is inline returns no part of an array
+def _rows_at(levels: Levels, depth: int) -> Rows:
+    # The matrix of a level.
+    first, last = levels.firsts[depth], levels.firsts[depth + 1]
+    rows = levels.rows
+    return Rows(
+        rows.starts[first[0] + depth : last[0] + depth + 1],
+        rows.middles[first[0] : last[0]],
+        rows.columns[first[1] : last[1]],
+        rows.values[first[1] : last[1]],
+        rows.diagonal[first[0] : last[0]],
+    )
+
+
+@spliced  # what is inline returns no part of an array
+def _vector(levels: Levels, work: Work, depth: int, which: int) -> ComplexArray:
+    # One of the vectors of a level.
+    own: ComplexArray = work.vectors[which][levels.firsts[depth, 0] : levels.firsts[depth + 1, 0]]
+    return own
+
+
+@inline
+def _solve_at_last(levels: Levels, work: Work, right: ComplexArray, x: ComplexArray, depth: int) -> None:
+    if len(levels.factor):
+        _divide_out(levels.factor, right, x)
+    else:
+        rows = _rows_at(levels, depth)
+        _smooth_down(rows, right, x, _vector(levels, work, depth, _RESIDUAL))
+        _smooth_up(rows, right, x)
+
+
+@inline
+def _take_first(levels: Levels, work: Work, depth: int) -> bool:
+    # Takes the first cycle's result on a level, so far as it helps; returns whether that is enough.
+    first, found = _vector(levels, work, depth, _FIRST), _vector(levels, work, depth, _FOUND)
+    right, product = _vector(levels, work, depth, _RIGHT), _vector(levels, work, depth, _PRODUCT)
+    rest = _vector(levels, work, depth, _REST)
+    _multiply(_rows_at(levels, depth), first, product)
+    curved = _inner(first, product).real
+    work.curved[depth] = curved
+    if not curved > 0:
+        _copy(first, found)
+        return True
+    share = _inner(first, right) * (1.0 / curved)
+    for i in range(len(first)):
+        rest[i] = right[i] - share * product[i]
+        found[i] = share * first[i]
+    return _inner(rest, rest).real <= 0.0625 * _inner(right, right).real
+
+
+@inline
+def _take_second(levels: Levels, work: Work, depth: int) -> None:
+    # Adds the second cycle's result on a level, at right angles to the first one's.
+    first, found = _vector(levels, work, depth, _FIRST), _vector(levels, work, depth, _FOUND)
+    more, product = _vector(levels, work, depth, _MORE), _vector(levels, work, depth, _PRODUCT)
+    along = np.conj(_inner(more, product)) * (1.0 / work.curved[depth])
+    _step(-along, first, more)
+    _multiply(_rows_at(levels, depth), more, product)
+    curved = _inner(more, product).real
+    if curved > 0:
+        _step(_inner(more, _vector(levels, work, depth, _REST)) * (1.0 / curved), more, found)
+
+
+@shared
+def _cycle(levels: Levels, work: Work, right: ComplexArray, x: ComplexArray, top: int) -> None:
+    # Puts in x about the solution for `right` on a level: one K-cycle, a preconditioner that varies a little.
+    # Below each level is solved by one cycle or two, joined as conjugate gradients join them.
+    last = levels.firsts.shape[0] - 2
+    if top == last:
+        _solve_at_last(levels, work, right, x, top)
+        return
+    _copy(right, _vector(levels, work, top, _RIGHT))
+    depth, work.stages[top] = top, 0
+    while True:
+        while depth < last:
+            first = work.stages[depth] == 0
+            own = _vector(levels, work, depth, _RIGHT if first else _REST)
+            z, residual = _vector(levels, work, depth, _FIRST if first else _MORE), _RESIDUAL
+            rest, rows = _vector(levels, work, depth, residual), _rows_at(levels, depth)
+            _smooth_down(rows, own, z, rest)
+            a, b = levels.firsts[depth, 0], levels.firsts[depth + 1, 0]
+            depth += 1
+            _restrict(levels.group[a:b], levels.phase[a:b], rest, _vector(levels, work, depth, _RIGHT))
+            work.stages[depth] = 0
+        _solve_at_last(
+            levels, work, _vector(levels, work, last, _RIGHT), _vector(levels, work, last, _FOUND), last
+        )
+        while True:
+            below = _vector(levels, work, depth, _FOUND)
+            depth -= 1
+            first = work.stages[depth] == 0
+            own = _vector(levels, work, depth, _RIGHT if first else _REST)
+            z = _vector(levels, work, depth, _FIRST if first else _MORE)
+            a, b = levels.firsts[depth, 0], levels.firsts[depth + 1, 0]
+            _prolong(levels.group[a:b], levels.phase[a:b], below, z)
+            _smooth_up(_rows_at(levels, depth), own, z)
+            if depth == top:
+                _copy(z, x)
+                return
+            if not first:
+                _take_second(levels, work, depth)
+            elif not _take_first(levels, work, depth):
+                work.stages[depth] = 1
+                break
+
+
+@kernel
+def conjugate_gradients(
+    levels: Levels,
+    work: Work,
+    right: ComplexArray,
+    vectors: ComplexArray,
+    tolerance: float,
+    most: int,
+    x: ComplexArray,
+) -> None:
+    """Solve the finest level's system by flexible conjugate gradients, from x on.
+
+    It ends where the residual is `tolerance` times as long as `right`, or after `most` steps. `vectors`
+    (4, n) is scratch.
+    """
+    rows = _rows_at(levels, 0)
+    rest, direction, product, next_one = vectors[0], vectors[1], vectors[2], vectors[3]
+    _subtract_product(rows, x, right, rest)
+    enough = tolerance**2 * _inner(right, right).real
+    direction[:], product[:] = 0.0, 0.0
+    curved = 0.0
+    for _ in range(most):
+        if _inner(rest, rest).real <= enough:
+            break
+        _cycle(levels, work, rest, next_one, 0)
+        along = _inner(product, next_one) * (1.0 / curved if curved > 0 else 0.0)
+        for i in range(len(x)):
+            direction[i] = next_one[i] - along * direction[i]
+        _multiply(rows, direction, product)
+        curved = _inner(direction, product).real
+        if not curved > 0:
+            break
+        size = _inner(direction, rest) * (1.0 / curved)
+        _step(size, direction, x)
+        _step(-size, product, rest)
+
+
+@inline
+def _sum_by_part(
+    part: IntArray, weights: FloatArray, x: ComplexArray, y: ComplexArray, out: ComplexArray
+) -> None:
+    out[:] = 0.0
+    for i in range(len(x)):
+        out[part[i]] += weights[i] * (np.conj(x[i]) * y[i])
 
 
 @kernel
@@ -250,6 +492,92 @@ def inner_by_part(
     part: IntArray, weights: FloatArray, x: ComplexArray, y: ComplexArray, out: ComplexArray
 ) -> None:
     """Put each part's sum of weight·conj(x)·y in `out`; `part` (n,) says where an unknown belongs."""
+    _sum_by_part(part, weights, x, y, out)
+
+
+@inline
+def _best_step(quotient: float, mixed: complex, curved: float, size: float) -> complex:
+    # How far to go along a direction, at right angles to x, for the least quotient.
+    if not size > 0.0:
+        return 0j
+    length = _size(mixed)
+    b = length / np.sqrt(size)
+    gap = curved / size - quotient
+    # Tangent of the angle by which (x, direction) has to turn.
+    turn = -2.0 * b / (gap + np.sqrt(gap * gap + 4.0 * b * b) + 1e-300)
+    return mixed * (turn / (length * np.sqrt(size))) if length > 0.0 else 0j
+
+
+@kernel
+def lower_quotients(
+    levels: Levels,
+    work: Work,
+    depth: int,
+    rows: Rows,
+    mass: FloatArray,
+    part: IntArray,
+    shift: FloatArray,
+    limits: tuple[float, int],
+    vectors: ComplexArray,
+    sums: ComplexArray,
+    x: ComplexArray,
+) -> None:
+    """Lower each part's quotient xᴴAx / xᴴMx by preconditioned conjugate gradients with exact steps.
+
+    `rows` is A, and x has length 1 in each part; the levels are those of A + shift·M, of which `depth` is
+    looked at. A part rests where a step lowers its quotient by less than ``limits[0]`` of it; after
+    ``limits[1]`` steps all do. `vectors` (6, n) and `sums` (8, parts) are scratch.
+    """
+    product, direction, image = vectors[0], vectors[1], vectors[2]
+    next_one, slope, last = vectors[3], vectors[4], vectors[5]
+    quotient, now, change, before = sums[0], sums[1], sums[2], sums[3]
+    mixed, curved, size, moving = sums[4], sums[5], sums[6], sums[7]
+    count = len(x)
+    _multiply(rows, x, product)
+    before[:], moving[:], direction[:], last[:] = 1.0, 1.0, 0.0, 0.0
+    for done in range(limits[1]):
+        _plain_by_part(part, x, product, quotient)
+        for i in range(count):
+            slope[i] = product[i] - (quotient[part[i]].real * mass[i]) * x[i]
+        _cycle(levels, work, slope, next_one, depth)
+        _plain_by_part(part, next_one, slope, now)
+        _plain_by_part(part, next_one, last, change)
+        resting = True
+        for p in range(len(now)):
+            if not now[p].real > limits[0] * (max(quotient[p].real, 0.0) + shift[p]):
+                moving[p] = 0.0
+            resting = resting and moving[p].real == 0.0
+            grown = max(now[p].real - change[p].real, 0.0)
+            change[p] = grown / before[p].real if done and before[p].real > 0.0 else 0.0
+        if resting:
+            break
+        for i in range(count):
+            direction[i] = next_one[i] + change[part[i]].real * direction[i]
+        _sum_by_part(part, mass, x, direction, mixed)
+        for i in range(count):
+            direction[i] -= mixed[part[i]] * x[i]
+        _multiply(rows, direction, image)
+        _plain_by_part(part, direction, product, mixed)
+        _plain_by_part(part, direction, image, curved)
+        _sum_by_part(part, mass, direction, direction, size)
+        for p in range(len(now)):
+            fall = _best_step(quotient[p].real, mixed[p], curved[p].real, size[p].real)
+            mixed[p] = fall if moving[p].real > 0.0 else 0j
+            before[p] = now[p].real
+        for i in range(count):
+            x[i] += mixed[part[i]] * direction[i]
+            product[i] += mixed[part[i]] * image[i]
+            last[i] = slope[i]
+        _sum_by_part(part, mass, x, x, size)
+        for p in range(len(now)):
+            size[p] = 1.0 / np.sqrt(size[p].real)
+        for i in range(count):
+            x[i] *= size[part[i]].real
+            product[i] *= size[part[i]].real
+
+
+@inline
+def _plain_by_part(part: IntArray, x: ComplexArray, y: ComplexArray, out: ComplexArray) -> None:
     out[:] = 0.0
     for i in range(len(x)):
-        out[part[i]] += weights[i] * (np.conj(x[i]) * y[i])
+        out[part[i]] += np.conj(x[i]) * y[i]

@@ -1,7 +1,7 @@
 """The charted surface: triangles with, at each corner, a position, a chart and a place on it.
 
-All synthesis works on it, wherever it came from: patches, meshes, CAD, a plane, a tile. Only what builds one
-compares positions; behind it, triangles meet where `across` says so.
+Method "quilt" and the measures work on it, wherever it came from: patches, meshes, CAD, a plane, a tile. Only
+what builds one compares positions; behind it, triangles meet where `across` says so.
 """
 
 from collections.abc import Sequence
@@ -13,13 +13,25 @@ from numpy.typing import NDArray
 
 from upholster.charts.mesh_layout import chart_places
 from upholster.charts.tessellation import tessellate_by_bends
-from upholster.geometry import MeshSurface, Surface, TriangleMesh
-from upholster.geometry.edge_pairs import edge_pairs
+from upholster.charts.unwrap._raster_kernels import coverage
+from upholster.errors import InputError
+from upholster.geometry import AnySurface, MeshSurface, Surface, TriangleMesh
+from upholster.geometry.edge_pairs import edge_pairs, seams_of
 from upholster.quilt.chart import Chart
 from upholster.stages import stage
 from upholster.types import FloatArray, IntArray
 
-__all__ = ["ChartedSurface", "charted_mesh", "charted_patches", "charted_plane", "on_longer_steps"]
+__all__ = [
+    "ChartedSurface",
+    "charted_mesh",
+    "charted_patches",
+    "charted_plane",
+    "charted_surface",
+    "on_longer_steps",
+]
+
+_ASIDE = (0.00071, 0.00131)
+"""Steps by which triangles are moved: else steps' centres on edges that run along a chart lie on none."""
 
 _TILE = 3
 """A tile is so many rectangles high and wide: with fewer, two edges would join the same two vertices."""
@@ -62,18 +74,72 @@ class ChartedSurface:
     @cached_property
     def is_seam(self) -> NDArray[np.bool_]:
         """Which edges of triangles are seams, (T, 3): something meets there, at another place of a chart."""
-        across = self.across
-        other, edge = across // 3, across % 3
-        here, there = self.places, self.places[other]
-        rows = np.arange(len(other))[:, None].repeat(3, axis=1)
-        met_last = there[rows, np.arange(3), edge]
-        met_first = there[rows, np.arange(3), (edge + 1) % 3]
-        same = (here == met_first).all(axis=2) & (np.roll(here, -1, axis=1) == met_last).all(axis=2)
-        same &= self.chart[other] == self.chart[:, None]
-        found: NDArray[np.bool_] = (
-            (across >= 0) & ~same & (self.chart[:, None] >= 0) & (self.chart[other] >= 0)
+        return seams_of(self.across, self.places, self.chart)
+
+    @cached_property
+    def seams(self) -> NDArray[np.int64]:
+        """The seams from one side each, (n, 4): triangle and edge, and those across.
+
+        Triangles of one chart that meet at a pole have a corner there each, at places of their own. Such
+        edges, a step long, are left out: no texture shows between them.
+        """
+        triangle, edge = np.nonzero(
+            self.is_seam & (self.across > 3 * np.arange(len(self.chart))[:, None] + 2)
         )
+        other, met = np.divmod(self.across[triangle, edge], 3)
+        here = self.places[triangle, edge], self.places[triangle, (edge + 1) % 3]
+        there = self.places[other, (met + 1) % 3], self.places[other, met]
+        joined = [(a == b).all(axis=1) for a, b in zip(here, there, strict=True)]
+        short = [np.hypot(*(b - a).T) < 1.0 + 1e-9 for a, b in (here, there)]
+        slit = (self.chart[triangle] == self.chart[other]) & np.any(joined, axis=0) & np.any(short, axis=0)
+        found: NDArray[np.int64] = np.stack([triangle, edge, other, met], axis=1)[~slit]
         return found
+
+    @cached_property
+    def steps(self) -> FloatArray:
+        """A step down, and one to the right, in space, (T, 3, 2); 0 where a triangle has no area."""
+        return self._steps_of(np.arange(len(self.chart)))
+
+    def _steps_of(self, triangle: NDArray[np.integer]) -> FloatArray:
+        corners, places = self.mesh.corners[triangle], self.places[triangle]
+        edges, steps = corners[:, 1:] - corners[:, :1], places[:, 1:] - places[:, :1]
+        area = steps[:, 0, 0] * steps[:, 1, 1] - steps[:, 0, 1] * steps[:, 1, 0]
+        sound = (area > 0) & (self.chart[triangle] >= 0)
+        inverse = np.stack([steps[:, 1, 1], -steps[:, 1, 0], -steps[:, 0, 1], steps[:, 0, 0]], axis=1)
+        inverse = inverse.reshape(-1, 2, 2) / np.where(sound, area, 1.0)[:, None, None]
+        out: FloatArray = np.where(sound[:, None, None], np.einsum("tex,tef->txf", edges, inverse), 0.0)
+        return out
+
+    def beside(self, triangle: NDArray[np.integer], edge: NDArray[np.integer]) -> FloatArray:
+        """Return by how much steps lead along edges, and inward from them, (n, 2, 2) in units of length.
+
+        Seen from what lies across, both are the opposite: so planes are unfolded about the edge they share.
+        """
+        corners = self.mesh.corners
+        along = corners[triangle, (edge + 1) % 3] - corners[triangle, edge]
+        along = along / np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-300)
+        inward = np.cross(self.mesh.flat_normals[triangle], along)
+        out: FloatArray = np.stack([along, inward], axis=1) @ self._steps_of(triangle)
+        return out
+
+    def lies_on(self, index: int, corner: tuple[int, int], shape: tuple[int, int]) -> NDArray[np.bool_]:
+        """Return which steps of a window of a chart, from its first one's (row, column), lie on triangles."""
+        times = np.zeros(shape, np.int32)
+        coverage(self.places[self.chart == index] - corner + _ASIDE, times)
+        return times > 0
+
+
+def charted_surface(surface: AnySurface, charts: Sequence[Chart], *, finer: int = 1) -> ChartedSurface:
+    """Return any surface with charts on it; `finer` as of `charted_patches`, a mesh is what it is.
+
+    Raises
+    ------
+    InputError
+        If a chart of patches is none of the surface's, or the surface has no area.
+    """
+    if isinstance(surface, MeshSurface):
+        return charted_mesh(surface, charts)
+    return charted_patches(surface, charts, finer=finer)
 
 
 @stage
@@ -85,18 +151,20 @@ def charted_mesh(surface: MeshSurface, charts: Sequence[Chart]) -> ChartedSurfac
 
 
 @stage
-def charted_patches(surface: Surface, charts: Sequence[Chart]) -> ChartedSurface:
+def charted_patches(surface: Surface, charts: Sequence[Chart], *, finer: int = 1) -> ChartedSurface:
     """Return a surface of patches, tessellated chart by chart: vertices lie on it.
 
-    Triangles are as large as the surface, and the steps on it, are nearly linear.
+    Triangles are as large as the surface, and the steps on it, are nearly linear; or `finer` so many times.
     """
-    mesh, vertex = tessellate_by_bends(surface, charts)
+    mesh, vertex = tessellate_by_bends(surface, charts, finer=finer)
     corners = mesh.all_triangles()
     used, triangles = np.unique(vertex[corners], return_inverse=True)
     triangles = triangles.reshape(-1, 3).astype(np.int32)
     a, b, c = triangles.T
     sound = (a != b) & (b != c) & (c != a)
     corners, triangles = corners[sound], triangles[sound]
+    if not len(triangles):
+        raise InputError("surface has no area; allowed: patches that are more than points and lines")
     own = TriangleMesh(mesh.positions[used], triangles, normals=mesh.normals[corners], name=surface.name)
     places = np.ascontiguousarray(mesh.places[corners])
     return ChartedSurface(own, mesh.chart[corners[:, 0]], places, tuple(charts), own.neighbours)

@@ -1,12 +1,15 @@
 """Edges of a mesh over which directions start anew."""
 
 import numpy as np
+from numpy.typing import NDArray
 
 from upholster.geometry import TriangleMesh
 from upholster.stages import stage
 from upholster.types import FloatArray
 
-__all__ = ["CREASE", "default_crease"]
+__all__ = ["CREASE", "bend_cosines", "default_crease"]
+
+Index = NDArray[np.integer]
 
 CREASE = 75.0
 """Degrees: over edges that bend more directions start anew, so that a box's lid runs straight.
@@ -32,28 +35,39 @@ def default_crease(mesh: TriangleMesh) -> float:
     they stand for something smooth. They bend by every other angle as well; what has chamfers, and edges that
     bend by less than 20°, has hardly any between.
     """
-    cosines, lengths = _bends(mesh)
+    triangle, edge = np.nonzero(mesh.neighbours >= 0)
+    cosines = bend_cosines(mesh, triangle, edge, mesh.neighbours[triangle, edge])
+    corners = mesh.corners
+    lengths = np.linalg.norm(corners[triangle, (edge + 1) % 3] - corners[triangle, edge], axis=1)
     slight, bent, sharp = np.cos(np.radians((_ROUND, _CHAMFER, CREASE)))
     chamfers = float(lengths[(cosines <= bent) & (cosines > sharp)].sum())
     between = float(lengths[(cosines <= slight) & (cosines > bent)].sum())
     return _CHAMFERED if chamfers > 0 and between <= _BETWEEN * chamfers else CREASE
 
 
-def _bends(mesh: TriangleMesh) -> tuple[FloatArray, FloatArray]:
-    """Return of each edge between two triangles, from either, the cosine of its bend and its length.
+def bend_cosines(
+    mesh: TriangleMesh, triangle: Index, edge: Index, across: Index, *, by_normals: bool = True
+) -> FloatArray:
+    """Return the cosines of how much a mesh bends over edges, (n,).
 
-    By the file's normals, where it has some: at whichever end it bends more.
+    By the file's normals, where it has some and not told otherwise: at whichever end it bends more.
+
+    Parameters
+    ----------
+    mesh
+        The triangles.
+    triangle, edge, across
+        (n,) each: edges of triangles, and what lies across, as of `TriangleMesh.neighbours`.
+    by_normals
+        Whether normals of the file count.
     """
-    triangle, edge = np.nonzero(mesh.neighbours >= 0)
-    other, met = np.divmod(mesh.neighbours[triangle, edge], 3)
-    after = (edge + 1) % 3
-    corners = mesh.corners
-    lengths = np.linalg.norm(corners[triangle, after] - corners[triangle, edge], axis=1)
-    if mesh.normals is None:
+    other, met = np.divmod(across, 3)
+    if mesh.normals is None or not by_normals:
         flat = mesh.flat_normals
-        return np.einsum("ij,ij->i", flat[triangle], flat[other]), lengths
+        facing: FloatArray = np.einsum("ij,ij->i", flat[triangle], flat[other])
+        return facing
     own, far = mesh.normals[triangle], mesh.normals[other]
     row = np.arange(len(triangle))
-    first = np.einsum("ij,ij->i", own[row, edge], far[row, (met + 1) % 3])
-    last = np.einsum("ij,ij->i", own[row, after], far[row, met])
-    return np.minimum(first, last), lengths
+    first: FloatArray = np.einsum("ij,ij->i", own[row, edge], far[row, (met + 1) % 3])
+    last: FloatArray = np.einsum("ij,ij->i", own[row, (edge + 1) % 3], far[row, met])
+    return np.minimum(first, last)

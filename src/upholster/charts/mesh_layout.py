@@ -3,9 +3,7 @@
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-from upholster.charts.unwrap._raster_kernels import coverage
 from upholster.errors import InputError
 from upholster.geometry import MeshSurface
 from upholster.quilt.chart import MAX_CHART, Chart
@@ -16,14 +14,10 @@ __all__ = [
     "GUTTER",
     "chart_places",
     "mesh_charts",
-    "texels_on_mesh",
 ]
 
 GUTTER = 8
 """Texels that a chart reaches beyond its island each way."""
-
-_ASIDE = (0.00071, 0.00131)
-"""Texels by which triangles are moved: else texels' centres on edges that run along a chart lie on none."""
 
 
 @stage
@@ -67,16 +61,3 @@ def chart_places(surface: MeshSurface, charts: Sequence[Chart]) -> FloatArray:
     places: FloatArray = (surface.parameters - own[..., :2]) * own[..., 2:]
     places[surface.island < 0] = 0.0
     return places
-
-
-def texels_on_mesh(
-    surface: MeshSurface, charts: Sequence[Chart], index: int, corner: tuple[int, int], shape: tuple[int, int]
-) -> NDArray[np.bool_]:
-    """Return which texels of a window of a chart, from its first one's (row, column), lie on the mesh."""
-    chart = charts[index]
-    sides = chart.height / (chart.s1 - chart.s0), chart.width / (chart.t1 - chart.t0)
-    own = surface.parameters[surface.island == index]
-    places = (own - (chart.s0, chart.t0)) * sides - corner
-    times = np.zeros(shape, np.int32)
-    coverage(places + _ASIDE, times)
-    return times > 0

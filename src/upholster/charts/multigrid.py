@@ -19,21 +19,18 @@ import numpy as np
 
 from upholster.charts._multigrid_kernels import (
     ComplexArray,
+    Levels,
     Rows,
+    Work,
     coarse_rows,
-    divide_out,
+    conjugate_gradients,
     factor,
-    inner,
     inner_by_part,
     join_pairs,
+    lower_quotients,
     match_pairs,
-    multiply,
     prolong,
     restrict,
-    smooth_down,
-    smooth_up,
-    step,
-    subtract_product,
 )
 from upholster.parallel import check_cancelled
 from upholster.types import FloatArray, IntArray
@@ -60,13 +57,14 @@ def hermitian(
     diagonal
         (count,) real.
     """
-    row = np.concatenate([first, second])
-    order = np.argsort(row, kind="stable")
+    row, column = np.concatenate([first, second]), np.concatenate([second, first]).astype(np.int32)
+    before = column < row
+    order = np.argsort(2 * row.astype(np.int64) + ~before, kind="stable")
     starts = np.zeros(count + 1, np.int32)
     np.cumsum(np.bincount(row, minlength=count), out=starts[1:])
-    columns = np.concatenate([second, first]).astype(np.int32)[order]
+    middles = starts[:-1] + np.bincount(row[before], minlength=count).astype(np.int32)
     both = np.concatenate([values, np.conj(values)]).astype(np.complex128)[order]
-    return Rows(starts, columns, both, np.ascontiguousarray(diagonal, np.float64))
+    return Rows(starts, middles, column[order], both, np.ascontiguousarray(diagonal, np.float64))
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,12 +72,10 @@ class _Level:
     rows: Rows
     group: IntArray
     phase: ComplexArray
-    residual: ComplexArray
-    """Room for the cycle's residual and, on the coarser level, its right side and two directions."""
 
 
 class Multigrid:
-    """Levels of a positive Hermitian matrix, and the cycle over them.
+    """Levels of a positive Hermitian matrix, for cycles over them.
 
     Parameters
     ----------
@@ -88,68 +84,32 @@ class Multigrid:
     """
 
     def __init__(self, rows: Rows) -> None:
-        self.rows = rows
         self.levels: list[_Level] = []
         while len(rows.diagonal) > DENSE:
             group, phase, count = _groups(rows)
             if not count or count > 0.9 * len(group):
                 break
-            self.levels.append(_Level(rows, group, phase, np.empty(len(group), np.complex128)))
+            self.levels.append(_Level(rows, group, phase))
             rows = _coarser(rows, group, phase, count)
         self._last = rows
-        self._factor = _dense_factor(rows) if len(rows.diagonal) <= DENSE else None
+        self.kept = _kept(self.levels, rows)
+        self.work = Work.of(self.kept)
 
     def rows_at(self, depth: int) -> Rows:
         """Return the matrix of a level; 0 is the finest."""
         return self.levels[depth].rows if depth < len(self.levels) else self._last
 
-    def cycle(self, right: ComplexArray, x: ComplexArray, depth: int = 0) -> None:
-        """Put in x about the solution for `right`: one K-cycle, a preconditioner that varies a little."""
-        if depth == len(self.levels):
-            self._at_last(right, x)
-            return
-        level = self.levels[depth]
-        smooth_down(level.rows, right, x)
-        subtract_product(level.rows, x, right, level.residual)
-        coarser = self.rows_at(depth + 1)
-        below = np.empty(len(coarser.diagonal), np.complex128)
-        restrict(level.group, level.phase, level.residual, below)
-        prolong(level.group, level.phase, self._below(coarser, below, depth + 1), x)
-        smooth_up(level.rows, right, x)
 
-    def _below(self, rows: Rows, right: ComplexArray, depth: int) -> ComplexArray:
-        """Solve on a coarser level: there by one cycle or two, joined as conjugate gradients join them."""
-        x = np.empty(len(right), np.complex128)
-        self.cycle(right, x, depth)
-        if depth == len(self.levels):
-            return x
-        product = np.empty_like(x)
-        multiply(rows, x, product)
-        curved = inner(x, product).real
-        if not curved > 0:
-            return x
-        share = inner(x, right) / curved
-        rest = right.copy()
-        step(-share, product, rest)
-        first, x = x, share * x
-        if inner(rest, rest).real <= 0.0625 * inner(right, right).real:
-            return x
-        more = np.empty_like(x)
-        self.cycle(rest, more, depth)
-        along = np.conj(inner(more, product)) / curved
-        direction = more - along * first
-        multiply(rows, direction, product)
-        curved = inner(direction, product).real
-        if curved > 0:
-            step(inner(direction, rest) / curved, direction, x)
-        return x
-
-    def _at_last(self, right: ComplexArray, x: ComplexArray) -> None:
-        if self._factor is not None:
-            divide_out(self._factor, right, x)
-            return
-        smooth_down(self._last, right, x)
-        smooth_up(self._last, right, x)
+def _kept(levels: list[_Level], last: Rows) -> Levels:
+    # All levels as kernels take them.
+    rows = [*(level.rows for level in levels), last]
+    sizes = [(len(one.diagonal), len(one.columns)) for one in rows]
+    firsts = np.concatenate([np.zeros((1, 2), np.int64), np.cumsum(sizes, axis=0, dtype=np.int64)])
+    group = np.concatenate([np.zeros(0, np.int32), *(level.group for level in levels)])
+    phase = np.concatenate([np.zeros(0, np.complex128), *(level.phase for level in levels)])
+    together = Rows(*(np.concatenate(part) for part in zip(*rows, strict=True)))
+    dense = _dense_factor(last) if len(last.diagonal) <= DENSE else np.zeros((0, 0), np.complex128)
+    return Levels(firsts, together, group, phase, dense)
 
 
 def solve(
@@ -170,26 +130,10 @@ def solve(
     most
         Steps at which it ends in any case.
     """
+    check_cancelled()
     x = start.astype(np.complex128)
-    rest = np.empty_like(x)
-    subtract_product(grid.rows, x, right, rest)
-    enough = tolerance**2 * inner(right, right).real
-    direction, product, next_one = np.zeros_like(x), np.zeros_like(x), np.empty_like(x)
-    curved = 0.0
-    for _ in range(most):
-        check_cancelled()
-        if inner(rest, rest).real <= enough:
-            break
-        grid.cycle(rest, next_one)
-        along = inner(product, next_one) / curved if curved > 0 else 0j
-        direction = next_one - along * direction
-        multiply(grid.rows, direction, product)
-        curved = inner(direction, product).real
-        if not curved > 0:
-            break
-        size = inner(direction, rest) / curved
-        step(size, direction, x)
-        step(-size, product, rest)
+    room = np.empty((4, len(x)), np.complex128)
+    conjugate_gradients(grid.kept, grid.work, right.astype(np.complex128), room, tolerance, most, x)
     return x
 
 
@@ -285,57 +229,13 @@ def _descend(
     shift: FloatArray,
     limits: tuple[float, int],
 ) -> ComplexArray:
-    """Lower each part's quotient by preconditioned conjugate gradients with exact steps."""
-    rows, ones, parts = grid.rows_at(depth), np.ones(len(mass)), len(shift)
+    """Lower each part's quotient."""
+    check_cancelled()
+    rows = grid.rows_at(depth)
     rows = rows._replace(diagonal=rows.diagonal - shift[part] * mass)
-    moving = np.ones(parts, np.bool_)
-    product, direction = np.empty_like(x), np.zeros_like(x)
-    image, next_one = np.zeros_like(x), np.empty_like(x)
-    multiply(rows, x, product)
-    before = np.ones(parts)
-    last = np.zeros_like(x)
-    for count in range(limits[1]):
-        check_cancelled()
-        quotient = _by_part(part, ones, x, product, parts).real
-        slope = product - (quotient[part] * mass) * x
-        grid.cycle(slope, next_one, depth)
-        now = _by_part(part, ones, next_one, slope, parts).real
-        change = now - _by_part(part, ones, next_one, last, parts).real
-        moving &= now > limits[0] * (np.maximum(quotient, 0) + shift)
-        if not moving.any():
-            break
-        keep = np.where(before > 0, np.maximum(change, 0.0) / np.where(before > 0, before, 1.0), 0.0)
-        direction = next_one + (keep[part] if count else 0.0) * direction
-        direction -= _by_part(part, mass, x, direction, parts)[part] * x
-        multiply(rows, direction, image)
-        fall = _best_step(
-            quotient,
-            _by_part(part, ones, direction, product, parts),
-            _by_part(part, ones, direction, image, parts).real,
-            _by_part(part, mass, direction, direction, parts).real,
-        )
-        fall = np.where(moving, fall, 0)
-        x = x + fall[part] * direction
-        product = product + fall[part] * image
-        size = np.sqrt(_by_part(part, mass, x, x, parts).real)
-        x, product = x / size[part], product / size[part]
-        before, last = now, slope
+    vectors, sums = np.empty((6, len(x)), np.complex128), np.empty((8, len(shift)), np.complex128)
+    lower_quotients(grid.kept, grid.work, depth, rows, mass, part, shift, limits, vectors, sums, x)
     return x
-
-
-def _best_step(
-    quotient: FloatArray, mixed: ComplexArray, curved: FloatArray, size: FloatArray
-) -> ComplexArray:
-    """Return how far to go along directions, at right angles to x, for the least quotients."""
-    good = size > 0
-    size = np.where(good, size, 1.0)
-    length = np.sqrt(mixed.real**2 + mixed.imag**2)
-    b = length / np.sqrt(size)
-    gap = curved / size - quotient
-    # Tangent of the angle by which (x, direction) has to turn.
-    turn = -2 * b / (gap + np.sqrt(gap * gap + 4 * b * b) + 1e-300)
-    phase = np.where(b > 0, mixed / np.where(b > 0, length, 1.0), 0)
-    return np.where(good, turn * phase / np.sqrt(size), 0)
 
 
 def _groups(rows: Rows) -> tuple[IntArray, ComplexArray, int]:
@@ -352,17 +252,16 @@ def _groups(rows: Rows) -> tuple[IntArray, ComplexArray, int]:
 
 
 def _coarser(rows: Rows, group: IntArray, phase: ComplexArray, count: int) -> Rows:
-    members = np.argsort(group, kind="stable").astype(np.int32)
-    members = members[np.searchsorted(group[members], 0) :]
-    first = np.searchsorted(group[members], np.arange(count + 1)).astype(np.int32)
     room = len(rows.columns)
     coarse = Rows(
         np.zeros(count + 1, np.int32),
+        np.empty(count, np.int32),
         np.empty(room, np.int32),
         np.empty(room, np.complex128),
         np.empty(count),
     )
-    filled = coarse_rows(rows, group, phase, members, first, np.full(count, -1, np.int32), coarse)
+    members, first = np.empty(len(group), np.int32), np.empty(count + 1, np.int32)
+    filled = coarse_rows(rows, group, phase, members, first, np.empty(count, np.int32), coarse)
     return coarse._replace(columns=coarse.columns[:filled].copy(), values=coarse.values[:filled].copy())
 
 

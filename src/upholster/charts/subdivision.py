@@ -1,15 +1,22 @@
 """Cutting a mesh's long edges, so that no triangle is long where a block is short."""
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from upholster.charts._subdivision_kernels import (
+    PARTS,
+    Pieces,
+    count_parts,
+    cut_triangles,
+    measure_edges,
+    order_pieces,
+)
 from upholster.charts.charted import ChartedSurface
 from upholster.charts.tessellation import connected
 from upholster.geometry import TriangleMesh
-from upholster.geometry.edge_pairs import edge_pairs
+from upholster.geometry.edge_pairs import edge_pairs, numbered_edges
 from upholster.parallel import check_cancelled
 from upholster.types import FloatArray, IntArray
 
@@ -20,18 +27,6 @@ _ROUNDS = 24
 _NARROW = 0.25
 """Of the longest edge allowed: a triangle whose short edge is shorter is cut across, into strips. Halving its
 diagonals as well would make three parts of each two, round after round."""
-
-
-class _Pieces(NamedTuple):
-    """Triangles (k = 3) or strips (k = 4), cut out of triangles.
-
-    A strip has long sides from corner 0 to 1 and from 2 to 3, and short ends. `vertices` (N, k), `values`
-    (N, k, 5) parameters and vectors at the corners, `parent` (N,) of which triangle they are a part.
-    """
-
-    vertices: IntArray
-    values: FloatArray
-    parent: IntArray
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -82,14 +77,13 @@ def subdivided_in(
     none.
     """
     kept = np.flatnonzero(surface.chart >= 0).astype(np.int32)
-    positions = surface.mesh.positions
+    positions = surface.mesh.positions.copy()
     if box is not None:
         kept = kept[_meets(positions, surface.mesh.triangles[kept], box)]
     values = np.concatenate([surface.places[kept], vectors[kept]], axis=2)
-    triangles = _Pieces(surface.mesh.triangles[kept], values, kept)
+    triangles = Pieces(surface.mesh.triangles[kept], values, kept)
     joined = _joined_vertices(surface)
-    strips = _Pieces(np.zeros((0, 4), np.int32), np.zeros((0, 4, values.shape[2])), kept[:0])
-    done: list[_Pieces] = []  # triangles that no round changes any more
+    strips = Pieces(np.zeros((0, 4), np.int32), np.zeros((0, 4, values.shape[2])), kept[:0])
     for _ in range(_ROUNDS):
         check_cancelled()
         if box is not None:
@@ -97,31 +91,32 @@ def subdivided_in(
             strips = _chosen(strips, _meets(positions, strips.vertices, box))
         lengths = _lengths(strips, positions)
         uneven = (lengths[:, 0] > longest) != (lengths[:, 2] > longest)
-        triangles = _joined(triangles, _halves_of(_chosen(strips, uneven), positions))
-        strips = _chosen(strips, ~uneven)
-        lengths = _lengths(triangles, positions)
-        long, long_strips = lengths > longest, _lengths(strips, positions) > longest
+        if uneven.any():
+            triangles = _joined(triangles, _halves_of(_chosen(strips, uneven), positions))
+            strips, lengths = _chosen(strips, ~uneven), lengths[~uneven]
+        long_strips, lengths = lengths > longest, _lengths(triangles, positions)
+        long = lengths > longest
         if not (long.any() or long_strips.any()):
             break
-        cut = np.flatnonzero(long.any(axis=1))
-        whole = np.flatnonzero(~long.any(axis=1))
-        done.append(_chosen(triangles, whole))
-        triangles, lengths, long = _chosen(triangles, cut), lengths[cut], long[cut]
         ends = [_ends(pieces).reshape(-1, 2) for pieces in (triangles, strips)]
         flags = np.concatenate([long.ravel(), long_strips.ravel()])
         middles, positions, joined = _halved(np.concatenate(ends), flags, positions, joined)
-        split, new = _split(triangles, middles[: long.size].reshape(-1, 3), lengths < _NARROW * longest)
-        strips = _joined(_cut_across(strips, middles[long.size :].reshape(-1, 4)), new)
-        triangles = split
-    found = _joined(*done, triangles, _halves_of(strips, positions))
-    if not len(found.parent):
+        split, new = _split(triangles, middles[: long.size].reshape(-1, 3), lengths, _NARROW * longest)
+        if len(strips.parent):
+            new = _joined(_cut_across(strips, middles[long.size :].reshape(-1, 4)), new)
+        triangles, strips = split, new
+    halves = _halves_of(strips, positions)
+    count = len(triangles.parent) + len(halves.parent)
+    if not count:
         return None
-    vertices, values, parent = _chosen(found, np.argsort(found.parent, kind="stable"))
+    vertices, parent = np.empty((count, 3), np.int32), np.empty(count, np.int32)
+    places, fine = np.empty((count, 3, 2)), np.empty((count, 3, 3))
+    firsts = np.empty(len(surface.chart) + 1, np.int64)
+    order_pieces(triangles, halves, firsts, vertices, parent, places, fine)
     mesh = TriangleMesh(positions, vertices, name=surface.mesh.name)
     across = mesh.neighbours if joined is None else edge_pairs(positions, joined[vertices])
-    places = np.ascontiguousarray(values[..., :2])
     flat = ChartedSurface(mesh, surface.chart[parent], places, surface.charts, across)
-    return Subdivided(flat, parent, np.ascontiguousarray(values[..., 2:]))
+    return Subdivided(flat, parent, fine)
 
 
 def _meets(positions: FloatArray, vertices: IntArray, box: FloatArray) -> NDArray[np.bool_]:
@@ -134,35 +129,35 @@ def _meets(positions: FloatArray, vertices: IntArray, box: FloatArray) -> NDArra
     return met
 
 
-def _ends(pieces: _Pieces) -> IntArray:
+def _ends(pieces: Pieces) -> IntArray:
     return np.stack([pieces.vertices, np.roll(pieces.vertices, -1, axis=1)], axis=2)
 
 
-def _lengths(pieces: _Pieces, positions: FloatArray) -> FloatArray:
-    x, y, z = positions[pieces.vertices].transpose(2, 0, 1)
-    squares = sum((np.roll(part, -1, axis=1) - part) ** 2 for part in (x, y, z))
-    lengths: FloatArray = np.sqrt(squares)
+def _lengths(pieces: Pieces, positions: FloatArray) -> FloatArray:
+    lengths = np.empty(pieces.vertices.shape)
+    measure_edges(pieces.vertices, positions, lengths)
     return lengths
 
 
-def _chosen(pieces: _Pieces, which: NDArray[np.bool_] | NDArray[np.intp]) -> _Pieces:
-    return _Pieces(pieces.vertices[which], pieces.values[which], pieces.parent[which])
+def _chosen(pieces: Pieces, which: NDArray[np.bool_] | NDArray[np.intp]) -> Pieces:
+    return Pieces(pieces.vertices[which], pieces.values[which], pieces.parent[which])
 
 
-def _joined(*parts: _Pieces) -> _Pieces:
-    return _Pieces(
+def _joined(*parts: Pieces) -> Pieces:
+    return Pieces(
         np.concatenate([part.vertices for part in parts]),
         np.concatenate([part.values for part in parts]),
         np.concatenate([part.parent for part in parts]),
     )
 
 
-def _picked(pieces: _Pieces, corners: tuple[int, ...]) -> _Pieces:
+def _picked(pieces: Pieces, corners: tuple[int, ...]) -> Pieces:
     # Parts of pieces, by numbers of their corners.
-    return _Pieces(pieces.vertices[:, corners], pieces.values[:, corners], pieces.parent)
+    vertices, values = pieces.vertices[:, corners], pieces.values[:, corners]
+    return Pieces(np.ascontiguousarray(vertices), np.ascontiguousarray(values), pieces.parent)
 
 
-def _halves_of(strips: _Pieces, positions: FloatArray) -> _Pieces:
+def _halves_of(strips: Pieces, positions: FloatArray) -> Pieces:
     # Strips as triangles, two each, cut at the shorter diagonal.
     a, b, c, d = positions[strips.vertices].transpose(1, 0, 2)
     first = np.linalg.norm(c - a, axis=1) <= np.linalg.norm(d - b, axis=1)
@@ -188,12 +183,10 @@ def _halved(
 ) -> tuple[IntArray, FloatArray, IntArray | None]:
     # New vertices in the middle of long edges (E, 2): (E,) their numbers, −1 elsewhere, the longer array, and
     # numbers for them as well: their edges' ends meet, so they do.
-    low, high = ends[long].min(axis=1).astype(np.int64), ends[long].max(axis=1)
     count = len(positions)
-    keys, number = np.unique(low * count + high, return_inverse=True)
-    low, high = keys // count, keys % count
-    middles = np.full(long.shape, -1, np.int32)
-    middles[long] = count + number.reshape(-1)
+    numbers, examples = numbered_edges(np.where(long, ends[:, 0], np.int32(-1)), ends[:, 1].copy(), count)
+    low, high = ends[examples].T
+    middles = np.where(long, count + numbers, -1).astype(np.int32)
     if joined is not None:
         one, other = np.sort([joined[low], joined[high]], axis=0).astype(np.int64)
         _, first, met = np.unique(one * count + other, return_index=True, return_inverse=True)
@@ -207,16 +200,16 @@ def _unit(vectors: FloatArray, instead: FloatArray) -> FloatArray:
     return np.where(length > 1e-3, vectors / np.maximum(length, 1e-3), instead)
 
 
-def _with_middles(pieces: _Pieces, middles: IntArray) -> _Pieces:
+def _with_middles(pieces: Pieces, middles: IntArray) -> Pieces:
     # Behind the corners the middles of their edges.
     values = pieces.values
     between = 0.5 * (values + np.roll(values, -1, axis=1))
     between[..., 2:] = _unit(between[..., 2:], values[..., 2:])
     vertices = np.concatenate([pieces.vertices, middles], axis=1)
-    return _Pieces(vertices, np.concatenate([values, between], axis=1), pieces.parent)
+    return Pieces(vertices, np.concatenate([values, between], axis=1), pieces.parent)
 
 
-def _cut_across(strips: _Pieces, middles: IntArray) -> _Pieces:
+def _cut_across(strips: Pieces, middles: IntArray) -> Pieces:
     # Two strips of each whose sides are cut.
     cut = middles[:, 0] >= 0
     whole = _with_middles(_chosen(strips, cut), middles[cut])
@@ -224,22 +217,11 @@ def _cut_across(strips: _Pieces, middles: IntArray) -> _Pieces:
     return _joined(_chosen(strips, ~cut), halves)
 
 
-def _split(triangles: _Pieces, middles: IntArray, short: NDArray[np.bool_]) -> tuple[_Pieces, _Pieces]:
+def _split(triangles: Pieces, middles: IntArray, lengths: FloatArray, narrow: float) -> tuple[Pieces, Pieces]:
     # Triangles cut at the middles of one, two or three edges, and strips of those whose third edge is short.
-    whole, cut = _with_middles(triangles, middles), middles >= 0
-    parts: list[_Pieces] = []
-    strips: list[_Pieces] = []
-    for turn in range(3):  # patterns turned so that edge 0, or edges 0 and 1, are cut
-        a, b, c = turn, (turn + 1) % 3, (turn + 2) % 3
-        ab, bc = 3 + a, 3 + b
-        one = _chosen(whole, cut[:, a] & ~cut[:, b] & ~cut[:, c])
-        parts += [_picked(one, (a, ab, c)), _picked(one, (ab, b, c))]
-        both = cut[:, a] & cut[:, b] & ~cut[:, c]
-        two = _chosen(whole, both & ~short[:, c])
-        parts += [_picked(two, (ab, b, bc)), _picked(two, (a, ab, bc)), _picked(two, (a, bc, c))]
-        narrow = _chosen(whole, both & short[:, c])
-        parts.append(_picked(narrow, (ab, b, bc)))
-        strips.append(_picked(narrow, (a, ab, bc, c)))
-    three = _chosen(whole, np.flatnonzero(cut.all(axis=1)))
-    parts += [_picked(three, corners) for corners in ((0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5))]
-    return _joined(*parts), _joined(*strips)
+    counts, strip_counts = np.empty(PARTS, np.int64), np.empty(3, np.int64)
+    count_parts(middles, lengths, narrow, counts, strip_counts)
+    split, strips = Pieces.of(int(counts.sum()), 3), Pieces.of(int(strip_counts.sum()), 4)
+    places, strip_places = np.cumsum(counts) - counts, np.cumsum(strip_counts) - strip_counts
+    cut_triangles(triangles, middles, lengths, narrow, places, strip_places, split, strips, Pieces.of(1, 6))
+    return split, strips

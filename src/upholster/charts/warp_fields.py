@@ -7,21 +7,16 @@ length.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
-from upholster.charts._mesh_kernels import splat_matrices
+from upholster.charts._mesh_kernels import fill_nodes, splat_matrices, square_axes
 from upholster.charts.charted import ChartedSurface
 from upholster.geometry import TriangleMesh
-from upholster.parallel import check_cancelled
 from upholster.quilt.placement import SYMMETRIES
-from upholster.quilt.warp_field import FIELD_STEP, WarpField, node_count
+from upholster.quilt.warp_field import FIELD_STEP, WarpField, node_count, polar_nodes
 from upholster.stages import stage
 from upholster.types import FloatArray, IntArray
 
 __all__ = ["triangle_frames", "warp_fields"]
-
-_CANCELLED = 0.02
-"""Where the determinant of a mean is less than this share of its triangles', they tell no direction."""
 
 _ROUNDS = 2
 """How often the sizes of nodes are brought to where the size in between is right."""
@@ -40,16 +35,10 @@ def triangle_frames(mesh: TriangleMesh, vectors: FloatArray) -> tuple[FloatArray
     `vectors` (T, 3, 3) is the field at the triangles' corners; where it has no part in the plane, a triangle
     takes its first edge.
     """
-    normals = mesh.flat_normals
-    along = vectors.mean(axis=1)
-    along = along - (along * normals).sum(axis=1, keepdims=True) * normals
-    length = np.linalg.norm(along, axis=1)
-    edge = mesh.corners[:, 1] - mesh.corners[:, 0]
-    weak = length < 1e-6
-    along[weak] = edge[weak]
-    length[weak] = np.linalg.norm(edge[weak], axis=1)
-    along /= np.maximum(length, 1e-300)[:, None]
-    return along, np.cross(along, normals)
+    along = (vectors[:, 0] + vectors[:, 1] + vectors[:, 2]) / 3
+    down = np.empty_like(along)
+    square_axes(along, mesh.flat_normals, mesh.positions, mesh.triangles, down)
+    return along, down
 
 
 @stage
@@ -88,26 +77,23 @@ def warp_fields(
     counts = [(node_count(chart.height, 1), node_count(chart.width, 1)) for chart in charts]
     firsts = np.cumsum([0, *(rows * columns for rows, columns in counts)])
     shapes = np.array([(first, *count) for first, count in zip(firsts, counts, strict=False)], np.int64)
-    nodes, known = np.zeros((firsts[-1], 4)), np.zeros(firsts[-1], np.bool_)
+    nodes, rounds = np.zeros((firsts[-1], 4)), np.empty(firsts[-1], np.int32)
 
     def summed() -> FloatArray:
         sums = np.zeros((len(nodes), 7))
         splat_matrices(places, surface.chart, matrices, _SPACING, float(FIELD_STEP), shapes, nodes, sums)
         return sums
 
-    sums = summed()
-    for (first, rows, columns), chart in zip(shapes.tolist(), charts, strict=True):
-        check_cancelled()
-        own = slice(first, first + rows * columns)
-        size = scale * (chart.s1 - chart.s0) / chart.height
-        nodes[own], known[own] = _filled(sums[own], (rows, columns), size)
+    sizes = scale * np.array([(chart.s1 - chart.s0) / chart.height for chart in charts])
+    fill_nodes(summed(), shapes, sizes, nodes, rounds)
     for _ in range(_ROUNDS):
         # Between matrices that turn the size is too small: what is near a node makes it larger.
         sums = summed()
         larger = np.sqrt(sums[:, 5] / np.maximum(sums[:, 6], 1e-300))
-        nodes *= np.where(known, np.clip(larger, 1 / _MOST_LARGER, _MOST_LARGER), 1.0)[:, None]
+        nodes *= np.where(rounds == 0, np.clip(larger, 1 / _MOST_LARGER, _MOST_LARGER), 1.0)[:, None]
+    polar = polar_nodes(nodes.reshape(-1, 2, 2))
     return tuple(
-        WarpField.quantised(nodes[first : first + rows * columns].reshape(rows, columns, 2, 2), margin=1)
+        WarpField(polar[first : first + rows * columns].reshape(rows, columns, 4), margin=1)
         for first, rows, columns in shapes.tolist()
     )
 
@@ -139,38 +125,3 @@ def _turned(matrices: FloatArray, corners: FloatArray, along: FloatArray, down: 
     x, y = x[..., None], y[..., None]
     below, beside = matrices[:, None, :2], matrices[:, None, 2:]  # what is shown down, and to the right
     return np.concatenate([x * below - y * beside, x * beside + y * below], axis=2)
-
-
-def _filled(sums: FloatArray, shape: tuple[int, int], size: float) -> tuple[FloatArray, NDArray[np.bool_]]:
-    # Matrices of a chart's nodes (n, 4): means; where they cancel, or nothing is near, their neighbours'
-    # means, round after round. And which are means.
-    sums = sums.reshape(*shape, 7)
-    weight = sums[..., 4]
-    known = weight > 0
-    mean = sums[..., :4] / np.where(known, weight, 1.0)[..., None]
-    determinant = mean[..., 0] * mean[..., 3] - mean[..., 1] * mean[..., 2]
-    known &= determinant > _CANCELLED * size * size
-    # Means of matrices that turn are too small.
-    true = sums[..., 5] / np.where(sums[..., 4] > 0, sums[..., 4], 1.0)
-    mean *= np.where(known, np.sqrt(true / np.where(known, determinant, 1.0)), 0.0)[..., None]
-    means = known.copy()
-    if not known.any():
-        mean[..., 0] = mean[..., 3] = size
-        known[:] = True
-    while not known.all():
-        total, count = _around(mean), _around(known[..., None].astype(np.float64))
-        new = ~known & (count[..., 0] > 0)
-        mean[new] = total[new] / count[new]
-        determinant = mean[..., 0] * mean[..., 3] - mean[..., 1] * mean[..., 2]
-        flat = new & (determinant <= _CANCELLED * size * size)
-        mean[flat] = (size, 0.0, 0.0, size)
-        known |= new
-    return mean.reshape(-1, 4), means.ravel()
-
-
-def _around(array: FloatArray) -> FloatArray:
-    padded = np.pad(array, ((1, 1), (1, 1), (0, 0)))
-    rows, columns = array.shape[:2]
-    shifts = [(i, j) for i in range(3) for j in range(3) if (i, j) != (1, 1)]
-    total: FloatArray = sum((padded[i : i + rows, j : j + columns] for i, j in shifts), np.zeros_like(array))
-    return total

@@ -25,6 +25,7 @@ from upholster.cli.picture import picture
 from upholster.cli.prepare import prepare
 from upholster.cli.serve import serve, view
 from upholster.cli.stream import info, levels, refine
+from upholster.cli.studio import studio
 from upholster.cli.warm import warm
 from upholster.errors import StoppedError, UpholsterError, printable
 
@@ -178,6 +179,7 @@ _COMMANDS = {
         refine,
         info,
         levels,
+        studio,
         view,
         serve,
         measure,

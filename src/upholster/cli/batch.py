@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from upholster.cli.console import compiled, say
-from upholster.cli.cover import cover, uses_of
+from upholster.cli.cover import asked_project, cover, uses_of
 from upholster.cli.options import spelled_out
 from upholster.errors import InputError, StoppedError, UpholsterError, check_whole
 from upholster.formats import split_name
@@ -80,9 +80,10 @@ def batch(
     found = read_jobs(jobs)
     folder = Path(jobs).resolve().parent
     place = folder / "batch.json" if output is None else Path(output).resolve()
-    inputs, uses = _checked(found, folder)
+    allowed = [Path(name).resolve() for name in allow or ()]
+    inputs, uses = _checked(found, folder, allowed)
     read = list(dict.fromkeys(name for names in inputs for name in names))
-    check_within(found, read, [folder, *(Path(name).resolve() for name in allow or ())])
+    check_within(found, read, [folder, *allowed])
     check_apart(found, read, folder)
     record = Record(place, Path(jobs).resolve())
     own = [place, *([Path(sheet).resolve()] if sheet else [])]
@@ -96,9 +97,8 @@ def batch(
     todo.sort(key=lambda number: found[number].words[0])
     start, failed = time.perf_counter(), 0
     if todo:
-        tasks = [
-            (os.fspath(folder), ("--quiet", f"--threads={each}", *found[n].words), inputs[n]) for n in todo
-        ]
+        own_words = ("--quiet", f"--threads={each}")
+        tasks = [(os.fspath(folder), (*own_words, *_words(found[n], allowed)), inputs[n]) for n in todo]
         compiled(uses if scheduler is None else (), quiet)
         try:
             with run_jobs(covered_job, tasks, workers=count, scheduler=scheduler, retries=retries) as run:
@@ -124,36 +124,32 @@ def _workers(workers: int | None, scheduler: str | None) -> int:
     return check_whole("workers", workers, 1, 256) if workers is not None else os.cpu_count() or 1
 
 
-def _checked(jobs: "Sequence[Job]", folder: Path) -> tuple[list[tuple[str, ...]], set[str]]:
-    """Read the options of all jobs, as `cover` will; return the files of each, and the kernels they use."""
-    from upholster.charts.covered import covered_files
-    from upholster.image.source import source_files
+def _words(job: "Job", allowed: Sequence[Path]) -> tuple[str, ...]:
+    """Return a job's words, and which folders its project may read."""
+    of_project = any(word.startswith("--project=") for word in job.words)
+    return (*(f"--allow={folder}" for folder in allowed if of_project), *job.words)
 
+
+def _checked(
+    jobs: "Sequence[Job]", folder: Path, allowed: Sequence[Path]
+) -> tuple[list[tuple[str, ...]], set[str]]:
+    """Read the options of all jobs, as `cover` will; return the files of each, and the kernels they use."""
     inputs: list[tuple[str, ...]] = []
     uses: set[str] = set()
     for job in jobs:
         try:
-            asked = _parsed(job.words)
+            asked = _parsed(_words(job, allowed))
+            with _inside(folder):
+                own = asked_project(asked)
+                inputs.append((*([asked["project"]] if asked["project"] else []), *own.files()))
+                uses |= set(uses_of(own, asked["output"]))
         except Exception as error:
             # Typer's usage errors are known by what they offer, see `upholster.cli.main`.
             if not (isinstance(error, UpholsterError) or hasattr(error, "format_message")):
                 raise
             told = error.format_message() if hasattr(error, "format_message") else str(error)
             raise InputError(f"job {job.name!r}: {told}") from None
-        named = [text.partition("=")[2] for text in asked["material"]]
-        maps = asked["preparing"].maps or {}
-        files = [*asked["sample"], *maps.values(), *(_without_size(file) for file in named)]
-        with _inside(folder):
-            folders = [file for file in files if os.path.isdir(file)]
-            inside = [file for some in folders for file in source_files(some)]
-            inputs.append((*files, *inside, *covered_files(asked["on"])))
-        uses |= set(uses_of(asked["synthesis"], asked["preparing"], files, asked["on"], asked["output"]))
     return inputs, uses
-
-
-def _without_size(file: str) -> str:
-    """Return a material's file without the size behind an @."""
-    return file if os.path.exists(file) or "@" not in file else file.rpartition("@")[0]
 
 
 def _follow(run: "Run", jobs: "Sequence[Job]", record: "Record", quiet: bool) -> int:
@@ -200,10 +196,7 @@ def _parser() -> tuple[Any, list[dict[str, Any]]]:
 def _parsed(words: Sequence[str]) -> dict[str, Any]:
     command, seen = _parser()
     command(list(words), standalone_mode=False)
-    asked = seen.pop()
-    return {
-        key: [] if value is None and key in ("sample", "material") else value for key, value in asked.items()
-    }
+    return seen.pop()
 
 
 @contextmanager

@@ -7,7 +7,6 @@ import typer
 
 from upholster.cli.console import (
     byte_count,
-    in_bytes,
     limits_of,
     naming,
     noted,
@@ -17,6 +16,7 @@ from upholster.cli.console import (
 )
 from upholster.cli.options import number_or_text
 from upholster.errors import InputError
+from upholster.shown import in_bytes
 
 __all__ = ["decode", "encode"]
 

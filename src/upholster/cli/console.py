@@ -27,7 +27,6 @@ __all__ = [
     "bars",
     "byte_count",
     "compiled",
-    "in_bytes",
     "large_count",
     "limits_of",
     "naming",
@@ -134,17 +133,6 @@ def share(name: str, text: str | None) -> float | None:
     if not 0 < value <= 1:
         raise InputError(f"{name} is {text!r}; allowed: a share such as 5% or 0.05, above 0 and at most 100%")
     return value
-
-
-def in_bytes(count: int) -> str:
-    """Return a number of bytes for people."""
-    power = min(3, (len(str(count)) - 1) // 3)
-    number = count / 1000**power
-    return (
-        f"{number:.1f} {('bytes', 'kB', 'MB', 'GB')[power]}"
-        if power and number < 100
-        else (f"{number:.0f} {('bytes', 'kB', 'MB', 'GB')[power]}")
-    )
 
 
 @contextmanager

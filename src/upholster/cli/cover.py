@@ -1,26 +1,24 @@
 """``upholster cover`` and ``upholster surfaces``."""
 
 import time
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from upholster.cli.console import compiled, in_bytes, new_console, progress_bars, say
+from upholster.cli.console import compiled, new_console, progress_bars, say
 from upholster.cli.options import by_name, spelled_out
 from upholster.errors import InputError
 from upholster.formats import is_model_name, kind_of, outputs_in_words, split_name
 from upholster.options import ModelOptions, SampleOptions, SynthesisOptions, WriteOptions, differing
-from upholster.shown import number_of, texels_in_words
+from upholster.shown import in_bytes, number_of, texels_in_words
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping
 
-    from upholster.image.source import Sample
     from upholster.project import Project
     from upholster.reports import CoverReport
 
-__all__ = ["cover", "surfaces", "uses_of"]
+__all__ = ["asked_project", "cover", "surfaces", "uses_of"]
 
 EXAMPLE = "Example: `upholster cover brick.png --on cyclide -o ring.glb -o ring.png`"
 
@@ -174,11 +172,14 @@ def cover(
     start = time.perf_counter()
     from upholster.project import save_project as save
 
-    options = {"sample": preparing, "reading": model, "synthesis": synthesis, "writing": writing}
-    asked = _asked(project, allow, sample, on, material, seed, options)
-    samples = [*asked.materials.values(), *([asked.sample] if asked.sample else [])]
-    reading = asked.sample.options if asked.sample else preparing
-    uses = uses_of(asked.synthesis, reading, _named(samples), str(asked.model), output)
+    asked = asked_project(
+        {
+            **{"project": project, "allow": allow, "sample": sample, "on": on, "material": material},
+            **{"preparing": preparing, "model": model, "synthesis": synthesis, "writing": writing},
+            "seed": seed,
+        }
+    )
+    uses = uses_of(asked, output)
     if workers is not None or scheduler is not None:
         compiled(uses if scheduler is None else (), quiet)
         uses = []
@@ -201,34 +202,34 @@ def cover(
         _say_result(result, time.perf_counter() - start, several=bool(asked.materials))
 
 
-def _asked(
-    project: str | None,
-    allow: list[str] | None,
-    sample: list[str] | None,
-    on: str,
-    material: list[str] | None,
-    seed: int | None,
-    options: dict[str, Any],
-) -> "Project":
-    """Return a project, as it is asked for; a file's, changed in what is given beside it."""
+def asked_project(given: "Mapping[str, Any]") -> "Project":
+    """Return a project, as `cover`'s parameters ask for it; a file's, changed in what is given beside it."""
     from upholster.coverings import read_materials, read_sample
     from upholster.image.source import Sample
     from upholster.project import Project, read_project
 
-    materials = by_name("material", "part=sample, as Seat=leather.jpg", material or [])
-    if project is not None:
-        found = read_project(project, allow=allow or ())
-        given = {"model": on or None, "sample": sample and Sample(sample), "seed": seed}
-        changes: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
+    sample, seed, allow = given["sample"], given["seed"], given["allow"]
+    materials = by_name("material", "part=sample, as Seat=leather.jpg", given["material"] or [])
+    if given["project"] is not None:
+        found = read_project(given["project"], allow=allow or ())
+        named = {"model": given["on"] or None, "sample": sample and Sample(sample), "seed": seed}
+        changes: dict[str, Any] = {name: value for name, value in named.items() if value is not None}
         if materials:
             changes["materials"] = {**found.materials, **read_materials(materials)}
-        for each in options.values():
-            changes |= differing(each)
+        for kind in ("preparing", "model", "synthesis", "writing"):
+            changes |= differing(given[kind])
         return found.change(**changes)
     if allow:
         raise InputError("allow is for files that a project names; allowed: with --project")
-    own = read_sample(sample[0] if sample and len(sample) == 1 else sample or None, options.pop("sample"))
-    return Project(on, own, read_materials(materials), **options, seed=seed or 0)
+    return Project(
+        given["on"],
+        read_sample(sample[0] if sample and len(sample) == 1 else sample or None, given["preparing"]),
+        read_materials(materials),
+        reading=given["model"],
+        synthesis=given["synthesis"],
+        writing=given["writing"],
+        seed=seed or 0,
+    )
 
 
 def _say_result(result: "CoverReport", seconds: float, *, several: bool) -> None:
@@ -248,26 +249,19 @@ def _say_result(result: "CoverReport", seconds: float, *, several: bool) -> None
             say(line)
 
 
-def _named(samples: "Sequence[Sample]") -> list[str]:
-    """Return the files and folders that samples name."""
-    found: list[str] = []
-    for each in samples:
-        source: Any = each.source
-        names = list(source.values()) if isinstance(source, dict) else source
-        found += [names] if isinstance(names, str) else names
-        found += (each.options.maps or {}).values()
-    return found
+def uses_of(project: "Project", outputs: list[str]) -> list[str]:
+    """Return what kernels this needs, as far as names tell; others complain about wrong ones."""
+    from upholster.image.packages import is_zip
 
-
-def uses_of(
-    asked: SynthesisOptions, preparing: SampleOptions, sample: list[str], on: str, outputs: list[str]
-) -> list[str]:
-    """Return what kernels these arguments need, as far as they tell; others complain about wrong ones."""
+    asked, reading = project.synthesis, project.sample.options if project.sample else None
     flat = asked.method == "quilt" and isinstance(asked.texels, tuple)
-    material = len(sample) > 1 or any(Path(s).is_dir() or Path(s).suffix.lower() == ".zip" for s in sample)
-    mesh = is_model_name(on)
+    material = any(
+        each.folders or len(each.files) > 1 or any(is_zip(name) for name in each.files)
+        for each in project.samples
+    )
+    mesh = is_model_name(str(project.model))
     made = asked.method + (" flat" if flat else " mesh" * mesh + " material" * material)
     kinds = [kind for name in outputs if (kind := kind_of(*split_name(name)))]
     uses = ["displaced"] if any(kind.solid for kind in kinds) else []
     uses += [f"{made} {kind.kernels}" for kind in kinds]
-    return ["prepare", *uses] if preparing.rectify else uses
+    return ["prepare", *uses] if reading and reading.rectify else uses

@@ -5,8 +5,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from upholster.cli.console import add_row, in_bytes, limits_of, naming, new_console, noted, progress_bars, say
+from upholster.cli.console import add_row, limits_of, naming, new_console, noted, progress_bars, say
 from upholster.errors import InputError
+from upholster.shown import in_bytes
 
 if TYPE_CHECKING:  # NumPy, which it imports, would slow down --help
     from upholster.limits import Limits
@@ -38,7 +39,7 @@ def measure(
         float | None,
         typer.Option(
             metavar="DEG",
-            help="On meshes: from which angle on texture was to start anew at edges, as in upholster cover; "
+            help="From which angle on texture was to start anew at edges, as in upholster cover; "
             "seams there are told by themselves. Default: 75.",
         ),
     ] = None,

@@ -5,8 +5,9 @@ from typing import Annotated
 
 import typer
 
-from upholster.cli.console import in_bytes, numbers, progress_bars, say
+from upholster.cli.console import numbers, progress_bars, say
 from upholster.errors import InputError
+from upholster.shown import in_bytes
 
 __all__ = ["picture"]
 

@@ -4,9 +4,10 @@ from typing import Annotated
 
 import typer
 
-from upholster.cli.console import in_bytes, progress_bars, say
+from upholster.cli.console import progress_bars, say
 from upholster.cli.options import spelled_out
 from upholster.options import SampleOptions
+from upholster.shown import in_bytes
 
 __all__ = ["prepare"]
 

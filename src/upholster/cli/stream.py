@@ -1,4 +1,4 @@
-"""``upholster refine``, ``info`` and ``levels``: what can be made of a stream, whole or cut; models too."""
+"""``upholster refine``, ``info`` and ``levels``: what a stream holds and what can be made of it."""
 
 from pathlib import Path
 from typing import Annotated
@@ -9,7 +9,6 @@ from upholster.cli.cad import show_cad
 from upholster.cli.console import (
     add_row,
     byte_count,
-    in_bytes,
     large_count,
     limits_of,
     naming,
@@ -21,9 +20,11 @@ from upholster.cli.console import (
 )
 from upholster.cli.models import show_model
 from upholster.cli.options import spelled_out
+from upholster.cli.project import show_project
 from upholster.errors import InputError
-from upholster.formats import CAD_SUFFIXES, OUTPUTS, is_model_name, suffixes_of
+from upholster.formats import CAD_SUFFIXES, OUTPUTS, PROJECT_SUFFIX, is_model_name, suffixes_of
 from upholster.options import WriteOptions
+from upholster.shown import in_bytes
 
 __all__ = ["info", "levels", "refine"]
 
@@ -105,7 +106,7 @@ def info(
         str,
         typer.Argument(
             help="A stream, or the start of one; or a model: .glb .gltf .obj .ply .stl .off, or .step "
-            ".iges .brep .3dm.",
+            ".iges .brep .3dm; or a project, .upholster.json.",
             metavar="FILE",
         ),
     ],
@@ -119,13 +120,15 @@ def info(
         ),
     ] = None,
 ) -> None:
-    """Show what a stream holds, and after how many bytes; or a model's parts, and what is odd about them."""
-    if file.lower().endswith(CAD_SUFFIXES):
+    """Show what a stream or a project holds; or a model's parts, and what is odd about them."""
+    if file.lower().endswith(PROJECT_SUFFIX) and unit is None:
+        show_project(file)
+    elif file.lower().endswith(CAD_SUFFIXES):
         show_cad(file, unit=unit)
     elif is_model_name(file):
         show_model(file, unit=unit)
     elif unit is not None:
-        raise InputError("--unit is for models: a stream has no other")
+        raise InputError("--unit is for models: a stream and a project have no other")
     else:
         _show_stream(file, most_texels)
 

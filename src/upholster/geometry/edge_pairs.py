@@ -1,11 +1,14 @@
 """Which triangles go on from each other over the edges of a mesh, also where several share an edge."""
 
+from collections.abc import Iterator
+
 import numpy as np
 from numpy.typing import NDArray
 
+from upholster.geometry._edge_kernels import EdgeScratch, mark_seams, number_edges, pair_sides
 from upholster.types import FloatArray, IntArray
 
-__all__ = ["edge_pairs"]
+__all__ = ["edge_pairs", "numbered_edges", "seams_of"]
 
 _MOST = 64
 """Triangles at one edge up to which they are paired; more are no surface, and would take long."""
@@ -32,26 +35,73 @@ def edge_pairs(positions: FloatArray, triangles: IntArray) -> IntArray:
     triangles
         (T, 3).
     """
-    first = triangles.astype(np.int64)
-    last = np.roll(first, -1, axis=1)
-    low, high = np.minimum(first, last).ravel(), np.maximum(first, last).ravel()
-    keys = low * len(positions) + high
-    keys[np.repeat((first == last).any(axis=1), 3)] = -1  # a line or a point parts nothing
-    order = np.argsort(keys, kind="stable")
-    ranked = keys[order]
-    starts = np.flatnonzero(np.concatenate([[True], ranked[1:] != ranked[:-1]]))
-    counts = np.diff(np.concatenate([starts, [len(ranked)]]))
-    counts[ranked[starts] < 0] = 0
-    rising = (first < last).ravel()
-    a, b = order[starts[counts == 2]], order[starts[counts == 2] + 1]
-    pairs = [np.stack([a, b], axis=1)[rising[a] != rising[b]]]
-    for count in np.unique(counts[(counts > 2) & (counts <= _MOST)]).tolist():
-        sides = order[starts[counts == count][:, None] + np.arange(count)]
-        pairs.append(_paired(positions, triangles, sides, rising[sides]))
-    a, b = np.concatenate(pairs).T
-    out = np.full(3 * len(triangles), -1, np.int32)
-    out[a], out[b] = b, a
+    start, stop = triangles, np.roll(triangles, -1, axis=1)
+    # A line or a point parts nothing.
+    sound = ~(start == stop).any(axis=1, keepdims=True)
+    first, last = np.where(sound, start, -1).astype(np.int32).ravel(), stop.astype(np.int32).ravel()
+    numbers, examples = numbered_edges(first, last, len(positions))
+    counts, out = np.empty(len(examples), np.int32), np.empty(len(first), np.int32)
+    if pair_sides(numbers, first, last, np.empty((len(examples), 2), np.int32), counts, out) > 2:
+        for a, b in _crowded(positions, triangles, numbers, counts, first < last):
+            out[a], out[b] = b, a
     return out.reshape(-1, 3)
+
+
+def numbered_edges(first: IntArray, last: IntArray, vertices: int) -> tuple[IntArray, IntArray]:
+    """Give edges between the same two vertices one number.
+
+    Parameters
+    ----------
+    first, last
+        (E,) int32, the vertices at their ends; −1 for `first`: an edge that does not count.
+    vertices
+        How many there are.
+
+    Returns
+    -------
+    numbers
+        (E,) int32: 0 to n − 1, −1 for those that do not count.
+    examples
+        (n,) int32: the first edge of each number.
+    """
+    numbers, examples = np.empty(len(first), np.int32), np.empty(len(first), np.int32)
+    count = number_edges(first, last, EdgeScratch.of(len(first), vertices), numbers, examples)
+    return numbers, examples[:count]
+
+
+def seams_of(across: IntArray, places: FloatArray, part: IntArray) -> NDArray[np.bool_]:
+    """Return over which edges of triangles, (T, 3), something lies that is at another place in the plane.
+
+    Parameters
+    ----------
+    across
+        (T, 3) what lies across edges, as `edge_pairs` tells it.
+    places
+        (T, 3, 2) of corners in the plane.
+    part
+        (T,) which plane each triangle lies in, −1 for none: at its edges is no seam.
+    """
+    seams = np.empty(across.shape, np.bool_)
+    mark_seams(across.copy(), places.copy(), part.copy(), seams)  # some can not be written to, some can
+    return seams
+
+
+def _crowded(
+    positions: FloatArray,
+    triangles: IntArray,
+    numbers: IntArray,
+    counts: IntArray,
+    rising: NDArray[np.bool_],
+) -> Iterator[tuple[NDArray[np.int64], NDArray[np.int64]]]:
+    # Pairs of sides of edges, by number, that have more than two.
+    some = np.flatnonzero(np.append(counts, 0)[numbers] > 2)
+    order = some[np.argsort(numbers[some], kind="stable")]
+    starts = np.flatnonzero(np.diff(numbers[order], prepend=-1))
+    sizes = counts[numbers[order[starts]]]
+    for count in np.unique(sizes[sizes <= _MOST]).tolist():
+        sides = order[starts[sizes == count][:, None] + np.arange(count)]
+        a, b = _paired(positions, triangles, sides, rising[sides]).T
+        yield a, b
 
 
 def _paired(

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from upholster.errors import InputError
+from upholster.geometry._edge_kernels import triangle_normals
 from upholster.geometry.edge_pairs import edge_pairs
 from upholster.shown import Shown, on_a_line
 from upholster.types import FloatArray, IntArray, frozen_array
@@ -103,20 +104,18 @@ class TriangleMesh(Shown):
     @cached_property
     def areas(self) -> FloatArray:
         """Areas of the triangles, (T,), in square model units."""
-        return frozen_array(0.5 * np.linalg.norm(self._crossed, axis=1))
+        return self._measured[1]
 
     @cached_property
     def flat_normals(self) -> FloatArray:
         """Unit normals of the triangles, (T, 3), outward; zero where a triangle has no area."""
-        length = np.linalg.norm(self._crossed, axis=1, keepdims=True)
-        return frozen_array(
-            np.divide(self._crossed, length, out=np.zeros((len(length), 3)), where=length > 0)
-        )
+        return self._measured[0]
 
     @cached_property
-    def _crossed(self) -> FloatArray:
-        a, b, c = self.corners.transpose(1, 0, 2)
-        return np.cross(b - a, c - a)
+    def _measured(self) -> tuple[FloatArray, FloatArray]:
+        normals, areas = np.empty((len(self.triangles), 3)), np.empty(len(self.triangles))
+        triangle_normals(self.positions, self.triangles, normals, areas)
+        return frozen_array(normals), frozen_array(areas)
 
     @cached_property
     def neighbours(self) -> IntArray:
@@ -218,20 +217,6 @@ class MeshSurface(Shown):
         np.minimum.at(out[:, 0], owner, self.parameters[laid].reshape(-1, 2))
         np.maximum.at(out[:, 1], owner, self.parameters[laid].reshape(-1, 2))
         return frozen_array(out)
-
-    @cached_property
-    def is_seam(self) -> NDArray[np.bool_]:
-        """Which edges of triangles are seams, (T, 3): something meets there, with other parameters."""
-        across = self.mesh.neighbours
-        other, edge = across // 3, across % 3
-        here, there = self.parameters, self.parameters[other]
-        first, last = here, np.roll(here, -1, axis=1)
-        rows = np.arange(len(other))[:, None].repeat(3, axis=1)
-        met_last = there[rows, np.arange(3), edge]
-        met_first = there[rows, np.arange(3), (edge + 1) % 3]
-        same = (first == met_first).all(axis=2) & (last == met_last).all(axis=2)
-        same &= self.island[other] == self.island[:, None]
-        return frozen_array((across >= 0) & ~same & (self.island[:, None] >= 0) & (self.island[other] >= 0))
 
 
 def welded(positions: ArrayLike) -> tuple[FloatArray, IntArray]:

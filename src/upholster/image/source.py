@@ -68,6 +68,11 @@ class Sample:
         """The files that it is read from: see `source_files`."""
         return source_files(self.source, self.options.maps)
 
+    @property
+    def folders(self) -> list[str]:
+        """The folder that it is, in a list that is empty where it is none."""
+        return _folders(self.source)
+
 
 def read_source(source: "Source | Sample", *, notes: Notes | None = None) -> PixelArray | Material:
     """Read an exemplar.
@@ -96,7 +101,7 @@ def read_source(source: "Source | Sample", *, notes: Notes | None = None) -> Pix
 
 
 def _inputs(_: object, sample: Sample) -> list[str]:
-    return [*_folders(sample.source), *sample.files]
+    return [*sample.folders, *sample.files]
 
 
 @file_stage(_inputs)

@@ -1,19 +1,17 @@
 """Broken elements: cuts at which a lattice jumps, such as a course of bricks that meets a joint."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from upholster.charts.charted import charted_surface
 from upholster.charts.creases import CREASE
-from upholster.charts.seams import find_seams
-from upholster.charts.transitions import Transition, transitions
 from upholster.errors import InputError
-from upholster.geometry import AnySurface, MeshSurface
+from upholster.geometry import AnySurface
 from upholster.lattice import Lattice
-from upholster.measure.meshes import SeamPairs, smooth_texels
-from upholster.measure.phase_cuts import PhaseCuts, cuts_at_mesh_seams, cuts_at_seams, cuts_inside
+from upholster.measure.phase_cuts import PhaseCuts, cuts_at_seams, cuts_inside
+from upholster.measure.places import SeamPlaces, smooth_steps
 from upholster.measure.trace import Trace, quilt_windows
 from upholster.quilt import Quilt
 
@@ -75,11 +73,11 @@ def broken_elements(
     lattice
         Of its sample, see `upholster.lattice.find_lattice`.
     surface
-        What the charts lie on. With it seams are looked at as well, and runs go on across them. Of a mesh
-        only texels on its triangles count: nobody sees what blocks do in the margins of its charts. Nor do
-        cuts along its creases count, where the texture starts anew.
+        What the charts lie on. With it seams are looked at as well, and runs go on across them. Only texels
+        on it count: nobody sees what blocks do in the margins of a mesh's charts. Nor do cuts along its
+        creases count, where the texture starts anew.
     crease
-        Degrees: edges of a mesh at which it turns by as much or more are creases.
+        Degrees: edges at which it turns by as much or more are creases.
 
     Returns
     -------
@@ -97,30 +95,24 @@ def broken_elements(
             f"lattice is of a sample of {lattice.phases.shape[2]}×{lattice.phases.shape[1]} pixels; "
             f"allowed: the quilt's, {width}×{height}"
         )
+    charted = None if surface is None else charted_surface(surface, quilt.charts)
     found: list[PhaseCuts] = []
     area = 0.0
     for window in quilt_windows(quilt):
-        trace, shown = Trace.of(quilt, window, beyond=True), None
-        if isinstance(surface, MeshSurface):
-            shown = smooth_texels(surface, quilt.charts, window, crease)
+        trace = Trace.of(quilt, window)
+        shown = None if charted is None else smooth_steps(charted, window, crease)
         found += cuts_inside(trace, lattice, shown)
         area += _area(trace, shown)
-    met: tuple[Transition, ...] = ()
-    facing: SeamPairs | None = None
-    if isinstance(surface, MeshSurface):
-        pairs = SeamPairs.of(surface, quilt.charts, 0.0, crease, False)
-        if pairs is not None:
-            facing = pairs.across_smooth()
-            found += cuts_at_mesh_seams(quilt, lattice, facing)
-    elif surface is not None:
-        met = tuple(transitions(surface, quilt.charts, find_seams(surface, quilt.charts)))
-        found += cuts_at_seams(quilt, lattice, met)
+    seams = None if charted is None else SeamPlaces.of(charted, crease=crease)
+    if seams is not None:
+        seams = seams.of_texels()
+        found += cuts_at_seams(quilt, lattice, seams)
     cuts = PhaseCuts.joined(found)
     periods = 1.0 / np.hypot(*lattice.waves.T)
     broken = np.abs(cuts.jumps) > QUARTER
     lengths = (broken * cuts.lengths[:, None]).sum(axis=0)
     total = float(cuts.lengths.sum())
-    runs = [longest_run(cuts, broken[:, k], met, facing) for k in range(len(periods))]
+    runs = [longest_run(cuts, broken[:, k], seams) for k in range(len(periods))]
     return BrokenElements(
         tuple(periods.tolist()),
         tuple((lengths / max(total, 1e-9)).tolist()),
@@ -141,16 +133,11 @@ def _area(trace: Trace, shown: NDArray[np.bool_] | None) -> float:
     return float(np.abs(np.linalg.det(matrices)).mean()) * int(np.count_nonzero(shown))
 
 
-def longest_run(
-    cuts: PhaseCuts,
-    chosen: NDArray[np.bool_],
-    met: Sequence[Transition],
-    facing: SeamPairs | None = None,
-) -> float:
+def longest_run(cuts: PhaseCuts, chosen: NDArray[np.bool_], seams: SeamPlaces | None = None) -> float:
     """Return the length of the longest connected run of some cuts, in pixels of the sample.
 
     Two belong together if ends of theirs lie within `REACH` texels of one another, on one chart or across a
-    seam: of patches (`met`), or of a mesh, where it is enough that they lie so near both texels of a pair.
+    seam: there it is enough that they lie so near both texels of a place.
     """
     if not chosen.any():
         return 0.0
@@ -158,24 +145,12 @@ def longest_run(
     keys, number = np.unique([_keys(charts, ends[:, k]) for k in (0, 1)], return_inverse=True)
     number = number.reshape(2, -1)
     own, moved = [np.arange(len(keys))], [keys]
-    corners = keys >> _CHART, (keys >> _ROW) % 2 ** (_CHART - _ROW) - _PAD, keys % 2**_ROW - _PAD
-    for transition in met:
-        m = transition.seam
-        across, along = corners[2 if m.edge & 1 else 1], corners[1 if m.edge & 1 else 2]
-        near = (corners[0] == m.chart) & (np.abs(across - 0.5 - transition.line) <= REACH)
-        beside = np.flatnonzero(near & (along >= m.start) & (along <= m.stop))
-        if len(beside):
-            rows, columns, _ = transition.apply(corners[1][beside] - 0.5, corners[2][beside] - 0.5)
-            sound = np.isfinite(rows) & np.isfinite(columns)
-            there = np.rint(np.stack([rows, columns], axis=1)[sound] + 0.5).astype(np.intp)
-            own.append(beside[sound])
-            moved.append(_keys(np.full(len(there), m.other_chart, np.intp), there))
     count = len(keys)
-    if facing is not None:
+    if seams is not None:
         # A pair of texels is a point of its own, near which are corners on both charts.
-        own += [count + np.arange(len(facing.chart))] * 2
-        moved += [_keys(facing.chart[:, k], facing.texel[:, k]) for k in (0, 1)]
-        count += len(facing.chart)
+        own += [count + np.arange(len(seams.chart))] * 2
+        moved += [_keys(seams.chart[:, k], seams.texel[:, k]) for k in (0, 1)]
+        count += len(seams.chart)
     asking, wanted = np.concatenate(own), np.concatenate(moved)
     pairs = [number]
     for step in range(-REACH, REACH + 1):

@@ -6,7 +6,7 @@ import numpy as np
 
 from upholster.errors import InputError
 from upholster.measure._kernels import largest_square
-from upholster.measure.trace import Trace, quilt_windows
+from upholster.measure.trace import traces
 from upholster.quilt import Quilt
 
 __all__ = ["Copies", "copies"]
@@ -57,13 +57,12 @@ def copies(quilt: Quilt) -> Copies:
     Ashikhmin: Synthesizing natural textures, I3D 2001, on verbatim copying as what pixel methods tend to.
     """
     pairs, continued, longest = 0, 0, 0
-    for window in quilt_windows(quilt):
-        trace = Trace.of(quilt, window)
+    for trace in traces(quilt):
         below, right = trace.links(0), trace.links(1)
         shown = trace.owners >= 0
         pairs += int((shown[1:] & shown[:-1]).sum()) + int((shown[:, 1:] & shown[:, :-1]).sum())
         continued += int(np.count_nonzero(below)) + int(np.count_nonzero(right))
-        scratch = np.zeros(window.width, np.int32)
+        scratch = np.zeros(trace.window.width, np.int32)
         longest = max(longest, int(largest_square(shown, below, right, scratch)))
     if not pairs:
         raise InputError("quilt has no neighbouring texels; allowed: charts of at least 1×2 texels")

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.charts.charted import ChartedSurface, charted_mesh, charted_patches
-from upholster.geometry import AnySurface, MeshSurface
+from upholster.charts.charted import ChartedSurface, charted_surface
+from upholster.geometry import AnySurface
 from upholster.measure.samples import SEED
 from upholster.quilt import Quilt
 from upholster.quilt.displacement import warped_sources
@@ -52,14 +52,10 @@ def crossings(surface: AnySurface, quilt: Quilt) -> Crossings | None:
     Both sides of an edge are looked up a little aside, and what shows there is read on the edge itself. The
     edges of at most 16,384 triangles are looked at, of seams and inside charts.
     """
-    charted = (
-        charted_mesh(surface, quilt.charts)
-        if isinstance(surface, MeshSurface)
-        else charted_patches(surface, quilt.charts)
-    )
+    charted = charted_surface(surface, quilt.charts)
     once = charted.across > 3 * np.arange(len(charted.chart))[:, None] + 2
     once &= (charted.chart[:, None] >= 0) & (charted.chart[charted.across // 3] >= 0)
-    at_seams = _apart(charted, quilt, np.argwhere(once & charted.is_seam))
+    at_seams = _apart(charted, quilt, charted.seams[:, :2])
     inside = _apart(charted, quilt, np.argwhere(once & ~charted.is_seam))
     if at_seams is None:
         return None

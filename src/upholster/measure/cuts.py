@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from upholster.errors import InputError
 from upholster.measure.samples import SEED, Samples, bilinear, coded
 from upholster.measure.seams import MeanDifference
-from upholster.measure.trace import Trace, quilt_windows, step_sources
+from upholster.measure.trace import Trace, step_sources, traces
 from upholster.quilt import Quilt, Texels
 from upholster.quilt.displacement import centre_matrices, levels_of
 from upholster.quilt.pyramid import halved, most_levels
@@ -51,8 +51,8 @@ def cut_seam_ratio(quilt: Quilt, texels: Texels) -> float | None:
     """
     _check(quilt, texels)
     cuts, everywhere = MeanDifference(), MeanDifference()
-    for window in quilt_windows(quilt):
-        trace = Trace.of(quilt, window)
+    for trace in traces(quilt):
+        window = trace.window
         cut = [np.zeros((window.height - (axis == 0), window.width - (axis == 1)), bool) for axis in (0, 1)]
         for axis in (0, 1):
             border = trace.border(axis)
@@ -99,12 +99,12 @@ def matched_cut_ratio(quilt: Quilt, texels: Texels, exemplar: PixelArray) -> flo
     """
     check_painted(quilt, texels, exemplar)
     rng = np.random.default_rng(SEED)
-    windows = quilt_windows(quilt)
-    most = max(64, MOST_PAIRS // (2 * max(1, len(windows))))
+    found = list(traces(quilt))
+    most = max(64, MOST_PAIRS // (2 * max(1, len(found))))
     seen, expected = MeanDifference(), MeanDifference()
     levels = [exemplar]
-    for window in windows:
-        trace = Trace.of(quilt, window)
+    for trace in found:
+        window = trace.window
         pixels = window.of(texels.arrays[window.index])
         for axis in (0, 1):
             border = trace.border(axis)

@@ -1,19 +1,14 @@
 """How often what catches the eye in a sample recurs in the result, and how near to itself."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.charts.mesh_layout import chart_places
-from upholster.geometry import AnySurface, MeshSurface, Surface
-from upholster.measure.meshes import triangle_steps
+from upholster.charts.charted import ChartedSurface, charted_surface
+from upholster.geometry import AnySurface
 from upholster.measure.samples import Window, coded
 from upholster.measure.trace import Trace
-from upholster.model import face_parameters
 from upholster.quilt import Quilt
 from upholster.quilt.displacement import centre_matrices
 from upholster.quilt.placement import SYMMETRIES
@@ -94,19 +89,15 @@ def landmark_recurrence(surface: AnySurface, quilt: Quilt, exemplar: PixelArray)
     """
     marks = landmarks(exemplar)
     shown = [np.zeros((0, 3)) for _ in marks]
-    locate: Callable[[int, Index], tuple[Index, FloatArray, FloatArray]]
-    if isinstance(surface, MeshSurface):
-        locate = partial(_on_triangles, _Triangles.of(surface, quilt), quilt)
-    else:
-        locate = partial(_on_patches, surface, quilt)
+    charted = charted_surface(surface, quilt.charts)
     scales, area = [np.zeros(0)], 0.0
     for index, chart in enumerate(quilt.charts):
-        owners = Trace.of(quilt, Window(index, 0, 0, chart.height, chart.width)).owners
+        owners = Trace.of(quilt, Window(index, 0, 0, chart.height, chart.width), charted).owners
         rows, columns = np.nonzero(owners[::8, ::8] >= 0)
         sizes = np.abs(np.linalg.det(_matrices(quilt, index, 8 * rows, 8 * columns)))
         area += float(sizes.sum()) * 64
         for n, mark in enumerate(marks):
-            texel, points, areas = locate(index, _texels(quilt, index, owners, mark))
+            texel, points, areas = _located(charted, index, _texels(quilt, index, owners, mark))
             pixels = np.abs(np.linalg.det(_matrices(quilt, index, *texel.T)))
             shown[n] = np.concatenate([shown[n], points])
             scales.append(np.sqrt(pixels[areas > 0] / areas[areas > 0]))
@@ -148,36 +139,10 @@ def _matrices(quilt: Quilt, index: int, rows: Index, columns: Index) -> FloatArr
     return quilt.fields[index].at(rows.astype(np.float64), columns.astype(np.float64))
 
 
-def _on_patches(
-    surface: Surface, quilt: Quilt, index: int, texel: Index
-) -> tuple[Index, FloatArray, FloatArray]:
-    # Texels (n, 2), where they lie in space, and their areas.
-    chart = quilt.charts[index]
-    s, t = face_parameters(chart, texel[:, 0] + 0.5, texel[:, 1] + 0.5)
-    points, by_s, by_t = surface.faces[chart.face].derivatives(s, t)
-    size = (chart.s1 - chart.s0) / chart.height * (chart.t1 - chart.t0) / chart.width
-    return texel, points, np.linalg.norm(np.cross(by_s, by_t), axis=1) * size
-
-
-class _Triangles(NamedTuple):
-    # Of a mesh: islands, corners in space, and on their charts; steps of texels in space.
-    island: NDArray[np.int32]
-    corners: FloatArray
-    places: FloatArray
-    steps: FloatArray
-
-    @classmethod
-    def of(cls, surface: MeshSurface, quilt: Quilt) -> "_Triangles":
-        places, steps = chart_places(surface, quilt.charts), triangle_steps(surface, quilt.charts)
-        return cls(surface.island, surface.mesh.corners, places, steps)
-
-
-def _on_triangles(
-    triangles: _Triangles, quilt: Quilt, index: int, texel: Index
-) -> tuple[Index, FloatArray, FloatArray]:
-    # As `_on_patches`, of as many as lie on a triangle: beyond the island there is only its gutter.
-    own = np.flatnonzero(triangles.island == quilt.charts[index].face)
-    places, steps = triangles.places[own], triangles.steps[own]
+def _located(charted: ChartedSurface, index: int, texel: Index) -> tuple[Index, FloatArray, FloatArray]:
+    # Texels (n, 2) of a chart, where they lie in space, and their areas: as many as lie on a triangle.
+    own = np.flatnonzero(charted.chart == index)
+    corners, places, steps = charted.mesh.corners[own, 0], charted.places[own], charted.steps[own]
     edges = places[:, 1:] - places[:, :1]
     area = edges[:, 0, 0] * edges[:, 1, 1] - edges[:, 0, 1] * edges[:, 1, 0]
     kept, points, areas = [], [], []
@@ -189,7 +154,7 @@ def _on_triangles(
         if len(inside):
             k = int(inside[0])
             kept.append(n)
-            points.append(triangles.corners[own[k], 0] + steps[k] @ away[k])
+            points.append(corners[k] + steps[k] @ away[k])
             areas.append(np.linalg.norm(np.cross(steps[k, :, 0], steps[k, :, 1])))
     return texel[kept], np.array(points).reshape(-1, 3), np.array(areas)
 

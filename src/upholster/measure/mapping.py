@@ -6,14 +6,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.charts.directions import Direction
+from upholster.charts.charted import charted_surface
+from upholster.charts.creases import default_crease
+from upholster.charts.directions import Direction, asked_at_corners, direction_field, told_on_patches
 from upholster.errors import InputError
-from upholster.geometry import MeshSurface, Surface
-from upholster.measure.meshes import mesh_samples, triangle_steps
-from upholster.measure.samples import SEED, Window
-from upholster.measure.scale import check_faces, quantiles
-from upholster.measure.trace import Trace, quilt_windows
-from upholster.model import face_parameters
+from upholster.geometry import AnySurface, Surface
+from upholster.measure.places import surface_samples
+from upholster.measure.samples import Window
+from upholster.measure.scale import FINER, quantiles
+from upholster.measure.trace import Trace
 from upholster.quilt import Quilt
 from upholster.quilt.displacement import centre_matrices
 from upholster.quilt.placement import SYMMETRIES
@@ -22,14 +23,9 @@ from upholster.types import FloatArray
 
 __all__ = ["MappingReport", "mapping", "mesh_mapping"]
 
-MOST_SAMPLES = 2**18
-
 FAST, PIECE = 20.0, 0.1
 """Degrees of turn over a length, as a part of the exemplar's width. A piece of texture of that length and of
 true size is off by half of the turn from its middle to its end: 5°."""
-
-_LEAST_SLOPE = 0.05
-"""Sine of the slope below which nothing is level on patches: they lie flat."""
 
 _LEAST_ASKED = 0.03
 """Sine of the angle between normal and direction: where it is less nothing is asked."""
@@ -56,7 +52,7 @@ class MappingReport:
     angle_95
         95th percentile of the angle between the two, in degrees; None as before.
     fast
-        On a mesh: share of the area where a direction is asked that turns fast there, as round its singular
+        Share of the area where a direction is asked that turns fast there, as round its singular
         points: by more than `FAST` degrees over `PIECE` of the exemplar's width. None where it is not known.
     aligned_slow
         The share `aligned` of all other area; None as before.
@@ -73,7 +69,7 @@ class MappingReport:
 
 
 def mapping(
-    surface: Surface,
+    surface: AnySurface,
     quilt: Quilt,
     *,
     scale: float | None = None,
@@ -83,9 +79,9 @@ def mapping(
 
     A texel q of a block with centre c comes from ``source + T·½(M(c) + M(q))·(q - c)``, whose derivative G
     takes texel steps to exemplar pixels; the surface's derivatives per texel step, J (3×2), take them to
-    space. The size is ``√(|J_r × J_c| / |det G|)`` times the scale; the stretches are the singular values of
-    J·G⁻¹; the direction is J·G⁻¹·(0, 1), where the exemplar's columns go. Evaluated at a quarter million
-    texels on even grids.
+    space: those of the charted surface's triangles. The size is ``√(|J_r × J_c| / |det G|)`` times the
+    scale; the stretches are the singular values of J·G⁻¹; the direction is J·G⁻¹·(0, 1), where the exemplar's
+    columns go. Evaluated at places spread over the area.
 
     Parameters
     ----------
@@ -94,9 +90,9 @@ def mapping(
     scale
         Exemplar pixels per unit of length that were asked for; by default the median of what is found.
     direction
-        The direction asked for. Of vectors in space the part along the surface counts, opposite ones being
-        one; where it is less than a thousandth of them, nothing was asked. Neither is it by ``smooth``,
-        ``curvature`` and ``edges``, which only a field can tell. By default directions are not measured.
+        The direction asked for, as `upholster.charts.directions.asked_at_corners` has it; on flat faces, and
+        for ``smooth``, ``curvature`` and ``edges``, as the field of directions has it. By default directions
+        are not measured.
 
     Returns
     -------
@@ -106,78 +102,64 @@ def mapping(
     Raises
     ------
     InputError
-        If the scale is not positive and finite, a chart names a face that the surface does not have, or
-        nothing that is painted has any area.
+        If the scale is not positive and finite, a chart names a face that the surface does not have, nothing
+        that is painted has any area, or the direction is nowhere along the surface.
 
     References
     ----------
     Sander, Snyder, Gortler, Hoppe: Texture mapping progressive meshes, SIGGRAPH 2001, section 3: singular
     values as local stretch.
     """
-    if scale is not None and not (np.isfinite(scale) and scale > 0):
-        raise InputError(f"scale is {scale}; allowed: a positive number of sample pixels per unit")
-    check_faces(surface, quilt.charts)
-    windows = quilt_windows(quilt)
-    total = sum(window.height * window.width for window in windows)
-    step = max(1, int(np.ceil(np.sqrt(total / MOST_SAMPLES))))
-    rng = np.random.default_rng(SEED)
-    parts = [np.zeros((6, 0))]
-    for window in windows:
-        trace = Trace.of(quilt, window)
-        row, column = rng.integers(0, min(step, window.height)), rng.integers(0, min(step, window.width))
-        owners = trace.owners[row::step, column::step]
-        rows, columns = np.indices(owners.shape).reshape(2, -1)
-        owner = trace.placements[owners[rows, columns]]
-        rows, columns = (window.row + row + step * rows), (window.column + column + step * columns)
-        chart = quilt.charts[window.index]
-        s, t = face_parameters(chart, rows + 0.5, columns + 0.5)
-        points, by_s, by_t = surface.faces[chart.face].derivatives(s, t)
-        steps = np.stack(
-            [by_s * ((chart.s1 - chart.s0) / chart.height), by_t * ((chart.t1 - chart.t0) / chart.width)],
-            axis=2,
-        )
-        jacobian = _jacobian(trace.field, owner, rows, columns)
-        asked = None if direction is None else _asked(direction, points, by_s, by_t)
-        axial = direction is not None and direction.vectors is not None
-        parts.append(_at_samples(steps, jacobian, asked, axial))
-    return _report(np.concatenate(parts, axis=1), scale)
+    asked = None if direction is None else _asked(surface, quilt, direction)
+    return mesh_mapping(surface, quilt, scale=scale, asked=asked)
 
 
 def mesh_mapping(
-    surface: MeshSurface, quilt: Quilt, *, scale: float | None = None, asked: FloatArray | None = None
+    surface: AnySurface, quilt: Quilt, *, scale: float | None = None, asked: FloatArray | None = None
 ) -> MappingReport:
-    """Measure size and direction of the texture on a mesh, as `mapping` does, at places spread over its area.
+    """Measure size and direction of the texture, as `mapping` does, against what is asked for at corners.
 
     Parameters
     ----------
-    surface, quilt
-        What was covered, and how.
-    scale
-        Exemplar pixels per model unit that were asked for; by default the median of what is found.
+    surface, quilt, scale
+        As for `mapping`.
     asked
-        (T, 3, 3) the direction asked for at the triangles' corners, in their planes, see `asked_at_corners`:
-        interpolated over each; where less than 0.03 is left none was.
+        (T, 3, 3) the direction asked for at the corners of the charted surface's triangles, in their planes,
+        see `asked_at_corners`: interpolated over each; where less than 0.03 is left none was.
     """
-    samples, steps = mesh_samples(surface, quilt.charts), triangle_steps(surface, quilt.charts)
+    if scale is not None and not (np.isfinite(scale) and scale > 0):
+        raise InputError(f"scale is {scale}; allowed: a positive number of sample pixels per unit")
+    charted = charted_surface(surface, quilt.charts, finer=FINER)
+    samples = surface_samples(charted)
     parts = [np.zeros((6, 0))]
     for index, chart in enumerate(quilt.charts):
         own = samples.chart == index
         if not own.any():
             continue
-        trace = Trace.of(quilt, Window(index, 0, 0, chart.height, chart.width), beyond=True)
-        rows, columns, triangle = samples.rows[own], samples.columns[own], samples.triangle[own]
-        shares = samples.shares[own]
+        trace = Trace.of(quilt, Window(index, 0, 0, chart.height, chart.width))
+        (rows, columns), triangle = samples.texel[own].T, samples.triangle[own]
         jacobian = _jacobian(trace.field, trace.placements[trace.owners[rows, columns]], rows, columns)
         wanted = turn = None
         if asked is not None:
-            wanted = (shares[:, :, None] * asked[triangle]).sum(axis=1)
+            wanted = (samples.shares[own, :, None] * asked[triangle]).sum(axis=1)
             wanted[np.linalg.norm(wanted, axis=1) < _LEAST_ASKED] = 0.0
-            turn = _turning(surface.mesh.corners[triangle], asked[triangle], wanted)
-        found = _at_samples(steps[triangle], jacobian, wanted, axial=False)
+            turn = _turning(charted.mesh.corners[triangle], asked[triangle], wanted)
+        found = _at_samples(charted.steps[triangle], jacobian, wanted)
         found[2] = 1.0  # samples are spread by area, not by texels
         found[5] = 0.0 if turn is None else turn
         parts.append(found)
     return _report(np.concatenate(parts, axis=1), scale, PIECE * quilt.exemplar_shape[1])
+
+
+def _asked(surface: AnySurface, quilt: Quilt, direction: Direction) -> FloatArray:
+    # (T, 3, 3): the direction itself, or the field where only that can tell.
+    charted = charted_surface(surface, quilt.charts, finer=FINER)
+    if isinstance(surface, Surface):
+        direction = told_on_patches(surface, charted, direction)
+    crease = default_crease(charted.mesh)
+    asked = asked_at_corners(charted.mesh, direction, crease)
+    field = direction_field(charted.mesh, direction, crease=crease)
+    return field.corner_vectors if asked is None else field.as_faces_run(asked)
 
 
 def _turning(corners: FloatArray, asked: FloatArray, here: FloatArray) -> FloatArray:
@@ -234,28 +216,6 @@ def _report(parts: FloatArray, scale: float | None, piece: float | None = None) 
     )
 
 
-def _asked(direction: Direction, points: FloatArray, by_s: FloatArray, by_t: FloatArray) -> FloatArray:
-    """Return vectors (n, 3) along the direction, not all in the tangent plane; 0 where there is none."""
-    normal = np.cross(by_s, by_t)
-    size = np.linalg.norm(normal, axis=1, keepdims=True)
-    normal = normal / np.where(size > 0, size, 1.0)
-    if direction.kind == "vectors" and callable(direction.vectors):
-        along = np.asarray(direction.vectors(points), np.float64)
-    elif direction.kind == "level":
-        level = np.cross((0.0, 0.0, 1.0), normal)
-        along = np.where(np.linalg.norm(level, axis=1, keepdims=True) > _LEAST_SLOPE, level, 0.0)
-    elif direction.kind in ("u", "v"):
-        along = by_s if direction.kind == "v" else by_t
-    else:
-        return np.zeros_like(points)
-    if not direction.angle:
-        return along
-    angle = np.radians(direction.angle)
-    # Clockwise seen from outside.
-    turned: FloatArray = np.cos(angle) * along + np.sin(angle) * np.cross(along, normal)
-    return turned
-
-
 def _derivative(
     field: WarpField, middle: FloatArray, centre: NDArray[Any], place: NDArray[Any]
 ) -> FloatArray:
@@ -288,7 +248,7 @@ def _matrices(field: WarpField, place: NDArray[Any]) -> tuple[FloatArray, FloatA
     return upper * (1 - down) + lower * down, slopes[0], slopes[1]
 
 
-def _at_samples(steps: FloatArray, jacobian: FloatArray, asked: FloatArray | None, axial: bool) -> FloatArray:
+def _at_samples(steps: FloatArray, jacobian: FloatArray, asked: FloatArray | None) -> FloatArray:
     """Return (6, n): size times scale, stretch, area, angle in degrees, 1 where a direction was asked, 0."""
     down, right = steps[:, :, 0], steps[:, :, 1]
     normal = np.cross(down, right)
@@ -310,6 +270,6 @@ def _at_samples(steps: FloatArray, jacobian: FloatArray, asked: FloatArray | Non
         known = length > 1e-3 * np.linalg.norm(vectors, axis=1)
         along = spread[:, :, 1]
         cosine = (lying * along).sum(axis=1) / np.where(known, length * np.sqrt(g), 1.0)
-        angle = np.degrees(np.arccos(np.clip(np.abs(cosine) if axial else cosine, -1.0, 1.0)))
+        angle = np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0)))
         out[3, sound], out[4, sound] = np.where(known, angle, 0.0), known
     return out

@@ -5,10 +5,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from upholster.charts.charted import ChartedSurface
 from upholster.errors import InputError
 from upholster.measure.fidelity import check_alike
-from upholster.measure.samples import SEED, Window, bilinear, coded
-from upholster.measure.trace import Trace
+from upholster.measure.samples import SEED, bilinear, coded
+from upholster.measure.trace import charted_of
 from upholster.quilt import Quilt, Texels
 from upholster.types import FloatArray, PixelArray
 
@@ -102,11 +103,12 @@ def undistorted_views(quilt: Quilt, texels: Texels) -> list[PixelArray]:
     rng = np.random.default_rng(SEED)
     if all(field.is_identity for field in quilt.fields):
         return [array[:LARGEST, :LARGEST] for array in texels.arrays]
+    charted = charted_of(quilt)
     areas = np.array([chart.height * chart.width for chart in quilt.charts], np.float64)
     for side in SIDES:
         found: list[PixelArray] = []
         for index in rng.choice(len(areas), 16 * VIEWS, p=areas / areas.sum()).tolist():
-            view = _view(quilt, texels, index, rng, side)
+            view = _view(quilt, texels, charted, index, rng, side)
             if view is not None:
                 found.append(view)
                 if len(found) == VIEWS:
@@ -116,7 +118,14 @@ def undistorted_views(quilt: Quilt, texels: Texels) -> list[PixelArray]:
     return found
 
 
-def _view(quilt: Quilt, texels: Texels, index: int, rng: np.random.Generator, side: int) -> PixelArray | None:
+def _view(
+    quilt: Quilt,
+    texels: Texels,
+    charted: ChartedSurface | None,
+    index: int,
+    rng: np.random.Generator,
+    side: int,
+) -> PixelArray | None:
     # A square about a random texel of a chart, as the sample has it; None where it goes beyond the chart.
     chart = quilt.charts[index]
     middle = rng.uniform(0, (chart.height, chart.width))
@@ -127,7 +136,7 @@ def _view(quilt: Quilt, texels: Texels, index: int, rng: np.random.Generator, si
     if (places < 0).any() or (places > (chart.height - 1, chart.width - 1)).any():
         return None
     row, column = (int(part) for part in middle)
-    if Trace.of(quilt, Window(index, row, column, 1, 1)).owners[0, 0] < 0:  # beyond a mesh's island
+    if charted is not None and not charted.lies_on(index, (row, column), (1, 1)).all():
         return None
     view = bilinear(texels.arrays[index], places[:, 0], places[:, 1]).reshape(side, side, -1)
     return np.rint(65535 * np.clip(view, 0, 1)).astype(np.uint16)

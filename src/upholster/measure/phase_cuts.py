@@ -6,15 +6,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.charts.transitions import Transition
 from upholster.lattice import Lattice
-from upholster.measure.meshes import SeamPairs
+from upholster.measure.places import SeamPlaces
 from upholster.measure.trace import Trace, step_sources
 from upholster.quilt import Quilt
 from upholster.quilt.placement import SYMMETRIES
 from upholster.types import FloatArray, IntArray
 
-__all__ = ["PhaseCuts", "cuts_at_mesh_seams", "cuts_at_seams", "cuts_inside"]
+__all__ = ["PhaseCuts", "cuts_at_seams", "cuts_inside"]
 
 CONTINUED = 16
 """A texel beyond a seam continues the other within so many 1/16 pixels: charts are unfolded, not exact."""
@@ -75,35 +74,11 @@ def cuts_inside(
         yield PhaseCuts(_jumps(lattice, first, second), np.hypot(*along.T), charts, ends)
 
 
-def cuts_at_seams(quilt: Quilt, lattice: Lattice, met: Sequence[Transition]) -> Iterator[PhaseCuts]:
-    """Yield the cuts along seams of patches: where the nearest texel beyond does not go on."""
-    for transition in met:
-        m = transition.seam
-        if (m.other_chart, m.other_edge, m.other_start) < (m.chart, m.edge, m.start):
-            continue  # found from the other side
-        down, far = bool(m.edge & 1), m.edge in (1, 2)
-        own, other = quilt.charts[m.chart], quilt.charts[m.other_chart]
-        along = np.arange(np.ceil(m.start - 0.5), np.ceil(m.stop - 0.5)).astype(np.intp)
-        line = ((own.width if down else own.height) - 1) * far
-        across = np.full(len(along), line, np.intp)
-        texel = np.stack([along, across] if down else [across, along], axis=1)
-        rows, columns, matrices = transition.apply(*texel.T.astype(np.float64))
-        sound = np.isfinite(matrices).all(axis=(1, 2))
-        texel, matrices = texel[sound], matrices[sound]
-        place = np.stack([rows, columns], axis=1)[sound]
-        beyond = np.clip(np.rint(place), 0, (other.height - 1, other.width - 1)).astype(np.intp)
-        step: FloatArray = np.linalg.solve(matrices, (beyond - place)[:, :, None])[:, :, 0].astype(np.float64)
-        ends = texel[:, None].repeat(2, axis=1)
-        ends[:, :, 1 if down else 0] += far
-        ends[:, 1, 0 if down else 1] += 1
-        yield _met(quilt, lattice, (m.chart, texel), (m.other_chart, beyond), step, ends)
-
-
-def cuts_at_mesh_seams(quilt: Quilt, lattice: Lattice, pairs: SeamPairs) -> Iterator[PhaseCuts]:
-    """Yield the cuts along seams of a mesh: where the texel beyond does not go on."""
-    for a, b in np.unique(pairs.chart, axis=0).tolist():
-        own = np.flatnonzero((pairs.chart == (a, b)).all(axis=1))
-        texel, step = pairs.texel[own], pairs.step[own, 0]
+def cuts_at_seams(quilt: Quilt, lattice: Lattice, seams: SeamPlaces) -> Iterator[PhaseCuts]:
+    """Yield the cuts along seams: where the texel beyond does not go on."""
+    for a, b in np.unique(seams.chart, axis=0).tolist():
+        own = np.flatnonzero((seams.chart == (a, b)).all(axis=1))
+        texel, step = seams.texel[own], seams.step[own, 0]
         ends = texel[:, :1].repeat(2, axis=1)
         # A texel's edge that the seam follows: along the rows where the other texel lies above or below.
         ends[np.arange(len(own)), 1, np.abs(step).argmin(axis=1)] += 1

@@ -6,27 +6,27 @@ from typing import Any
 
 import numpy as np
 
-from upholster.charts.creases import CREASE, default_crease
-from upholster.charts.directions import Direction, asked_at_corners, direction_field, parse_direction
+from upholster.charts.creases import CREASE
+from upholster.charts.directions import Direction, parse_direction
 from upholster.errors import InputError
-from upholster.geometry import AnySurface, MeshSurface
+from upholster.geometry import AnySurface, Surface
 from upholster.image import check_exemplar
 from upholster.lattice import find_lattice
 from upholster.measure.broken import BrokenElements, broken_elements
 from upholster.measure.copies import Copies, copies
 from upholster.measure.crossings import Crossings, crossings
 from upholster.measure.cuts import cut_seam_ratio, matched_cut_ratio
-from upholster.measure.edges import matched_edge_ratio
+from upholster.measure.edges import mesh_seams
 from upholster.measure.fidelity import sliced_wasserstein
 from upholster.measure.landmarks import Landmarks, landmark_recurrence
-from upholster.measure.mapping import MappingReport, mapping, mesh_mapping
-from upholster.measure.meshes import mesh_seams
+from upholster.measure.mapping import MappingReport, mapping
 from upholster.measure.patch_distance import PatchDistance, patch_distance, undistorted_views
-from upholster.measure.scale import TexelScale, mesh_texel_scale, texel_scale
+from upholster.measure.scale import TexelScale, texel_scale
 from upholster.measure.seams import WrapSeams, edge_seam_ratio, wrap_seams
 from upholster.measure.structure import Peak, Structure, structure
 from upholster.quilt import Quilt, Texels, paint
-from upholster.types import FloatArray, PixelArray
+from upholster.stages import keeping
+from upholster.types import PixelArray
 
 __all__ = ["Measures", "Seams", "measure_cover", "measure_image"]
 
@@ -48,8 +48,8 @@ class Seams:
     cuts_matched
         The same against the exemplar at the same places: `matched_cut_ratio`.
     creases, over_creases
-        Of a mesh: the share of the charts' edges where the texture starts anew, which `edges_matched` leaves
-        out, and the same ratio there. See `mesh_seams`.
+        The share of the charts' edges where the texture starts anew, which `edges` and `edges_matched` leave
+        out, and the latter ratio there. See `mesh_seams`.
     """
 
     edges: float | None
@@ -207,7 +207,7 @@ def measure_cover(
         What was asked for, see `mapping`: exemplar pixels per unit of length, and which way the exemplar's
         rows of pixels were to run.
     crease
-        On a mesh: degrees at which the texture was to start anew, 1 to 180, as in `SynthesisOptions`; see
+        Degrees at which the texture was to start anew, 1 to 180, as in `SynthesisOptions`; see
         `mesh_seams`.
     threads
         For painting: 1 to 256; by default one per core.
@@ -229,78 +229,34 @@ def measure_cover(
         raise InputError(
             "texels have other charts than the quilt; allowed: the quilt's own, painted at density 1"
         )
-    quilt = quilt.on(surface, seed=quilt.seed)
-    if isinstance(surface, MeshSurface):
-        return _measure_mesh(surface, quilt, exemplar, texels, scale, direction, crease)
-    wanted = None if direction is None else parse_direction(direction, patches=True)
-    return Measures(
-        wasserstein=sliced_wasserstein(texels.arrays, exemplar),
-        structure=structure(texels.arrays, exemplar),
-        seams=Seams(
-            edge_seam_ratio(surface, texels, fields=quilt.fields),
-            matched_edge_ratio(surface, quilt, texels, exemplar),
-            cut_seam_ratio(quilt, texels),
-            matched_cut_ratio(quilt, texels, exemplar),
-        ),
-        scale=texel_scale(surface, quilt.charts),
-        copies=copies(quilt),
-        mapping=mapping(surface, quilt, scale=scale, direction=wanted),
-        broken=_broken(surface, quilt, exemplar),
-        patches=patch_distance(undistorted_views(quilt, texels), exemplar),
-        landmarks=landmark_recurrence(surface, quilt, exemplar),
-        crossings=crossings(surface, quilt),
-    )
-
-
-def _measure_mesh(
-    surface: MeshSurface,
-    quilt: Quilt,
-    exemplar: PixelArray,
-    texels: Texels,
-    scale: float | None,
-    direction: str | Direction | None,
-    crease: float | None,
-) -> Measures:
     crease = CREASE if crease is None else crease
     if not 1 <= crease <= 180:
         raise InputError(f"crease is {crease:g} degrees; allowed: 1 to 180")
-    asked = None if direction is None else _asked(surface, direction)
-    found = mesh_seams(surface, quilt, texels, exemplar, crease=crease)
-    return Measures(
-        wasserstein=sliced_wasserstein(texels.arrays, exemplar),
-        structure=structure(texels.arrays, exemplar),
-        seams=Seams(
-            None,
-            found.ratio,
-            cut_seam_ratio(quilt, texels),
-            matched_cut_ratio(quilt, texels, exemplar),
-            found.creases,
-            found.over_creases,
-        ),
-        scale=mesh_texel_scale(surface, quilt.charts),
-        copies=copies(quilt),
-        mapping=mesh_mapping(surface, quilt, scale=scale, asked=asked),
-        broken=_broken(surface, quilt, exemplar, crease),
-        patches=patch_distance(undistorted_views(quilt, texels), exemplar),
-        landmarks=landmark_recurrence(surface, quilt, exemplar),
-        crossings=crossings(surface, quilt),
-    )
-
-
-def _asked(surface: MeshSurface, direction: str | Direction) -> FloatArray:
-    # (T, 3, 3): the direction itself, or the field where only that can tell: on flat faces, too.
-    wanted = parse_direction(direction)
-    crease = default_crease(surface.mesh)
-    asked = asked_at_corners(surface.mesh, wanted, crease)
-    field = direction_field(surface.mesh, wanted, crease=crease)
-    return field.corner_vectors if asked is None else field.as_faces_run(asked)
-
-
-def _broken(
-    surface: AnySurface, quilt: Quilt, exemplar: PixelArray, crease: float = CREASE
-) -> BrokenElements | None:
-    lattice = find_lattice(exemplar)
-    return None if lattice is None else broken_elements(quilt, lattice, surface, crease=crease)
+    quilt = quilt.on(surface, seed=quilt.seed)
+    wanted = None
+    if direction is not None:
+        wanted = parse_direction(direction, patches=isinstance(surface, Surface))
+    with keeping():
+        lattice, edges = find_lattice(exemplar), mesh_seams(surface, quilt, texels, exemplar, crease=crease)
+        return Measures(
+            wasserstein=sliced_wasserstein(texels.arrays, exemplar),
+            structure=structure(texels.arrays, exemplar),
+            seams=Seams(
+                edge_seam_ratio(surface, texels, fields=quilt.fields, crease=crease),
+                edges.ratio,
+                cut_seam_ratio(quilt, texels),
+                matched_cut_ratio(quilt, texels, exemplar),
+                edges.creases,
+                edges.over_creases,
+            ),
+            scale=texel_scale(surface, quilt.charts),
+            copies=copies(quilt),
+            mapping=mapping(surface, quilt, scale=scale, direction=wanted),
+            broken=None if lattice is None else broken_elements(quilt, lattice, surface, crease=crease),
+            patches=patch_distance(undistorted_views(quilt, texels), exemplar),
+            landmarks=landmark_recurrence(surface, quilt, exemplar),
+            crossings=crossings(surface, quilt),
+        )
 
 
 def measure_image(image: PixelArray, exemplar: PixelArray, *, tileable: bool = False) -> Measures:

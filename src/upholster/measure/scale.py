@@ -5,17 +5,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from upholster.charts.charted import charted_surface
 from upholster.errors import InputError
-from upholster.geometry import MeshSurface, Surface
-from upholster.measure.meshes import triangle_steps
-from upholster.model import face_parameters
+from upholster.geometry import AnySurface
 from upholster.quilt import Chart
 from upholster.types import FloatArray
 
-__all__ = ["TexelScale", "check_faces", "mesh_texel_scale", "quantiles", "texel_scale"]
+__all__ = ["FINER", "TexelScale", "mesh_texel_scale", "quantiles", "texel_scale"]
 
-MOST_SAMPLES = 2**19
-MOST_NODES = 128
+FINER = 3
+"""Triangles of patches are so many times finer each way than those that synthesis works on: its steps change
+by up to a half over one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,13 +44,12 @@ class TexelScale:
     anisotropy_95: float
 
 
-def texel_scale(surface: Surface, charts: Sequence[Chart]) -> TexelScale:
+def texel_scale(surface: AnySurface, charts: Sequence[Chart]) -> TexelScale:
     """Measure how large texels are on the surface.
 
     With J = [J_r, J_c] the surface's derivatives by texel rows and columns, a texel's area is |J_r × J_c|,
-    its sizes are |J_r| and |J_c|, and its stretches are J's singular values. They are evaluated at the
-    middles of an even grid of parameters on every chart: half a million points in all, 4² to 128² per chart.
-    Points without area (poles) have no weight.
+    its sizes are |J_r| and |J_c|, and its stretches are J's singular values: those of the charted surface's
+    triangles.
 
     Parameters
     ----------
@@ -76,41 +75,14 @@ def texel_scale(surface: Surface, charts: Sequence[Chart]) -> TexelScale:
     """
     if not charts:
         raise InputError("there are no charts; allowed: at least one")
-    nodes = int(np.clip(np.sqrt(MOST_SAMPLES / len(charts)), 4, MOST_NODES))
-    middle = (np.arange(nodes) + 0.5) / nodes
-    # Per point: squares and product of J_r and J_c, and how many texels it stands for.
-    parts = []
-    check_faces(surface, charts)
-    for chart in charts:
-        s, t = face_parameters(chart, middle * chart.height, middle * chart.width)
-        _, by_s, by_t = surface.faces[chart.face].derivatives_grid(s, t)
-        down = by_s.reshape(-1, 3) * ((chart.s1 - chart.s0) / chart.height)
-        right = by_t.reshape(-1, 3) * ((chart.t1 - chart.t0) / chart.width)
-        texels = np.full(len(down), chart.height * chart.width / len(down))
-        products = [np.einsum("ij,ij->i", a, b) for a, b in ((down, down), (down, right), (right, right))]
-        parts.append(np.stack([*products, texels]))
-    return _scale_of(np.concatenate(parts, axis=1))
-
-
-def mesh_texel_scale(surface: MeshSurface, charts: Sequence[Chart]) -> TexelScale:
-    """Measure how large texels are on a mesh, as `texel_scale` does, triangle by triangle."""
-    down, right = np.moveaxis(triangle_steps(surface, tuple(charts)), 2, 0)
-    products = [np.einsum("ij,ij->i", a, b) for a, b in ((down, down), (down, right), (right, right))]
-    flat = np.sqrt(np.maximum(products[0] * products[2] - products[1] ** 2, 0))
-    texels = np.divide(surface.mesh.areas, flat, out=np.zeros(len(flat)), where=flat > 0)
-    return _scale_of(np.stack([*products, texels]))
-
-
-def _scale_of(parts: FloatArray) -> TexelScale:
-    # From squares and product of J_r and J_c, and how many texels each stands for.
-    e, f, g, texels = parts
+    charted = charted_surface(surface, charts, finer=FINER)
+    down, right = np.moveaxis(charted.steps, 2, 0)
+    e, f, g = (np.einsum("ij,ij->i", a, b) for a, b in ((down, down), (down, right), (right, right)))
     area = np.sqrt(np.maximum(e * g - f * f, 0))
-    # Rounding leaves a pole some tiny area: not a part of the surface.
-    real = area > 1e-12 * area.max()
+    real = area > 0
     if not real.any():
-        raise InputError("surface has no area; allowed: patches that are more than points and lines")
-    e, f, g, texels, area = e[real], f[real], g[real], texels[real], area[real]
-    weights = area * texels
+        raise InputError("surface has no area; allowed: triangles that are more than points and lines")
+    e, f, g, area, weights = e[real], f[real], g[real], area[real], charted.mesh.areas[real]
     low, high = quantiles(area, weights, (0.01, 0.99))
     sizes, both = 0.5 * np.log2(np.concatenate([e, g])), np.tile(weights, 2)
     deviation = np.abs(sizes - quantiles(sizes, both, (0.5,))[0])
@@ -126,19 +98,8 @@ def _scale_of(parts: FloatArray) -> TexelScale:
     )
 
 
-def check_faces(surface: Surface, charts: Sequence[Chart]) -> None:
-    """Raise InputError if a chart names a face that the surface does not have, or reaches beyond it."""
-    for index, chart in enumerate(charts):
-        if not 0 <= chart.face < len(surface.faces):
-            raise InputError(
-                f"chart {index} lies on face {chart.face}; the surface has 0 to {len(surface.faces) - 1}"
-            )
-        face = surface.faces[chart.face]
-        if chart.s1 > face.rows or chart.t1 > face.columns:
-            raise InputError(
-                f"chart {index} reaches to s = {chart.s1:g}, t = {chart.t1:g}; "
-                f"allowed on face {chart.face}: up to {face.rows}, {face.columns}"
-            )
+mesh_texel_scale = texel_scale
+"""The same, by the name that it had for meshes."""
 
 
 def quantiles(values: FloatArray, weights: FloatArray, wanted: Sequence[float]) -> list[float]:

@@ -6,21 +6,22 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.charts.seams import find_seams
-from upholster.charts.transitions import Transition, transitions
+from upholster.charts.charted import charted_surface
+from upholster.charts.creases import CREASE
 from upholster.errors import InputError
-from upholster.geometry import Surface
+from upholster.geometry import AnySurface
+from upholster.measure.places import SeamPlaces
 from upholster.measure.samples import SEED, bilinear, coded
 from upholster.quilt import Texels
 from upholster.quilt.warp_field import WarpField
-from upholster.types import FloatArray, PixelArray
+from upholster.types import PixelArray
 
 __all__ = ["MeanDifference", "WrapSeams", "edge_seam_ratio", "wrap_seams"]
 
-MOST_MEETINGS = 2048
-MOST_PAIRS = 2**17
-PER_TEXEL = 4
 LINE_PAIRS = 4096
+
+INSIDE = 32.0
+"""Steps from an edge, straight inward, up to which places are that it is compared with."""
 
 
 @dataclass
@@ -45,16 +46,18 @@ class MeanDifference:
         return here / there
 
 
-def edge_seam_ratio(surface: Surface, texels: Texels, *, fields: Sequence[WarpField] = ()) -> float | None:
+def edge_seam_ratio(
+    surface: AnySurface, texels: Texels, *, fields: Sequence[WarpField] = (), crease: float = CREASE
+) -> float | None:
     """Measure whether the edges of charts show: both those of faces, and those between charts of a face.
 
     The mean absolute difference between a point before an edge and one as far beyond it, over the same
-    between points inside the charts, about random lines parallel to the edge. Points lie ½ to 1 texel from
-    the edge (of the coarser side), straight across it in the unfolded tangent planes; inside, the same step
-    of the exemplar apart, so that neither charts of unequal size nor a change of scale or direction count as
-    seams. Texels are interpolated bilinearly on both sides and inside alike. Values are sRGB-coded, all
-    channels weigh alike: 1.0 is invisible, more shows, less is blur. At most 2048 edges, and some 2^17 pairs
-    are looked at.
+    between points inside the charts, up to 32 texels from the edge. Points lie ½ to 1 texel from it (of the
+    coarser side), straight across it in the unfolded tangent planes; inside, the same step of the exemplar
+    apart, so that neither charts of unequal size nor a change of scale or direction count as seams. Texels
+    are interpolated bilinearly on both sides and inside alike. Values are sRGB-coded, all channels weigh
+    alike: 1.0 is invisible, more shows, less is blur. Over creases the texture starts anew: they do not
+    count. At most 2^17 pairs are looked at.
 
     Parameters
     ----------
@@ -64,6 +67,8 @@ def edge_seam_ratio(surface: Surface, texels: Texels, *, fields: Sequence[WarpFi
         The result.
     fields
         Each chart's warp field, as in `Quilt.fields`.
+    crease
+        Degrees: edges at which the surface turns by as much or more are creases.
 
     Returns
     -------
@@ -83,17 +88,33 @@ def edge_seam_ratio(surface: Surface, texels: Texels, *, fields: Sequence[WarpFi
     """
     if fields and len(fields) != len(texels.charts):
         raise InputError(f"there are {len(fields)} fields; allowed: none, or one for each chart")
-    rng = np.random.default_rng(SEED)
-    found = find_seams(surface, texels.charts)
-    chosen = [found[n] for n in rng.permutation(len(found))[:MOST_MEETINGS]]
-    if not chosen:
+    charted = charted_surface(surface, texels.charts)
+    found = SeamPlaces.of(charted, crease=crease)
+    if found is None:
         return None
-    most = max(64, MOST_PAIRS // len(chosen))
+    found = found.chosen(~found.is_sharp)
+    rng = np.random.default_rng(SEED)
+    depth, aside = rng.uniform((0.5, 2.0), (1.0, INSIDE), (len(found.chart), 2)).T
+    points = found.place + (depth * found.deep.max(axis=1))[:, None, None] * found.inward
+    # Inside, about a place that lies between texels as the edge does.
+    middles = found.place[:, 0] + np.rint((aside * found.deep[:, 0])[:, None] * found.inward[:, 0])
     across, inside = MeanDifference(), MeanDifference()
-    for transition in transitions(surface, texels.charts, chosen):
-        index = transition.seam.chart
+    for index, chart in enumerate(texels.charts):
+        own = np.flatnonzero(found.chart[:, 0] == index)
+        edge, middle, array = found.place[own, 0], middles[own], texels.arrays[index]
+        # The same step in the exemplar, which may run otherwise on the chart.
         field = fields[index] if fields else WarpField.identity()
-        _add_seam(transition, texels.arrays, field, most, rng, across, inside)
+        step = field.at(*(edge - 0.5).T) @ (points[own, 0] - edge)[:, :, None]
+        half = np.linalg.solve(field.at(*(middle - 0.5).T), step)[:, :, 0]
+        size = np.array((chart.height, chart.width))
+        on_chart = (np.minimum(middle, size - middle) >= np.abs(half) + 0.5).all(axis=1)
+        own, middle, half = own[on_chart], middle[on_chart], half[on_chart]
+        shown = charted.lies_on(index, (0, 0), (chart.height, chart.width))[tuple(middle.astype(np.intp).T)]
+        own, middle, half = own[shown], middle[shown], half[shown]
+        inside.add(_at(array, middle - half), _at(array, middle + half))
+        for other in np.unique(found.chart[own, 1]).tolist():
+            met = own[found.chart[own, 1] == other]
+            across.add(_at(array, points[met, 0]), _at(texels.arrays[other], points[met, 1]))
     return across.over(inside)
 
 
@@ -154,54 +175,6 @@ def wrap_seams(image: PixelArray) -> WrapSeams | None:
     return WrapSeams(wrapped / whole, low, high)
 
 
-def _add_seam(
-    transition: Transition,
-    arrays: Sequence[PixelArray],
-    field: WarpField,
-    most: int,
-    rng: np.random.Generator,
-    across: MeanDifference,
-    inside: MeanDifference,
-) -> None:
-    """Add the differences across one seam of two charts, and those on as many lines inside the first."""
-    m = transition.seam
-    own, other = arrays[m.chart], arrays[m.other_chart]
-    down = bool(m.edge & 1)  # the edge runs along the rows' axis
-    extent = own.shape[1 if down else 0]
-    inward = 1.0 if m.edge in (0, 3) else -1.0
-    count = min(most, max(8, round(PER_TEXEL * (m.stop - m.start))))
-    along = rng.uniform(m.start, m.stop, count) - 0.5
-    edge = np.full(count, transition.line)
-    # How far a step across the edge goes on the other chart: points there lie ½ texel inside it at least.
-    *_, matrices = transition.apply(*((along, edge) if down else (edge, along)))
-    step = np.abs(matrices[:, 0 if m.other_edge in (0, 2) else 1, 1 if down else 0])
-    with np.errstate(divide="ignore"):
-        depth = rng.uniform(0.5, 1.0, count) * np.maximum(1.0, 1.0 / step)
-    sound = np.isfinite(depth) & (2 * np.ceil(depth) <= extent - 1)
-    along, depth, edge = along[sound], depth[sound], edge[sound]
-    if not len(along):
-        return
-    before, beyond = edge + inward * depth, edge - inward * depth
-    rows, columns, _ = transition.apply(*((along, beyond) if down else (beyond, along)))
-    across.add(_at(own, along, before, down), bilinear(other, rows, columns))
-    # Inside, the same step in the exemplar, which may run otherwise on the chart, and half of it on either
-    # side of a line between texels, as at the edge.
-    reach = np.ceil(depth)
-    line = np.floor(reach + rng.uniform(0, 1, len(along)) * (extent - 1 - 2 * reach)) + 0.5
-    length = own.shape[0 if down else 1]
-    beside = np.clip(along, np.minimum(reach, length / 2), np.maximum(length - 1 - reach, length / 2))
-    turned = np.linalg.solve(_matrices(field, beside, line, down), _matrices(field, along, edge, down))
-    half = depth[:, None] * turned[:, :, 1 if down else 0]
-    rows, columns = (beside, line) if down else (line, beside)
-    ends = [bilinear(own, rows + sign * half[:, 0], columns + sign * half[:, 1]) for sign in (-1, 1)]
-    inside.add(*ends)
-
-
-def _at(array: PixelArray, along: FloatArray, across: FloatArray, down: bool) -> NDArray[np.float32]:
-    return bilinear(array, *((along, across) if down else (across, along)))
-
-
-def _matrices(field: WarpField, along: FloatArray, across: FloatArray, down: bool) -> FloatArray:
-    """Return M (n, 2, 2) in exemplar pixels per texel."""
-    places = (along, across) if down else (across, along)
-    return field.at(*(np.rint(place) for place in places))
+def _at(array: PixelArray, places: NDArray[np.float64]) -> NDArray[np.float32]:
+    # Samples at places (n, 2), texel (r, c) having its centre at (r + ½, c + ½).
+    return bilinear(array, *(places - 0.5).T)

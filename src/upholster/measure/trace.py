@@ -1,20 +1,20 @@
 """Which placement each texel comes from, and which neighbouring texels continue one another."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.charts.mesh_layout import texels_on_mesh
-from upholster.geometry import MeshSurface
+from upholster.charts.charted import ChartedSurface, charted_surface
 from upholster.measure.samples import Window, chosen_windows
 from upholster.quilt import Quilt
 from upholster.quilt.displacement import warped_sources
 from upholster.quilt.warp_field import WarpField
 from upholster.types import IntArray
 
-__all__ = ["Border", "Trace", "quilt_windows", "step_sources"]
+__all__ = ["Border", "Trace", "charted_of", "quilt_windows", "step_sources", "traces"]
 
 MOST_TEXELS = 2**23
 SIDE = 2048
@@ -60,7 +60,7 @@ class Trace:
     placements
         The chart's.
     owners
-        (height, width) int32: index into `placements`; −1 beyond the triangles of a mesh, which nobody sees.
+        (height, width) int32: index into `placements`; −1 where nobody sees it, beyond the surface.
     """
 
     window: Window
@@ -69,13 +69,12 @@ class Trace:
     owners: IntArray
 
     @classmethod
-    def of(cls, quilt: Quilt, window: Window, *, beyond: bool = False) -> "Trace":
-        """Trace a window of a quilt (`Window.index` is the chart), also `beyond` a mesh's triangles."""
+    def of(cls, quilt: Quilt, window: Window, charted: ChartedSurface | None = None) -> "Trace":
+        """Trace a window of a quilt (`Window.index` is the chart): of a `charted` surface what lies on it."""
         index, shape = window.index, (window.height, window.width)
         owners = quilt.owners(index, window.row, window.column, *shape)
-        if isinstance(quilt.surface, MeshSurface) and not beyond:
-            corner = window.row, window.column
-            owners[~texels_on_mesh(quilt.surface, quilt.charts, index, corner, shape)] = -1
+        if charted is not None:
+            owners[~charted.lies_on(index, (window.row, window.column), shape)] = -1
         return cls(window, quilt.fields[index], quilt.on_chart(index), owners)
 
     def border(self, axis: int) -> Border:
@@ -116,6 +115,18 @@ def step_sources(field: WarpField, owner: NDArray[np.void], rows: Steps, columns
         (2, n) rows and columns in the exemplar, in 1/16 pixel, before they are mirrored into it.
     """
     return np.stack(warped_sources(field, owner, 16 * rows + 8, 16 * columns + 8))
+
+
+def charted_of(quilt: Quilt) -> ChartedSurface | None:
+    """Return what a quilt's charts lie on; None where it does not know its surface."""
+    return None if quilt.surface is None else charted_surface(quilt.surface, quilt.charts)
+
+
+def traces(quilt: Quilt) -> Iterator[Trace]:
+    """Trace the parts of a quilt's charts that are measured: what lies on its surface, where it knows it."""
+    charted = charted_of(quilt)
+    for window in quilt_windows(quilt):
+        yield Trace.of(quilt, window, charted)
 
 
 def quilt_windows(quilt: Quilt) -> list[Window]:

@@ -1,7 +1,7 @@
 """Projects: what is covered, with what and how; `project`, as a file, and as previews while it is changed."""
 
-from upholster.project.file import read_project, save_project
+from upholster.project.file import project_of, read_project, save_project, told_of
 from upholster.project.preview import Look, Preview
-from upholster.project.project import Project
+from upholster.project.project import KINDS, Project
 
-__all__ = ["Look", "Preview", "Project", "read_project", "save_project"]
+__all__ = ["KINDS", "Look", "Preview", "Project", "project_of", "read_project", "save_project", "told_of"]

@@ -16,13 +16,12 @@ from upholster.charts.covered import CoveredLike, covered_files
 from upholster.charts.directions import is_stroke_file, stroke_texts
 from upholster.errors import FormatError, InputError, nearest
 from upholster.files import outputs, path_inside, path_text, read_bytes
+from upholster.formats import PROJECT_SUFFIX
 from upholster.image.source import Sample, Source
 from upholster.options import SampleOptions, differing
 from upholster.project.project import KINDS, Project
 
-__all__ = ["SUFFIX", "read_project", "save_project"]
-
-SUFFIX = ".upholster.json"
+__all__ = ["project_of", "read_project", "save_project", "told_of"]
 
 _VERSION = 1
 
@@ -53,8 +52,8 @@ def read_project(path: str | os.PathLike[str], *, allow: Sequence[str | os.PathL
         folders.
     """
     name = path_text(path, "project")
-    if not name.lower().endswith(SUFFIX):
-        raise InputError(f"project {name!r} has another suffix; allowed: {SUFFIX}")
+    if not name.lower().endswith(PROJECT_SUFFIX):
+        raise InputError(f"project {name!r} has another suffix; allowed: {PROJECT_SUFFIX}")
     try:
         told = json.loads(read_bytes(name))
     except (ValueError, RecursionError) as error:
@@ -64,6 +63,32 @@ def read_project(path: str | os.PathLike[str], *, allow: Sequence[str | os.PathL
         return reader.project(told)
     except (InputError, FormatError) as error:
         raise type(error)(f"{name}: {error}") from None
+
+
+def project_of(told: Any, folder: str | os.PathLike[str]) -> Project:
+    """Return the project that a file's JSON tells, if all files that it names lie in a folder.
+
+    Raises
+    ------
+    InputError, FormatError
+        As `read_project`.
+    """
+    return _Reader("project", [Path(folder)]).project(told)
+
+
+def told_of(project: Project, folder: str | os.PathLike[str]) -> dict[str, Any]:
+    """Return what a file tells of a project whose own files lie in a folder: names are relative to it.
+
+    Raises
+    ------
+    InputError
+        As `save_project`; if a file lies elsewhere.
+    """
+    keeper = _Keeper(Path(folder))
+    told = keeper.project(project)
+    for source in keeper.copies:
+        raise InputError(f"{os.fspath(source)!r} lies elsewhere; allowed: files in {os.fspath(folder)!r}")
+    return told
 
 
 class _Reader:
@@ -177,8 +202,8 @@ def save_project(project: Project, path: str | os.PathLike[str]) -> list[str]:
         If something is no file and no text, as an array or a function; if files cannot be written.
     """
     name = path_text(path, "project")
-    if not name.lower().endswith(SUFFIX):
-        raise InputError(f"project {name!r} has another suffix; allowed: {SUFFIX}")
+    if not name.lower().endswith(PROJECT_SUFFIX):
+        raise InputError(f"project {name!r} has another suffix; allowed: {PROJECT_SUFFIX}")
     keeper = _Keeper(Path(name).parent)
     told = keeper.project(project)
     for source, target in keeper.copies.items():

@@ -10,16 +10,17 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from queue import Empty, SimpleQueue
-from threading import Event, Thread
+from threading import Thread
 from typing import Any
 
 from upholster.coverings import Covering, painted_model
 from upholster.errors import CancelledError, check_whole
 from upholster.options import WriteOptions
-from upholster.parallel import cancelled_by, check_running
+from upholster.parallel import Stop, cancelled_by, check_running
 from upholster.quilt import Quilt
 from upholster.stages import Stages
 from upholster.textured import TexturedModel
+from upholster.types import Progress
 
 __all__ = ["Look", "Preview", "Previews"]
 
@@ -62,7 +63,7 @@ class Preview:
 
     def __init__(self, work: Callable[["Preview"], None]) -> None:
         self.began = time.perf_counter()
-        self._stop, self._looks = Event(), SimpleQueue[Look | BaseException | None]()
+        self._stop, self._looks = Stop(), SimpleQueue[Look | BaseException | None]()
         self._thread = Thread(target=self._run, args=(work,), daemon=True, name="preview")
         self._thread.start()
 
@@ -127,21 +128,22 @@ class Previews:
         seed: int,
         texels: int,
         threads: int | None,
+        progress: Progress | None = None,
     ) -> Preview:
         """Begin a preview in place of the one that is under way; see `Project.preview`."""
         texels = check_whole("texels", texels, 1000, 2**26)
-        check_running(threads, None)
+        check_running(threads, progress)
         if self._running is not None:
             self._running.cancel()
 
         def work(preview: Preview) -> None:
             with self.stages.active():
                 coverings = read()
-                how: dict[str, Any] = {"seed": seed, "threads": threads, "progress": None}
+                how: dict[str, Any] = {"seed": seed, "threads": threads, "progress": progress}
                 for octaves in (*_octaves(coverings), 0):
                     quilts = [each.synthesized(octaves=octaves, **how) for each in coverings]
                     model = painted_model(
-                        coverings, quilts, writing, texels=texels, threads=threads, progress=None
+                        coverings, quilts, writing, texels=texels, threads=threads, progress=progress
                     )
                     preview.show(model, quilts, is_final=octaves == 0)
 

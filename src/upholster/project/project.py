@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from upholster.charts.covered import CoveredLike, covered_files
+from upholster.charts.directions import is_stroke_file
 from upholster.coverings import (
     Covering,
     check_not_swapped,
@@ -137,6 +138,17 @@ class Project(Shown):
         )
         return [replace(each, largest=largest_chart((), self.writing)) for each in found]
 
+    @property
+    def samples(self) -> list[Sample]:
+        """All samples: of parts, then that of all else."""
+        return [*self.materials.values(), *([self.sample] if self.sample else [])]
+
+    def files(self) -> list[str]:
+        """Return the files and folders that it names."""
+        strokes = [text for text in self.synthesis.stroke or () if is_stroke_file(text)]
+        named = (name for each in self.samples for name in (*each.folders, *each.files))
+        return list(dict.fromkeys([*named, *covered_files(self.model), *strokes]))
+
     def inputs(self) -> list[str]:
         """Return the files that the model is read from: that of a glTF names others."""
         with self.previews.stages.active():
@@ -150,7 +162,9 @@ class Project(Shown):
         with self.previews.stages.active():
             return synthesized(self.coverings(), seed=self.seed, threads=threads, progress=progress)
 
-    def preview(self, *, texels: int = 1_000_000, threads: int | None = None) -> Preview:
+    def preview(
+        self, *, texels: int = 1_000_000, threads: int | None = None, progress: Progress | None = None
+    ) -> Preview:
         """Begin to cover the model, and return what there is to see, as it comes.
 
         A preview that is under way, of this project or one that it was made of, is cancelled.
@@ -159,8 +173,8 @@ class Project(Shown):
         ----------
         texels
             As many are painted at most, margins of charts included.
-        threads
-            1 to 256; by default one per core.
+        threads, progress
+            As in `upholster.synthesize`; `progress` is called in a thread of the preview.
 
         Returns
         -------
@@ -168,7 +182,11 @@ class Project(Shown):
             Yields models: the whole one, soon and coarse, then better ones; the last has the quilts that
             `cover` writes.
         """
-        return self.previews.begin(self.coverings, self.writing, self.seed, texels, threads)
+
+        def read() -> list[Covering]:
+            return self.coverings(progress=progress)
+
+        return self.previews.begin(read, self.writing, self.seed, texels, threads, progress)
 
     def cover(
         self,

@@ -23,6 +23,7 @@ __all__ = [
     "UNIT",
     "WarpField",
     "node_count",
+    "polar_nodes",
 ]
 
 FIELD_STEP = 32
@@ -112,19 +113,7 @@ class WarpField:
         m: FloatArray = np.asarray(matrices, np.float64)
         if m.ndim != 4 or m.shape[2:] != (2, 2):
             raise InputError(f"matrices have shape {m.shape}; allowed: (rows, columns, 2, 2)")
-        determinant = np.linalg.det(m) if np.isfinite(m).all() else np.zeros(1)
-        if not (determinant > 0).all():
-            raise InputError("a matrix of the field is not finite, or its determinant is not positive")
-        down, along = m[..., :, 0], m[..., :, 1]
-        sizes = OCTAVE * np.log2(np.maximum(1e-12, [np.hypot(*np.moveaxis(v, -1, 0)) for v in (down, along)]))
-        angle = np.arctan2(along[..., 0], along[..., 1]) / (2 * np.pi)
-        shear = np.arctan2(down[..., 0], down[..., 1]) / (2 * np.pi) - angle - 0.25
-        nodes = np.empty((*m.shape[:2], 4), np.int16)
-        most = OCTAVE * MOST_OCTAVES
-        nodes[..., 0], nodes[..., 1] = np.clip(np.rint(sizes), -most, most)
-        nodes[..., 2] = np.rint(angle * ANGLES).astype(np.int64) % ANGLES
-        nodes[..., 3] = np.clip(np.rint((shear - np.rint(shear)) * ANGLES), -MOST_SHEAR, MOST_SHEAR)
-        return cls(nodes, margin)
+        return cls(polar_nodes(m), margin)
 
     @cached_property
     def matrices(self) -> IntArray:
@@ -193,6 +182,30 @@ class WarpField:
         out = np.empty((at[0].size, 4), np.int32)
         matrices_between(self.matrices, self.margin, at[0].flatten(), at[1].flatten(), out)
         return out.reshape(*at[0].shape, 4)
+
+
+def polar_nodes(matrices: FloatArray) -> NDArray[np.int16]:
+    """Return nodes (…, 4), as `WarpField` has them, nearest to matrices (…, 2, 2).
+
+    Raises
+    ------
+    InputError
+        If one is not finite or its determinant is not positive.
+    """
+    m = matrices
+    determinant = np.linalg.det(m) if np.isfinite(m).all() else np.zeros(1)
+    if not (determinant > 0).all():
+        raise InputError("a matrix of the field is not finite, or its determinant is not positive")
+    down, along = m[..., :, 0], m[..., :, 1]
+    sizes = OCTAVE * np.log2(np.maximum(1e-12, [np.hypot(*np.moveaxis(v, -1, 0)) for v in (down, along)]))
+    angle = np.arctan2(along[..., 0], along[..., 1]) / (2 * np.pi)
+    shear = np.arctan2(down[..., 0], down[..., 1]) / (2 * np.pi) - angle - 0.25
+    nodes = np.empty((*m.shape[:-2], 4), np.int16)
+    most = OCTAVE * MOST_OCTAVES
+    nodes[..., 0], nodes[..., 1] = np.clip(np.rint(sizes), -most, most)
+    nodes[..., 2] = np.rint(angle * ANGLES).astype(np.int64) % ANGLES
+    nodes[..., 3] = np.clip(np.rint((shear - np.rint(shear)) * ANGLES), -MOST_SHEAR, MOST_SHEAR)
+    return nodes
 
 
 def node_count(texels: int, margin: int) -> int:

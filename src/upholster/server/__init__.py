@@ -1,14 +1,18 @@
 """Serving streams and the viewer over HTTP, for the desk and for trying out. Needs the extra ``serve``.
 
 In production any static host does: see docs/serving.md.
+
+Any application on the user's machine can use `guard` (Host check, headers, one line for a mistake), `running`
+(a free port, until Ctrl-C or while a block runs; on `connections` with deadlines), `browser` and `throttle`.
+Those of streams are `catalogue`, `pages`, `thumbnails` (which `drawing` draws) and `app`, which joins all.
 """
 
-from upholster.server.app import STREAM_TYPE, make_app
+from upholster.server.app import STREAM_TYPE, make_app, serve
 from upholster.server.browser import open_in_browser
 from upholster.server.catalogue import Catalogue
 from upholster.server.guard import check_origin
 from upholster.server.pages import view_url
-from upholster.server.running import serve
+from upholster.server.running import serving
 
 __all__ = [
     "STREAM_TYPE",
@@ -17,5 +21,6 @@ __all__ = [
     "make_app",
     "open_in_browser",
     "serve",
+    "serving",
     "view_url",
 ]

@@ -1,55 +1,78 @@
 """The application: which address gives what."""
 
+import mimetypes
 import os
-import sys
-from collections.abc import Collection
-from io import FileIO
-from pathlib import Path
+from collections.abc import Callable, Collection, Sequence
 
-import anyio.to_thread
 from starlette.applications import Starlette
+from starlette.concurrency import run_in_threadpool
+from starlette.exceptions import HTTPException
+from starlette.middleware import Middleware
+from starlette.middleware.cors import CORSMiddleware
+from starlette.middleware.gzip import GZipMiddleware
 from starlette.requests import Request
-from starlette.responses import PlainTextResponse, Response
-from starlette.routing import Route
-from starlette.types import ASGIApp
+from starlette.responses import HTMLResponse, Response
+from starlette.routing import Mount, Route
+from starlette.staticfiles import StaticFiles
+from starlette.types import ASGIApp, Scope
 
 from upholster._version import __version__
-from upholster.errors import printable
-from upholster.server.catalogue import Catalogue, open_regular
-from upholster.server.drawing import placeholder
-from upholster.server.guard import Guard
-from upholster.server.pages import missing_page, start_page, viewer_page
-from upholster.server.sending import (
-    accepts,
-    file_response,
-    packed_response,
-    page_response,
-    unchanged_response,
-    validators,
-)
+from upholster.server.catalogue import SUFFIX, Catalogue
+from upholster.server.guard import LOCAL_HOSTS, AddedHeaders, Guard, failed
+from upholster.server.pages import content_security_policy, missing_page, start_page, viewer_page
+from upholster.server.running import allowed_hosts, listen, run
 from upholster.server.throttle import Pace, Throttle
-from upholster.server.thumbnails import DrawingError, Thumbnails
-from upholster.server.versions import Version, Versions
+from upholster.server.thumbnails import Thumbnails
 
-__all__ = ["STREAM_TYPE", "make_app"]
+__all__ = ["STREAM_TYPE", "make_app", "serve"]
 
 STREAM_TYPE = "model/vnd.upholster"
 """Media type of a stream. There are hosts that compress ``application/octet-stream`` on the way, which ranges
 do not survive; a type that they do not know they leave alone."""
 
-_PACKAGE = Path(__file__).parent.parent
-_SCRIPTS = (
-    "upholster-viewer.js",
-    "upholster-lab.js",
-    "upholster-environment.js",
-    "uph-worker.js",
-    "uph-picture.js",
-)
-_ASSETS = {
-    "page.css": (_PACKAGE / "server", "text/css; charset=utf-8"),
-    **dict.fromkeys(_SCRIPTS, (_PACKAGE / "web", "text/javascript; charset=utf-8")),
-    "LICENSES.txt": (_PACKAGE / "web", "text/plain; charset=utf-8"),
-}
+mimetypes.add_type(STREAM_TYPE, SUFFIX)
+mimetypes.add_type("text/javascript", ".js")  # Windows may be told otherwise by other programs
+
+_CACHING = {"cache-control": "no-cache"}  # always ask whether it is still the same
+_STREAMS = {"cache-control": "no-cache, no-transform"}  # nor compress it on the way
+_ASSETS = {"cache-control": "max-age=10"}  # a page asks ahead for what its scripts ask for a moment later
+_SHARED = {"cross-origin-resource-policy": "cross-origin"}
+
+
+def serve(
+    catalogue: Catalogue,
+    *,
+    host: str = "127.0.0.1",
+    port: int = 8000,
+    rate: int | None = None,
+    origins: Collection[str] = (),
+    frames: Collection[str] = (),
+    listening: Callable[[str], None] = print,
+) -> None:
+    """Serve a catalogue until Ctrl-C (or SIGTERM).
+
+    Processes that draw pictures load the main script again: there this stands under
+    ``if __name__ == "__main__":``.
+
+    Parameters
+    ----------
+    catalogue
+        The streams.
+    host, port
+        Where to listen; port 0: any that is free.
+    rate, origins, frames
+        See `make_app`.
+    listening
+        Is called once requests are taken, with the start page's address.
+
+    Raises
+    ------
+    InputError
+        If the host is unknown or the port cannot be had.
+    """
+    with listen(host, port) as listener:
+        hosts = allowed_hosts(host, listener)
+        run(make_app(catalogue, rate=rate, origins=origins, frames=frames, hosts=hosts), listener, listening)
 
 
 def make_app(
@@ -58,7 +81,7 @@ def make_app(
     rate: int | None = None,
     origins: Collection[str] = (),
     frames: Collection[str] = (),
-    local: bool = True,
+    hosts: Sequence[str] = LOCAL_HOSTS,
 ) -> ASGIApp:
     """Return the ASGI application that serves a catalogue.
 
@@ -68,110 +91,90 @@ def make_app(
         The streams.
     rate
         Bits per second of the line that carries all that is sent; None: as fast as it goes.
-    origins, frames, local
+    origins
+        Origins whose pages may read streams and scripts (not the start page, which names everything): as
+        browsers write them, or "*" for any.
+    frames
+        Origins whose pages may show this server's pages in a frame, or "*" for any.
+    hosts
         See `upholster.server.guard.Guard`.
     """
-    pace = Pace(rate)
-    site = _Site(catalogue, pace.piece)
+    site = _Site(catalogue)
+    packed = [Middleware(GZipMiddleware)]
+    assets = StaticFiles(packages=[("upholster", "web"), ("upholster.server", "static")])
     app = Starlette(
         routes=[
-            Route("/", site.start),
-            Route("/view/{name:path}", site.view),
-            Route("/streams/{name:path}", site.stream),
+            Route("/", site.start, middleware=packed),
+            Route("/view/{name:path}", site.view, middleware=packed),
             Route("/thumbnails/{name:path}.png", site.thumbnail),
-            Route("/assets/{name}", site.asset),
+            Mount("/streams", _shared(AddedHeaders(_Streams(catalogue), _STREAMS), origins)),
+            Mount("/assets", _shared(AddedHeaders(GZipMiddleware(assets), _ASSETS), origins)),
         ],
-        exception_handlers={Exception: _failed},
+        exception_handlers={Exception: failed},
     )
     app.router.redirect_slashes = False
-    guarded = Guard(app, origins=origins, frames=frames, local=local)
-    return guarded if rate is None else Throttle(guarded, pace)
+    guarded = Guard(app, policy=content_security_policy(frames), hosts=hosts)
+    return guarded if rate is None else Throttle(guarded, Pace(rate))
+
+
+def _shared(app: ASGIApp, origins: Collection[str]) -> ASGIApp:
+    """Let pages of other origins read what an application answers."""
+    if not origins:
+        return app
+    return CORSMiddleware(
+        AddedHeaders(app, _SHARED),
+        allow_origins=origins,
+        allow_methods=["GET", "HEAD"],
+        allow_headers=["Range", "If-Range", "If-None-Match", "Cache-Control"],
+        allow_private_network=True,  # a page from the network asks for something on the user's own machine
+        expose_headers=["Accept-Ranges", "Content-Length", "Content-Range", "ETag"],
+    )
+
+
+class _Streams(StaticFiles):
+    """The streams, as Starlette serves files: what is asked for is a name of the catalogue, not a path."""
+
+    def __init__(self, catalogue: Catalogue) -> None:
+        super().__init__()
+        self._catalogue = catalogue
+
+    def get_path(self, scope: Scope) -> str:
+        path, root = str(scope["path"]), str(scope["root_path"])
+        return path.removeprefix(f"{root}/")
+
+    def lookup_path(self, path: str) -> tuple[str, os.stat_result | None]:
+        return self._catalogue.find(path) or ("", None)
 
 
 class _Site:
-    """The answers."""
+    """The other answers. What is not async runs in a thread."""
 
-    def __init__(self, catalogue: Catalogue, piece: int) -> None:
+    def __init__(self, catalogue: Catalogue) -> None:
         self._catalogue = catalogue
-        self._piece = piece
-        self._versions = Versions()
         self._thumbnails = Thumbnails()
 
-    async def start(self, request: Request) -> Response:
-        entries = await anyio.to_thread.run_sync(self._catalogue.entries)
-        return await page_response(request, start_page(entries))
+    def start(self, _request: Request) -> Response:
+        return HTMLResponse(start_page(self._catalogue.entries()), headers=_CACHING)
 
-    async def view(self, request: Request) -> Response:
-        file = await anyio.to_thread.run_sync(self._catalogue.open, request.path_params["name"])
-        if file is None:
-            return await page_response(request, missing_page(), 404)
-        with file:
-            size = file.seek(0, 2)
-        page = viewer_page(request.path_params["name"], size, lab="lab" in request.query_params)
-        return await page_response(request, page)
-
-    async def stream(self, request: Request) -> Response:
-        found = await anyio.to_thread.run_sync(self._stream, request.path_params["name"])
-        if not isinstance(found, Version):
-            return found
-        return file_response(request, found, STREAM_TYPE, piece=self._piece)
+    def view(self, request: Request) -> Response:
+        name = request.path_params["name"]
+        found = self._catalogue.find(name)
+        if found is None:
+            return HTMLResponse(missing_page(), 404, _CACHING)
+        page = viewer_page(name, found[1].st_size, lab="lab" in request.query_params)
+        return HTMLResponse(page, headers=_CACHING)
 
     async def thumbnail(self, request: Request) -> Response:
-        found = await anyio.to_thread.run_sync(self._stream, request.path_params["name"])
-        if not isinstance(found, Version):
-            return found
-        with found.file:
-            tag = f'"{__version__}-{found.tag[1:]}'
-            if (known := unchanged_response(request, tag)) is not None:
-                return known
-            try:
-                picture = await self._thumbnails.get(found, gone=request.is_disconnected)
-            except DrawingError as error:
-                if not error.is_known:
-                    await _failed(request, error)
-                picture = placeholder("no preview", str(error))
-                return Response(picture, 500, {"cache-control": "no-store"}, media_type="image/png")
-        if picture is None:
-            return PlainTextResponse("Nobody waits for this.", 503)
-        return Response(picture, headers=validators(tag), media_type="image/png")
-
-    async def asset(self, request: Request) -> Response:
         name = request.path_params["name"]
-        if name not in _ASSETS:
-            return _missing()
-        folder, media_type = _ASSETS[name]
-        found = await anyio.to_thread.run_sync(self._asset, os.path.realpath(folder / name))
-        if not isinstance(found, Version):
-            return found
-        if accepts(request, "gzip"):
-            return await packed_response(request, found, media_type)
-        return file_response(request, found, media_type, piece=self._piece)
-
-    def _stream(self, name: str) -> Version | Response:
-        """Return a stream's version, or what to answer if there is none."""
-        file = self._catalogue.open(name)
-        return _missing() if file is None else self._identified(file)
-
-    def _asset(self, path: str) -> Version | Response:
-        try:
-            return self._identified(open_regular(path))
-        except OSError:
-            return _missing()
-
-    def _identified(self, file: FileIO) -> Version | Response:
-        version = self._versions.identify(file)
-        if version is None:
-            file.close()
-            return PlainTextResponse("This file is being written.", 503, {"retry-after": "1"})
-        return version
-
-
-def _missing() -> Response:
-    return PlainTextResponse("Not Found", 404)
-
-
-async def _failed(request: Request, error: Exception) -> Response:
-    """Print for the operator what went wrong, in one line, and tell the client only that something did."""
-    words = " ".join(f"{type(error).__name__}: {error}".split())
-    print(printable(f"upholster: {request.method} {request.url.path!r} failed: {words}"), file=sys.stderr)
-    return PlainTextResponse("Internal Server Error", 500)
+        found = await run_in_threadpool(self._catalogue.find, name)
+        if found is None:
+            raise HTTPException(404)
+        path, status = found
+        tag = f'"{__version__}-{status.st_mtime_ns:x}-{status.st_size:x}"'
+        headers = _CACHING | {"etag": tag}
+        if tag in request.headers.get("if-none-match", ""):
+            return Response(status_code=304, headers=headers)
+        picture, is_drawn = await self._thumbnails.get(path, status)
+        if not is_drawn:
+            return Response(picture, 500, {"cache-control": "no-store"}, media_type="image/png")
+        return Response(picture, headers=headers, media_type="image/png")

@@ -5,19 +5,19 @@ so no spelling of it can lead anywhere else.
 """
 
 import os
+import stat
 import unicodedata
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from io import FileIO
 from pathlib import Path
 
 from upholster.errors import FormatError, InputError
 from upholster.files import MAX_BYTES, read_bytes
 from upholster.stream import read_stream
 
-__all__ = ["SUFFIX", "Catalogue", "Entry", "open_regular"]
+__all__ = ["SUFFIX", "Catalogue", "Entry"]
 
 SUFFIX = ".uph"
 
@@ -95,15 +95,19 @@ class Catalogue:
                     found.append(Entry(name, size))
         return found
 
-    def open(self, name: str) -> FileIO | None:
-        """Open the stream of that name, or return None if there is none now."""
+    def find(self, name: str) -> tuple[str, os.stat_result] | None:
+        """Return path and status of the stream of that name, or None if there is none now.
+
+        It is a regular file of at most 1 GiB: no link, and no pipe, on which opening would wait.
+        """
         path = self._places().get(name)
         if path is None:
             return None
-        try:
-            return open_regular(path)
-        except OSError:
-            return None
+        with suppress(OSError):
+            status = os.lstat(path)
+            if stat.S_ISREG(status.st_mode) and status.st_size <= MAX_BYTES:
+                return path, status
+        return None
 
     def _places(self) -> dict[str, str]:
         """Return every stream's path by name; for links given as files, what they point to now."""
@@ -118,23 +122,6 @@ class Catalogue:
                 if path not in own:  # given by name too
                     _add(places, prefix + _printable(name), path)
         return places
-
-
-def open_regular(path: str) -> FileIO:
-    """Open a regular file of at most 1 GiB for reading, unbuffered; `path` is no link.
-
-    Raises
-    ------
-    OSError
-        If it is anything else by now: a link, a pipe (on which opening would wait), gone.
-    """
-    # Windows knows neither flag.
-    guard = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
-    file = FileIO(path, opener=lambda name, flags: os.open(name, flags | guard))
-    if not os.path.isfile(file.fileno()) or os.fstat(file.fileno()).st_size > MAX_BYTES:
-        file.close()
-        raise OSError(f"{path!r} cannot be served")
-    return file
 
 
 def _checked(path: str) -> bool:

@@ -1,7 +1,7 @@
-"""A connection of uvicorn's that does not wait for ever: deadlines for heads, and a limit of idle ones."""
+"""A connection of uvicorn's that does not wait for ever for its client."""
 
 import asyncio
-from typing import Any, cast
+from typing import Any
 
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
@@ -10,74 +10,57 @@ __all__ = ["Connection"]
 HEAD_SECONDS = 10.0
 """From the connection, or the end of the answer before, to the end of a request's head."""
 
-MOST_IDLE = 64
-"""Connections of one address that have had no request for a second; where there are more, those that wait
-longest go. Of an honest client the head comes right behind."""
-
-MOST_IDLE_IN_ALL = 512
-"""The same for all addresses, however short they wait: half of what the server takes."""
+STALLED_SECONDS = 120.0
+"""How long a client may take nothing of its answer."""
 
 
 class Connection(H11Protocol):
     """HTTP/1.1 by h11, which refuses heads of more than 16 KiB.
 
-    Who connects and asks for nothing, or sends a head byte by byte, holds a place that others need: uvicorn
-    has no deadline for them. Who asks and does not take the answer is for `upholster.server.sending`.
+    Who asks for nothing, sends a head byte by byte, or takes nothing of an answer, holds a place that others
+    need: uvicorn has no deadline for them.
     """
 
     def __init__(self, *given: Any, **named: Any) -> None:
         super().__init__(*given, **named)
         self._deadline: asyncio.TimerHandle | None = None
-        self._idle_since: float | None = None
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
-        """Begin to wait for a request."""
+        """Wait for a request."""
         super().connection_made(transport)
-        self._wait()
-        now, known = self.loop.time(), cast("set[Connection]", self.connections)
-        idle = sorted(
-            (other._idle_since, number, other)
-            for number, other in enumerate(known)
-            if other._idle_since is not None
-        )
-        here = [one for one in idle if one[2]._host() == self._host() and one[0] < now - 1]
-        for _, _, other in {
-            *here[: max(0, len(here) - MOST_IDLE)],
-            *idle[: max(0, len(idle) - MOST_IDLE_IN_ALL)],
-        }:
-            other._end()
+        self._wait(HEAD_SECONDS)
 
     def data_received(self, data: bytes) -> None:
         """Take what the client has sent."""
         super().data_received(data)
-        if self.cycle is not None and not self.cycle.response_complete:
-            self._stop_waiting()
+        if self.cycle is not None and not self.cycle.response_complete and not self.flow.write_paused:
+            self._wait(None)
 
     def on_response_complete(self) -> None:
         """Wait for the next request, unless it is here already."""
         super().on_response_complete()
         if self.cycle is None or self.cycle.response_complete:
-            self._wait()
+            self._wait(HEAD_SECONDS)
+
+    def pause_writing(self) -> None:
+        """Wait for the client to take something."""
+        super().pause_writing()
+        self._wait(STALLED_SECONDS)
+
+    def resume_writing(self) -> None:
+        """Go on: it has."""
+        super().resume_writing()
+        self._wait(None)
 
     def connection_lost(self, exc: Exception | None) -> None:
         """Forget it."""
-        self._stop_waiting()
+        self._wait(None)
         super().connection_lost(exc)
 
-    def _host(self) -> str | None:
-        return self.client[0] if self.client else None
-
-    def _wait(self) -> None:
-        self._stop_waiting()
-        self._idle_since = self.loop.time()
-        self._deadline = self.loop.call_later(HEAD_SECONDS, self._end)
-
-    def _stop_waiting(self) -> None:
-        self._idle_since = None
+    def _wait(self, seconds: float | None) -> None:
+        """Begin to wait, in place of what was waited for; None: for nothing."""
         if self._deadline is not None:
             self._deadline.cancel()
-            self._deadline = None
-
-    def _end(self) -> None:
-        self._stop_waiting()
-        self.transport.abort()  # closing would wait for what the client does not take
+        # Closing would wait for what the client does not take.
+        end = self.transport.abort
+        self._deadline = None if seconds is None else self.loop.call_later(seconds, end)

@@ -4,12 +4,8 @@ A stream may be anybody's. What it asks for is bounded by limits of texels, samp
 painted; what they miss, by this process's limit of memory, and by the server, which ends it after some time.
 """
 
-import os
 import signal
-import struct
-import sys
 import textwrap
-from collections.abc import Callable
 from contextlib import suppress
 from typing import BinaryIO
 
@@ -30,14 +26,7 @@ from upholster.stream import StreamDecoder
 from upholster.textured import TexturedModel
 from upholster.writing import painted
 
-__all__ = ["DRAWN", "FAILED", "FRAME", "READ", "draw_thumbnail", "placeholder", "work"]
-
-FRAME = struct.Struct("<cI")
-"""Between server and process: a kind and a number. The server begins a picture with `DRAWN`; the process asks
-with `READ` and a number of bytes, which it gets behind a `READ` with how many they are, fewer at the end; and
-ends with `DRAWN`, a size, and the picture, or with `FAILED`, a size, and why."""
-
-READ, DRAWN, FAILED = b"r", b"d", b"f"
+__all__ = ["draw_file", "draw_thumbnail", "placeholder"]
 
 _MOST_MEMORY = 4 << 30
 _PIECE = 1 << 16
@@ -48,30 +37,32 @@ _QUADS = 4000
 _GROUND = 232  # about the grey of other pictures' background
 
 
-def draw_thumbnail(read: Callable[[int], bytes]) -> bytes:
+def draw_file(path: str) -> bytes:
+    """Return `draw_thumbnail` of a file; for a process that does nothing else."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the server
+    _limit_memory()
+    with open(path, "rb") as file:
+        return draw_thumbnail(file)
+
+
+def draw_thumbnail(file: BinaryIO) -> bytes:
     """Return a picture of a stream as a PNG file's bytes; if it cannot be shown, one that says so.
 
     At most 4 MiB of the stream are read, or as far as its first view, if that is at most 64 MiB: any prefix
     is a picture. A model of more than 16 million texels or 4096 charts is shown without its texture.
-
-    Parameters
-    ----------
-    read
-        Returns the next so many bytes of the stream, fewer at its end.
     """
     try:
-        return _picture(read)
+        return _picture(file)
     except UpholsterError as error:
         return placeholder("damaged stream", str(error))
 
 
-def _picture(read: Callable[[int], bytes]) -> bytes:
-    pieces: list[bytes] = []
+def _picture(file: BinaryIO) -> bytes:
     is_small = True
     try:
-        decoder = _decoded(read, pieces, _PAINTED)
+        decoder = _decoded(file, _PAINTED)
     except FormatError:
-        decoder, is_small = _decoded(read, pieces, Limits()), False
+        decoder, is_small = _decoded(file, Limits()), False
     surface = decoder.surface
     if decoder.needed or surface is None:
         return placeholder("cut stream", f"needs {decoder.needed:,} more bytes")
@@ -95,13 +86,10 @@ def _picture(read: Callable[[int], bytes]) -> bytes:
     return encode_image(from_linear(linear, "uint8"), "png")
 
 
-def _decoded(read: Callable[[int], bytes], pieces: list[bytes], limits: Limits) -> StreamDecoder:
-    """Decode the pieces that have been read, and read on."""
+def _decoded(file: BinaryIO, limits: Limits) -> StreamDecoder:
     decoder = StreamDecoder(limits=limits)
-    for piece in pieces:
-        decoder.feed(piece)
-    while decoder.received < (_MOST_VIEW if decoder.needed else _MOST_READ) and (piece := read(_PIECE)):
-        pieces.append(piece)
+    file.seek(0)
+    while decoder.received < (_MOST_VIEW if decoder.needed else _MOST_READ) and (piece := file.read(_PIECE)):
         decoder.feed(piece)
     return decoder
 
@@ -115,37 +103,6 @@ def placeholder(title: str, reason: str) -> bytes:
     for n, line in enumerate(textwrap.wrap(printable(reason), 50, max_lines=4, placeholder=" ...")):
         drawing.text(width // 2, height // 2 + 8 + 20 * n, line, size=14)
     return encode_image(drawing.pixels(), "png")
-
-
-def work() -> None:
-    """Draw what the server names on standard input, one stream after the other, until it ends."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the server
-    source, target = sys.stdin.buffer, os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)  # what a library prints is no frame
-    _limit_memory()
-    with suppress(BrokenPipeError):
-        serve_pictures(source, target)
-
-
-def serve_pictures(source: BinaryIO, target: BinaryIO) -> None:
-    """Answer the server until it ends; what fails is told, and the next one drawn."""
-    while source.read(FRAME.size):
-        try:
-            kind, answer = DRAWN, draw_thumbnail(lambda count: _asked(source, target, count))
-        except Exception as error:  # too little memory, or a mistake of ours
-            kind, answer = FAILED, f"{type(error).__name__}: {error}".encode(errors="replace")
-        target.write(FRAME.pack(kind, len(answer)) + answer)
-        target.flush()
-
-
-def _asked(source: BinaryIO, target: BinaryIO, count: int) -> bytes:
-    """Ask the server for the next bytes of the stream."""
-    target.write(FRAME.pack(READ, count))
-    target.flush()
-    head = source.read(FRAME.size)
-    if len(head) < FRAME.size:
-        raise EOFError("the server is gone")
-    return source.read(FRAME.unpack(head)[1])
 
 
 def _limit_memory() -> None:

@@ -1,103 +1,87 @@
-"""What is added to every answer: checks of host and origin, security headers, sharing with other origins."""
+"""What stands before an application on the user's machine: a check of the Host header, careful headers."""
 
-import ipaddress
-from collections.abc import Collection
-from urllib.parse import urlsplit
+import re
+import sys
+from collections.abc import Mapping, Sequence
 
 from starlette.datastructures import Headers, MutableHeaders
+from starlette.middleware.trustedhost import TrustedHostMiddleware
+from starlette.requests import Request
 from starlette.responses import PlainTextResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from upholster.errors import InputError
-from upholster.server.pages import EARLY_SCRIPT, script_digest
+from upholster.errors import InputError, printable
 
-__all__ = ["CONTENT_SECURITY_POLICY", "Guard", "check_origin", "is_trusted_host"]
+__all__ = ["LOCAL_HOSTS", "AddedHeaders", "Guard", "check_origin", "failed", "report"]
 
-CONTENT_SECURITY_POLICY = (
-    f"default-src 'none'; script-src 'self' {script_digest(EARLY_SCRIPT)}; worker-src 'self'; "
-    "connect-src 'self'; img-src 'self' blob: data:; style-src 'self'; "
-    "base-uri 'none'; form-action 'none'; frame-ancestors "
-)
-"""What the pages need and no more; behind it stand those who may show them in a frame."""
+LOCAL_HOSTS = ("localhost", "*.localhost", "127.0.0.1", "[::1]")
+"""What this machine is called by itself, and no other site can be."""
 
-_NOTHING = "default-src 'none'; frame-ancestors "
-_DATA = (
-    "/streams/",
-    "/thumbnails/",
-    "/assets/page.css",
-)  # neither pages nor scripts, whose workers obey theirs
-
-_SHARED = ("/streams/", "/assets/")
-_ASKED_HEADERS = "Range, If-Range, If-Match, If-None-Match, Cache-Control"
-_TOLD_HEADERS = "Accept-Ranges, Content-Length, Content-Range, ETag"
+_ORIGIN = re.compile(r"(https?)://([a-z0-9.-]+|\[[0-9a-f:.]+\])(?::([0-9]{1,5}))?")
+_USUAL_PORTS = {"http": "80", "https": "443"}
 
 
-class Guard:
-    """ASGI middleware: refuses foreign host names, adds headers, answers CORS.
+class AddedHeaders:
+    """ASGI middleware: adds headers to every answer that does not have them.
 
     Parameters
     ----------
     app
         What answers.
-    origins
-        Origins whose pages may read streams and scripts (not the start page, which names everything): as
-        browsers write them, or "*" for any.
-    frames
-        Origins whose pages may show this server's pages in a frame, or "*" for any.
-    local
-        Whether the server listens on this machine alone. Then only addresses and ``localhost`` are answered
-        to: a page anywhere can let its own host name point here, and would pass for this server's own page
-        (DNS rebinding).
+    headers
+        What is added, by name.
     """
 
-    def __init__(
-        self, app: ASGIApp, *, origins: Collection[str] = (), frames: Collection[str] = (), local: bool = True
-    ) -> None:
+    def __init__(self, app: ASGIApp, headers: Mapping[str, str]) -> None:
         self._app = app
-        self._frames = " ".join(frames) or "'none'"
-        self._origins = frozenset(origins)
-        self._local = local
+        self._headers = headers
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Answer a request."""
-        if scope["type"] != "http":
-            await self._app(scope, receive, send)
-            return
-        headers = Headers(scope=scope)
-        shared = bool(self._origins) and scope["path"].startswith(_SHARED)
-        allowed = self._allowed(headers.get("origin")) if shared else None
-        policy = _NOTHING if scope["path"].startswith(_DATA) else CONTENT_SECURITY_POLICY
 
-        async def guarded(message: Message) -> None:
+        async def adding(message: Message) -> None:
             if message["type"] == "http.response.start":
-                added = MutableHeaders(scope=message)
-                added["Content-Security-Policy"] = policy + self._frames
-                added["X-Content-Type-Options"] = "nosniff"
-                if "content-length" in headers and "transfer-encoding" in headers:
-                    # Others may see its end elsewhere: nothing is read behind it (RFC 9112, 6.3).
-                    added["Connection"] = "close"
-                added["Referrer-Policy"] = "no-referrer"
-                added["Cross-Origin-Opener-Policy"] = "same-origin"
-                added["Cross-Origin-Resource-Policy"] = "cross-origin" if shared else "same-origin"
-                if shared and "*" not in self._origins:
-                    added.add_vary_header("Origin")
-                if allowed:
-                    added["Access-Control-Allow-Origin"] = allowed
-                    added["Access-Control-Expose-Headers"] = _TOLD_HEADERS
+                told = MutableHeaders(scope=message)
+                for name, text in self._headers.items():
+                    told.setdefault(name, text)
             await send(message)
 
-        if self._local and not is_trusted_host(_host(headers.get("host", ""))):
-            text = "This server answers only to its address and to localhost."
-            await PlainTextResponse(text, 421)(scope, receive, guarded)
-        elif allowed and scope["method"] == "OPTIONS" and "access-control-request-method" in headers:
-            await Response(status_code=204, headers=_preflight(headers))(scope, receive, guarded)
-        else:
-            await self._app(scope, receive, guarded)
+        await self._app(scope, receive, adding)
 
-    def _allowed(self, origin: str | None) -> str | None:
-        if "*" in self._origins:
-            return "*"
-        return origin if origin in self._origins else None
+
+class Guard:
+    """ASGI middleware: refuses foreign host names, adds the headers that keep browsers careful.
+
+    Parameters
+    ----------
+    app
+        What answers.
+    policy
+        Content security policy of all answers.
+    hosts
+        Host names that are answered to, or "*" for any. A page anywhere can let its own host name point to
+        this machine, and would pass for this server's own page (DNS rebinding): who listens on this machine
+        alone answers to `LOCAL_HOSTS`.
+    """
+
+    def __init__(self, app: ASGIApp, *, policy: str, hosts: Sequence[str] = LOCAL_HOSTS) -> None:
+        headers = {
+            "content-security-policy": policy,
+            "x-content-type-options": "nosniff",
+            "referrer-policy": "no-referrer",
+            "cross-origin-opener-policy": "same-origin",
+            "cross-origin-resource-policy": "same-origin",
+        }
+        self._app = AddedHeaders(TrustedHostMiddleware(app, hosts, www_redirect=False), headers)
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Answer a request."""
+        asked = Headers(scope=scope) if scope["type"] == "http" else {}
+        app: ASGIApp = self._app
+        if "content-length" in asked and "transfer-encoding" in asked:
+            # Others may see its end elsewhere: nothing is read behind it (RFC 9112, 6.3).
+            app = AddedHeaders(app, {"connection": "close"})
+        await app(scope, receive, send)
 
 
 def check_origin(text: str, option: str = "cors") -> str:
@@ -110,46 +94,20 @@ def check_origin(text: str, option: str = "cors") -> str:
     """
     if text == "*":
         return text
-    try:
-        parts = urlsplit(text)
-        port = parts.port
-    except ValueError:
-        parts, port = urlsplit(""), None
-    host = parts.hostname or ""
-    host = f"[{host}]" if ":" in host else host
-    usual = {"http": 80, "https": 443}.get(parts.scheme)
-    plain = f"{parts.scheme}://{parts.netloc}".lower()
-    if usual is None or not host or "@" in parts.netloc or plain != text.lower() or not text.isascii():
+    found = _ORIGIN.fullmatch(text.lower())
+    if found is None or int(found[3] or 0) > 65535:
         raise InputError(f"{option} is {text!r}; allowed: an origin such as https://example.org, or *")
-    return f"{parts.scheme}://{host}" + (f":{port}" if port not in (None, usual) else "")
+    scheme, host, port = found.groups()
+    return f"{scheme}://{host}" + (f":{port}" if port not in (None, _USUAL_PORTS[scheme]) else "")
 
 
-def is_trusted_host(host: str) -> bool:
-    """Whether a host is `localhost` or an address: not a name that anybody could let point here."""
-    if host.lower().rstrip(".") == "localhost" or host.lower().endswith(".localhost"):
-        return True
-    try:
-        ipaddress.ip_address(host)
-    except ValueError:
-        return False
-    return True
+async def failed(request: Request, error: Exception) -> Response:
+    """Tell the operator what went wrong, and the client only that something did."""
+    report(f"{request.method} {request.url.path!r}", error)
+    return PlainTextResponse("Internal Server Error", 500)
 
 
-def _host(field: str) -> str:
-    """Return the host of a Host header, without its port."""
-    try:
-        return urlsplit(f"//{field}").hostname or ""
-    except ValueError:
-        return ""
-
-
-def _preflight(headers: Headers) -> dict[str, str]:
-    answer = {
-        "Access-Control-Allow-Methods": "GET, HEAD",
-        "Access-Control-Allow-Headers": _ASKED_HEADERS,
-        "Access-Control-Max-Age": "600",
-    }
-    # A page from the network asks for something on the user's own machine.
-    if headers.get("access-control-request-private-network") == "true":
-        answer["Access-Control-Allow-Private-Network"] = "true"
-    return answer
+def report(what: str, error: Exception) -> None:
+    """Print in one line why something failed."""
+    words = " ".join(f"{type(error).__name__}: {error}".split())
+    print(printable(f"upholster: {what} failed: {words}"), file=sys.stderr)

@@ -2,7 +2,7 @@
 
 import base64
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from html import escape
 from urllib.parse import quote
 
@@ -10,7 +10,8 @@ from upholster._version import __version__
 from upholster.server.catalogue import Entry
 
 __all__ = [
-    "EARLY_SCRIPT", "missing_page", "script_digest", "start_page", "stream_url", "view_url", "viewer_page",
+    "EARLY_SCRIPT", "content_security_policy", "missing_page", "script_digest", "start_page", "stream_url",
+    "view_url", "viewer_page",
 ]  # fmt: skip
 
 EARLY_SCRIPT = """
@@ -52,6 +53,15 @@ _VIEWER = (
 def script_digest(script: str) -> str:
     """Return how a content security policy names a script."""
     return f"'sha256-{base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()}'"
+
+
+def content_security_policy(frames: Collection[str] = ()) -> str:
+    """Return what the pages need and no more; `frames` are origins whose pages may show them in a frame."""
+    return (
+        f"default-src 'none'; script-src 'self' {script_digest(EARLY_SCRIPT)}; worker-src 'self'; "
+        "connect-src 'self'; img-src 'self' blob: data:; style-src 'self'; "
+        "base-uri 'none'; form-action 'none'; frame-ancestors " + (" ".join(frames) or "'none'")
+    )
 
 
 def stream_url(name: str) -> str:

@@ -5,11 +5,10 @@ import time
 import anyio
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-__all__ = ["MAX_PIECE", "Pace", "Throttle"]
+__all__ = ["Pace", "Throttle"]
 
-MAX_PIECE = 1 << 16
 _PIECES_PER_SECOND = 50
-_MIN_PIECE = 64
+_MIN_PIECE, _MAX_PIECE = 64, 1 << 16
 _PATIENCE = 0.1
 
 
@@ -22,7 +21,7 @@ class Pace:
     Parameters
     ----------
     rate
-        Bits per second; None: as fast as it goes.
+        Bits per second.
 
     Attributes
     ----------
@@ -30,19 +29,15 @@ class Pace:
         How many bytes to send at a time.
     """
 
-    def __init__(self, rate: int | None) -> None:
-        self.piece = MAX_PIECE
-        self._seconds = 0.0
-        if rate is not None:
-            self._seconds = 8 / rate  # per byte
-            self.piece = min(MAX_PIECE, max(_MIN_PIECE, rate // (8 * _PIECES_PER_SECOND)))
+    def __init__(self, rate: int) -> None:
+        self.piece = min(_MAX_PIECE, max(_MIN_PIECE, rate // (8 * _PIECES_PER_SECOND)))
+        self._seconds = 8 / rate  # per byte
         self._due = time.monotonic()
 
     async def wait(self, count: int) -> None:
         """Wait until the next `count` bytes have their turn."""
-        if self._seconds:
-            self._due = max(self._due, time.monotonic() - _PATIENCE) + count * self._seconds
-            await anyio.sleep(max(0.0, self._due - time.monotonic()))
+        self._due = max(self._due, time.monotonic() - _PATIENCE) + count * self._seconds
+        await anyio.sleep(max(0.0, self._due - time.monotonic()))
 
 
 class Throttle:
@@ -62,26 +57,18 @@ class Throttle:
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Answer a request."""
-        if scope["type"] != "http":
-            await self._app(scope, receive, send)
-            return
 
         async def paced(message: Message) -> None:
             if message["type"] == "http.response.start":
                 await self._pace.wait(sum(len(name) + len(value) + 4 for name, value in message["headers"]))
-                await send(message)
-            elif message["type"] == "http.response.body":
-                await self._send_body(message, send)
-            else:
-                await send(message)
+            body, more = message.get("body", b""), message.get("more_body", False)
+            while len(body) > self._pace.piece:
+                piece, body = body[: self._pace.piece], body[self._pace.piece :]
+                await self._pace.wait(len(piece))
+                await send({"type": "http.response.body", "body": piece, "more_body": True})
+            if body:
+                await self._pace.wait(len(body))
+                message = {**message, "body": body, "more_body": more}
+            await send(message)
 
         await self._app(scope, receive, paced)
-
-    async def _send_body(self, message: Message, send: Send) -> None:
-        body, more = message.get("body", b""), message.get("more_body", False)
-        for start in range(0, max(len(body), 1), self._pace.piece):
-            piece = body[start : start + self._pace.piece]
-            if piece:
-                await self._pace.wait(len(piece))
-            ends = start + len(piece) >= len(body)
-            await send({"type": "http.response.body", "body": piece, "more_body": more or not ends})

@@ -26,7 +26,11 @@ _TURNED_OVER = 0.2
 
 
 def asked_at_corners(
-    mesh: TriangleMesh, direction: Direction, crease: float | None = None
+    mesh: TriangleMesh,
+    direction: Direction,
+    crease: float | None = None,
+    *,
+    normals: FloatArray | None = None,
 ) -> FloatArray | None:
     """Return what is asked for at the triangles' corners, in their planes, to be interpolated over them.
 
@@ -34,6 +38,8 @@ def asked_at_corners(
     ----------
     mesh, direction, crease
         As of `direction_field`.
+    normals
+        (T, 3, 3) what `shading_normals` returns for these, where that is known.
 
     Returns
     -------
@@ -48,7 +54,8 @@ def asked_at_corners(
     """
     if direction.kind not in ("level", "vectors"):
         return None
-    normals = shading_normals(mesh, crease)
+    if normals is None:
+        normals = shading_normals(mesh, crease)
     if direction.kind == "level":
         along = np.cross((0.0, 0.0, 1.0), normals)
     else:

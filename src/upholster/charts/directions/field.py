@@ -169,7 +169,7 @@ def direction_field(
     held = held_on_faces(mesh, frames, wish, wanted.kind, straight=lattice and wanted.is_around)
     wish = held.asked(wish)
     if held.apart.any():
-        frames = plane_frames(mesh, crease, held.apart)
+        frames = frames.parted(held.apart)
     return _field(mesh, frames, wanted, wish, held, symmetry)
 
 

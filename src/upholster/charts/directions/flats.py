@@ -5,11 +5,11 @@ sharp edges, at narrow roundings or at borders, is a face of its own, whatever f
 """
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from upholster.charts.directions._flat_kernels import Facets, mark_sharp
 from upholster.charts.directions._kernels import regions
 from upholster.charts.directions.asked import SMOOTH
 from upholster.charts.directions.frames import PlaneFrames
@@ -33,12 +33,6 @@ _SHARP = 0.8
 
 _ROUNDING = 1e-6
 """Of cosines: what bends by just so much as is told is sharp."""
-
-_STEPS = 256
-"""Triangles beyond a border over which the surface is followed, at most."""
-
-_ROOM = 1 << 18
-"""Edges of a border from which the surface is followed at a time: so much memory that takes."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,11 +65,6 @@ class Border:
         line = mesh.corners[triangle, (edge + 1) % 3] - mesh.corners[triangle, edge]
         return cls(triangle, edge, face[triangle], line, _lengths(line))
 
-    def some(self, first: int, last: int) -> "Border":
-        """Return the edges from one number up to another."""
-        own = slice(first, last)
-        return Border(self.triangle[own], self.edge[own], self.face[own], self.line[own], self.length[own])
-
 
 def flat_faces(mesh: TriangleMesh, frames: PlaneFrames) -> IntArray:
     """Return the number of the flat face to which each triangle belongs, (T,), −1 for none.
@@ -85,20 +74,17 @@ def flat_faces(mesh: TriangleMesh, frames: PlaneFrames) -> IntArray:
     from a chamfer, 30° are enough.
     """
     number = np.full(len(mesh.triangles), -1, np.int32)
+    bend = np.einsum("ti,tki->tk", frames.normals, frames.normals[mesh.neighbours // 3])
     count = 0
     for link in _LINKS:
-        face, planes = _level_pieces(mesh, frames, number, np.cos(np.radians(link)))
+        linked = (mesh.neighbours >= 0) & (bend >= np.cos(np.radians(link)))
+        face, planes = _level_pieces(mesh, frames, number, linked)
         border = Border.of(mesh, face)
         around = np.bincount(border.face, border.length, len(planes))
         areas = np.bincount(face[face >= 0], frames.areas[face >= 0], len(planes))
         width = 2 * areas / np.maximum(around, 1e-300)
-        sharp = np.concatenate(
-            [
-                _is_sharp(mesh, frames, border.some(first, first + _ROOM), planes, width)
-                for first in range(0, max(len(border.face), 1), _ROOM)
-            ]
-        )
-        sharp |= _at_faces(mesh, frames, border, number)
+        sharp = _is_sharp(mesh, frames, border, planes, width)
+        sharp |= _at_faces(mesh, bend, border, number)
         bounded = np.bincount(border.face, border.length * sharp, len(planes)) >= _SHARP * around
         kept = np.where(bounded, count + np.cumsum(bounded) - 1, -1)
         number = np.where(face >= 0, np.append(kept, -1)[face], number).astype(np.int32)
@@ -116,13 +102,15 @@ def mean_planes(frames: PlaneFrames, face: IntArray) -> FloatArray:
 
 
 def _level_pieces(
-    mesh: TriangleMesh, frames: PlaneFrames, taken: IntArray, link: float
+    mesh: TriangleMesh, frames: PlaneFrames, taken: IntArray, linked: NDArray[np.bool_]
 ) -> tuple[IntArray, FloatArray]:
-    """Return the pieces (T,) of what is not taken that are flat, −1 elsewhere, and their normals."""
+    """Return the pieces (T,) of what is not taken that are flat, −1 elsewhere, and their normals.
+
+    They hang together over edges that are `linked`, (T, 3).
+    """
     normals, beyond = frames.normals, mesh.neighbours // 3
-    linked = (mesh.neighbours >= 0) & (np.einsum("ti,tki->tk", normals, normals[beyond]) >= link)
     free = taken < 0
-    linked &= free[:, None] & free[beyond]
+    linked = linked & free[:, None] & free[beyond]
     piece = np.empty(len(normals), np.int32)
     count = regions(np.where(linked, beyond, -1).astype(np.int32), piece)
     planes = mean_planes(frames, piece)
@@ -132,89 +120,23 @@ def _level_pieces(
     return kept[piece].astype(np.int32), planes[~bent]
 
 
-def _at_faces(mesh: TriangleMesh, frames: PlaneFrames, border: Border, number: IntArray) -> NDArray[np.bool_]:
-    """Return which edges (B,) bend sharply to a face whose `number` (T,) is known."""
+def _at_faces(mesh: TriangleMesh, bend: FloatArray, border: Border, number: IntArray) -> NDArray[np.bool_]:
+    """Return which edges (B,) bend sharply, by cosines (T, 3), to a face whose `number` (T,) is known."""
     met = mesh.neighbours[border.triangle, border.edge]
-    bend = np.einsum("ij,ij->i", frames.normals[border.triangle], frames.normals[met // 3])
-    bent: NDArray[np.bool_] = bend <= np.cos(np.radians(_CHAMFER)) + _ROUNDING
+    bent: NDArray[np.bool_] = bend[border.triangle, border.edge] <= np.cos(np.radians(_CHAMFER)) + _ROUNDING
     return bent & (met >= 0) & (number[met // 3] >= 0)
-
-
-class _Walk(NamedTuple):
-    """Ways straight over the surface: which, where, whereto, how far yet, and the edge to be crossed next.
-
-    `met` is triangle · 3 + edge beyond it, −1 for none; `line` runs along it, its triangle to the left.
-    """
-
-    number: NDArray[np.intp]
-    at: FloatArray
-    way: FloatArray
-    left: FloatArray
-    met: IntArray
-    line: FloatArray
-
-    def only(self, these: NDArray[np.bool_]) -> "_Walk":
-        """Return some of the ways."""
-        number, at, way, left = self.number[these], self.at[these], self.way[these], self.left[these]
-        return _Walk(number, at, way, left, self.met[these], self.line[these])
 
 
 def _is_sharp(
     mesh: TriangleMesh, frames: PlaneFrames, border: Border, planes: FloatArray, width: FloatArray
 ) -> NDArray[np.bool_]:
-    """Return at which edges of a border (B,) a face ends sharply: see `flat_faces`.
-
-    From the middle of each edge the surface is followed straight on.
-    """
-    sharp = np.zeros(len(border.face), np.bool_)
+    """Return at which edges of a border (B,) a face ends sharply: see `flat_faces`."""
+    sharp = np.empty(len(border.face), np.bool_)
+    edges = np.stack([border.triangle, border.edge, border.face], axis=1).astype(np.int64)
+    facets = Facets(mesh.positions, mesh.triangles, mesh.neighbours, frames.normals)
     least = np.cos(np.radians(SMOOTH)) + _ROUNDING
-    way = np.cross(border.line, frames.normals[border.triangle])
-    walk = _Walk(
-        np.arange(len(sharp)),
-        mesh.corners[border.triangle, border.edge] + 0.5 * border.line,
-        way / np.maximum(_lengths(way), 1e-300)[:, None],
-        width[border.face],
-        mesh.neighbours[border.triangle, border.edge],
-        border.line,
-    )
-    for _ in range(_STEPS):
-        normals, own = frames.normals[walk.met // 3], planes[border.face[walk.number]]
-        ends = (walk.met < 0) | (np.einsum("ij,ij->i", normals, own) <= least)
-        sharp[walk.number[ends]] = True
-        walk = walk.only(~ends)
-        walk = _crossed(mesh, frames, walk._replace(way=_unfolded(walk, normals[~ends])))
-        walk = walk.only(walk.left > 0)
-        if not len(walk.number):
-            break
+    mark_sharp(facets, edges, planes, width, least, np.empty((5, 3)), sharp)
     return sharp
-
-
-def _unfolded(walk: _Walk, normals: FloatArray) -> FloatArray:
-    """Return ways (N, 3) in the planes, of unit normals (N, 3), beyond the edges that they cross."""
-    unit = walk.line / np.maximum(_lengths(walk.line), 1e-300)[:, None]
-    along = np.einsum("ij,ij->i", walk.way, unit)
-    across = np.sqrt(np.maximum(1 - along**2, 0))
-    return np.asarray(along[:, None] * unit + across[:, None] * np.cross(unit, normals))
-
-
-def _crossed(mesh: TriangleMesh, frames: PlaneFrames, walk: _Walk) -> _Walk:
-    """Return ways as they go on from the other side of the triangles in which they are."""
-    triangle, entered = np.divmod(walk.met, 3)
-    corners, row = mesh.corners[triangle], np.arange(len(triangle))
-    best, leaves = np.full(len(row), np.inf), (entered + 1) % 3
-    for turn in (1, 2):
-        edge = (entered + turn) % 3
-        start = corners[row, edge]
-        inward = np.cross(frames.normals[triangle], corners[row, (edge + 1) % 3] - start)
-        speed = -np.einsum("ij,ij->i", walk.way, inward)
-        away = np.maximum(np.einsum("ij,ij->i", walk.at - start, inward), 0.0)
-        after = np.where(speed > 0, away / np.where(speed > 0, speed, 1.0), np.inf)
-        leaves = np.where(after < best, edge, leaves)
-        best = np.minimum(best, after)
-    step = np.where(np.isfinite(best), best, walk.left)
-    line = corners[row, (leaves + 1) % 3] - corners[row, leaves]
-    at, met = walk.at + step[:, None] * walk.way, mesh.neighbours[triangle, leaves]
-    return _Walk(walk.number, at, walk.way, walk.left - step, met, line)
 
 
 def _lengths(vectors: FloatArray) -> FloatArray:

@@ -1,6 +1,6 @@
 """Each triangle's own plane, and how directions are carried over edges."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -80,6 +80,28 @@ class PlaneFrames:
         length = np.sqrt(np.einsum("ij,ij->i", normals, normals))[:, None]
         return np.where(length > 0, normals / np.where(length > 0, length, 1.0), 0.0)
 
+    def parted(self, apart: NDArray[np.bool_]) -> "PlaneFrames":
+        """Return the same frames, of which a field does not cross edges that are `apart` either.
+
+        They are (T, 3), told from both sides.
+        """
+        kept = np.ones(len(self.first), np.bool_)
+        kept[self.edges[apart & (self.edges >= 0)]] = False
+        number = np.append(np.where(kept, np.cumsum(kept) - 1, -1), -1).astype(np.int32)
+        edges = number[self.edges]
+        across, part = np.where(edges >= 0, self.across, np.int32(-1)), np.empty_like(self.part)
+        return replace(
+            self,
+            first=self.first[kept],
+            second=self.second[kept],
+            carried=self.carried[kept],
+            weights=self.weights[kept],
+            across=across,
+            edges=edges,
+            part=part,
+            parts=regions(across, part),
+        )
+
     def vectors(self, numbers: ComplexArray) -> FloatArray:
         """Return complex numbers (T,) as vectors (T, 3)."""
         found: FloatArray = numbers.real[:, None] * self.x + numbers.imag[:, None] * self.y
@@ -98,13 +120,8 @@ def root(z: ComplexArray) -> ComplexArray:
     return found
 
 
-def plane_frames(
-    mesh: TriangleMesh, crease: float | None, apart: NDArray[np.bool_] | None = None
-) -> PlaneFrames:
-    """Return the frames of a mesh, which a field crosses where it bends by at most `crease` degrees.
-
-    Nor does it cross edges that are `apart`, (T, 3), told from both sides.
-    """
+def plane_frames(mesh: TriangleMesh, crease: float | None) -> PlaneFrames:
+    """Return the frames of a mesh, which a field crosses where it bends by at most `crease` degrees."""
     edges = np.roll(mesh.corners, -1, axis=1) - mesh.corners
     lengths = np.sqrt(np.einsum("tki,tki->tk", edges, edges))
     along, sizes, areas = _shapes(lengths, mesh.size)
@@ -115,8 +132,6 @@ def plane_frames(
     if crease is not None:
         bend = np.einsum("ti,tki->tk", normals, normals[beyond])
         goes_on &= bend >= np.cos(np.radians(crease))
-    if apart is not None:
-        goes_on &= ~apart
     across = np.where(goes_on, beyond, -1).astype(np.int32)
     triangle, edge = np.nonzero(goes_on & (mesh.neighbours > 3 * np.arange(len(across))[:, None] + 2))
     met = mesh.neighbours[triangle, edge]

@@ -73,17 +73,18 @@ def wish_of(mesh: TriangleMesh, frames: PlaneFrames, direction: Direction, creas
     if direction.kind == "smooth":
         count = len(mesh.triangles)
         return Wish(np.zeros(count, np.complex128), np.zeros(count))
-    if direction.kind == "level":
-        normals = _mean_normals(mesh, frames, crease)
-        level = laid_over(np.cross((0.0, 0.0, 1.0), normals), normals, frames.normals)
-        return replace(
-            _projected(frames, level, 1.0, _LEVEL), corners=_corners(mesh, direction, crease, _LEVEL)
-        )
     if direction.kind == "curvature":
         return _along_curvature(mesh, frames)
     if direction.kind == "edges":
         return _along_edges(mesh, frames, SHARP if crease is None else crease)
-    vectors, normals = vectors_at(mesh, direction.vectors), _mean_normals(mesh, frames, crease)
+    shaded = shading_normals(mesh, crease)
+    normals = _mean_normals(frames, shaded)
+    if direction.kind == "level":
+        level = laid_over(np.cross((0.0, 0.0, 1.0), normals), normals, frames.normals)
+        return replace(
+            _projected(frames, level, 1.0, _LEVEL), corners=_corners(mesh, direction, shaded, _LEVEL)
+        )
+    vectors = vectors_at(mesh, direction.vectors)
     lying = vectors - np.einsum("ij,ij->i", vectors, normals)[:, None] * normals
     whole = np.sqrt(np.einsum("ij,ij->i", vectors, vectors))
     wish = _projected(frames, laid_over(lying, normals, frames.normals), whole, _VECTOR)
@@ -93,22 +94,22 @@ def wish_of(mesh: TriangleMesh, frames: PlaneFrames, direction: Direction, creas
         )
     if isinstance(direction.vectors, TriangleVectors):
         return wish
-    return replace(wish, corners=_corners(mesh, direction, crease, _VECTOR))
+    return replace(wish, corners=_corners(mesh, direction, shaded, _VECTOR))
 
 
 def _corners(
-    mesh: TriangleMesh, direction: Direction, crease: float | None, limits: tuple[float, float]
+    mesh: TriangleMesh, direction: Direction, shaded: FloatArray, limits: tuple[float, float]
 ) -> FloatArray:
-    asked = asked_at_corners(mesh, direction, crease)
+    asked = asked_at_corners(mesh, direction, normals=shaded)
     assert asked is not None
     length = np.sqrt(np.einsum("tki,tki->tk", asked, asked))[..., None]
     corners: FloatArray = asked * (_stepped(length, *limits) / np.maximum(length, 1e-300))
     return corners
 
 
-def _mean_normals(mesh: TriangleMesh, frames: PlaneFrames, crease: float | None) -> FloatArray:
-    """Return the triangles' unit normals (T, 3) on the smooth surface that they stand for."""
-    normals = shading_normals(mesh, crease).mean(axis=1)
+def _mean_normals(frames: PlaneFrames, shaded: FloatArray) -> FloatArray:
+    """Return the triangles' unit normals (T, 3) on the smooth surface, by their corners' (T, 3, 3)."""
+    normals = shaded.mean(axis=1)
     length = np.sqrt(np.einsum("ij,ij->i", normals, normals))[:, None]
     near = length[:, 0] * 0.5 < np.einsum("ij,ij->i", normals, frames.normals)
     return np.where(near[:, None], normals / np.where(length > 0, length, 1.0), frames.normals)

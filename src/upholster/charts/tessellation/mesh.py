@@ -131,8 +131,12 @@ def tessellate(
     return _on_grids(surface, charts, seams, grids)[0]
 
 
-def tessellate_by_bends(surface: Surface, charts: Sequence[Chart]) -> tuple[Mesh, NDArray[np.int64]]:
+def tessellate_by_bends(
+    surface: Surface, charts: Sequence[Chart], *, finer: int = 1
+) -> tuple[Mesh, NDArray[np.int64]]:
     """Cover charts with as few quadrilaterals as their bends allow, see `bent_counts`.
+
+    Each is cut into so many as `finer` says, each way.
 
     Returns
     -------
@@ -142,7 +146,8 @@ def tessellate_by_bends(surface: Surface, charts: Sequence[Chart]) -> tuple[Mesh
         (V,) a number for each vertex, one for all those that meet.
     """
     seams = find_seams(surface, charts)
-    grids = chart_grids(surface, charts, *bent_counts(surface, charts, seams), tips=True)
+    counts, least = bent_counts(surface, charts, seams)
+    grids = chart_grids(surface, charts, finer * counts, least, tips=True)
     mesh, pairs = _on_grids(surface, charts, seams, grids)
     return mesh, connected(len(mesh.chart), pairs)
 

@@ -6,8 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.charts.seams import ChartSeam, find_seams
-from upholster.charts.transitions import transitions
+from upholster.charts.seams import find_seams
 from upholster.geometry import Surface
 from upholster.methods.pixel._pixel_kernels import REACH
 from upholster.quilt.chart import Chart
@@ -24,8 +23,6 @@ class SurfaceLevel:
     ----------
     charts
         On this level: each half as high and wide as on the finer one, rounded up.
-    seams
-        How they meet.
     firsts, strides
         Texel (r, c) of chart n is number ``firsts[n] + r·strides[n] + c``.
     count
@@ -38,7 +35,6 @@ class SurfaceLevel:
     """
 
     charts: tuple[Chart, ...]
-    seams: tuple[ChartSeam, ...]
     firsts: tuple[int, ...]
     strides: tuple[int, ...]
     count: int
@@ -62,11 +58,10 @@ class SurfaceLevel:
         sizes = [(chart.height + 2 * REACH) * stride for chart, stride in zip(mine, strides, strict=True)]
         ends = np.cumsum([0, *sizes])
         firsts = tuple((ends[:-1] + [REACH * stride + REACH for stride in strides]).tolist())
-        seams = find_seams(surface, mine)
-        frame, beyond = _frames(surface, mine, seams, np.array(firsts), np.array(strides))
+        frame, beyond = _frames(surface, mine, firsts, strides)
         order = np.argsort(frame, kind="stable")
         frame, beyond = frame[order], beyond[order]
-        return cls(mine, seams, firsts, strides, int(ends[-1]), frame, beyond, np.searchsorted(frame, ends))
+        return cls(mine, firsts, strides, int(ends[-1]), frame, beyond, np.searchsorted(frame, ends))
 
     def refresh(self, sources: IntArray) -> None:
         """Copy to all frames what the charts hold now."""
@@ -85,28 +80,29 @@ class SurfaceLevel:
 
 
 def _frames(
-    surface: Surface,
-    charts: Sequence[Chart],
-    seams: Sequence[ChartSeam],
-    firsts: NDArray[np.int64],
-    strides: NDArray[np.int64],
+    surface: Surface, charts: Sequence[Chart], firsts: Sequence[int], strides: Sequence[int]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    # Texels of frames, and those on other charts that lie there: as many texels from the edge.
     frame, beyond = [np.zeros(0, np.int64)], [np.zeros(0, np.int64)]
-    for transition in transitions(surface, charts, seams):
-        seam = transition.seam
-        here, other = charts[seam.chart], charts[seam.other_chart]
-        along: FloatArray = np.arange(np.ceil(seam.start - 0.5), np.ceil(seam.stop - 0.5), dtype=np.float64)
-        # On edges 0 and 3 the frame lies before the first line, on 1 and 2 behind the last one.
-        last = {0: -1, 1: here.width, 2: here.height, 3: -1}[seam.edge]
-        out = -1 if seam.edge in (0, 3) else 1
-        across: FloatArray = last + out * np.arange(REACH, dtype=np.float64)
-        places: list[FloatArray] = [part.ravel() for part in np.meshgrid(along, across)]
-        rows, columns = places if seam.edge & 1 else places[::-1]
-        there_rows, there_columns, _ = transition.apply(rows, columns)
-        sound = np.isfinite(there_rows) & np.isfinite(there_columns)
-        there_rows = np.rint(there_rows[sound]).clip(0, other.height - 1).astype(np.int64)
-        there_columns = np.rint(there_columns[sound]).clip(0, other.width - 1).astype(np.int64)
-        rows, columns = rows[sound].astype(np.int64), columns[sound].astype(np.int64)
-        frame.append(firsts[seam.chart] + rows * strides[seam.chart] + columns)
-        beyond.append(firsts[seam.other_chart] + there_rows * strides[seam.other_chart] + there_columns)
+    for seam in find_seams(surface, charts):
+        along = np.arange(np.ceil(seam.start - 0.5), np.ceil(seam.stop - 0.5), dtype=np.float64)
+        share = (along + 0.5 - seam.start) / (seam.stop - seam.start)
+        met = np.floor((1 - share) * seam.other_start + share * seam.other_stop)
+        for depth in range(REACH):
+            row, column = _beside(charts[seam.chart], seam.edge, along, -1 - depth)
+            frame.append(firsts[seam.chart] + row * strides[seam.chart] + column)
+            other, size = seam.other_chart, charts[seam.other_chart]
+            row, column = _beside(size, seam.other_edge, met, depth)
+            row, column = row.clip(0, size.height - 1), column.clip(0, size.width - 1)
+            beyond.append(firsts[other] + row * strides[other] + column)
     return np.concatenate(frame), np.concatenate(beyond)
+
+
+def _beside(
+    chart: Chart, edge: int, along: FloatArray, depth: int
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    # Rows and columns of texels along an edge of a chart, so many inward from it.
+    last = (0, chart.width - 1, chart.height - 1, 0)[edge]
+    across = np.full(len(along), depth if edge in (0, 3) else last - depth, np.int64)
+    places = along.astype(np.int64)
+    return (places, across) if edge & 1 else (across, places)

@@ -35,13 +35,15 @@ class SettledArrays(NamedTuple):
     """What is found of n placements.
 
     `cells` (n, 2) the cell in whose middle its centre lies, −1 for none yet. `reads` (n, 2) what that reads,
-    in 1/16 pixel. `off` (n,) by how many pixels the chart's field alone is off at most. `square` (n, 3) and
-    `product` (n, 4) the least squares' sums for an offset, see `upholster.methods.quilt.emit`. `away` (n,)
-    and `sums` (n, 3) are scratch; all but `cells` and `away` are 0 at first, `away` is infinite.
+    in 1/16 pixel, and `centres` (n, 4) the field's matrix there. `off` (n,) by how many pixels the chart's
+    field alone is off at most. `square` (n, 3) and `product` (n, 4) the least squares' sums for an offset,
+    see `upholster.methods.quilt.emit`. `away` (n,) and `sums` (n, 3) are scratch; all but `cells` and `away`
+    are 0 at first, `away` is infinite.
     """
 
     cells: NDArray[np.int64]
     reads: NDArray[np.int64]
+    centres: NDArray[np.int64]
     off: FloatArray
     square: FloatArray
     product: FloatArray
@@ -80,12 +82,14 @@ def _choose_centres(field: FieldArrays, cells: ShownCells, found: SettledArrays)
             n = int64(shown[i, j])
             if n < 0:
                 continue
-            y, x = _read_at(field, cells, n, unit * (i - 1) + unit // 2, unit * (j - 1) + unit // 2)
             down = i - found.sums[n, 1] / found.sums[n, 0]
             right = j - found.sums[n, 2] / found.sums[n, 0]
             away = down * down + right * right
             if not (0 < i < rows - 1 and 0 < j < columns - 1):
                 away += 2.0**34
+            if away >= found.away[n]:
+                continue  # whatever it reads
+            y, x = _read_at(field, cells, n, unit * (i - 1) + unit // 2, unit * (j - 1) + unit // 2)
             if y < 0 or x < 0 or y >= 16 * cells.shape[0] or x >= 16 * cells.shape[1]:
                 away += 2.0**36
             if away < found.away[n]:
@@ -113,6 +117,10 @@ def settle_placements(
         for k in range(2):
             whole = rounded * ((found.reads[n, k] + rounded // 2) // rounded)
             found.reads[n, k] = min(max(whole, 0), 16 * cells.shape[k] - rounded)
+        top, left = unit * (found.cells[n, 0] - 1) + unit // 2, unit * (found.cells[n, 1] - 1) + unit // 2
+        m = matrix_between(matrices, margin, top, left)
+        for k in range(4):
+            found.centres[n, k] = m[k]
     for i in range(cells.shown.shape[0]):
         for j in range(cells.shown.shape[1]):
             n = int64(cells.shown[i, j])
@@ -122,7 +130,8 @@ def settle_placements(
             top = unit * (found.cells[n, 0] - 1) + unit // 2
             left = unit * (found.cells[n, 1] - 1) + unit // 2
             y, x = _read_at(field, cells, n, row, column)
-            first = matrix_between(matrices, margin, top, left)
+            c = found.centres[n]
+            first = c[0], c[1], c[2], c[3]
             here = matrix_between(matrices, margin, row, column)
             down, right = row - top, column - left
             v, u = reading(first, here, min(max(down, -16383), 16383), min(max(right, -16383), 16383))

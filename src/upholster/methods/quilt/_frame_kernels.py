@@ -15,7 +15,16 @@ from upholster.methods.quilt._unfold_kernels import Footprint, MeshArrays
 from upholster.quilt.placement import SYMMETRIES
 from upholster.types import FloatArray, IntArray, int64
 
-__all__ = ["BESIDE", "LAID", "Canvases", "locate_steps", "look_at_frame", "nearest_steps", "write_frame"]
+__all__ = [
+    "BESIDE",
+    "LAID",
+    "Canvases",
+    "bound_places",
+    "locate_steps",
+    "look_at_frame",
+    "nearest_steps",
+    "write_frame",
+]
 
 LAID, BESIDE = 1, 2
 """Marks of a frame's pixel: something is laid there; it lies beside the surface or the block. 0: bare."""
@@ -57,10 +66,30 @@ def _bounds(a: float, b: float, c: float, beyond: float, size: int) -> tuple[int
 
 
 @kernel
-def locate_steps(mesh: MeshArrays, canvases: Canvases, away: NDArray[np.float32]) -> None:
+def bound_places(chart: IntArray, places: FloatArray, low: FloatArray, high: FloatArray) -> None:
+    """Write the least and the greatest row and column (charts, 2) of the places (T, 3, 2) on each chart.
+
+    ``low > high`` where none is on it.
+    """
+    low[:, :], high[:, :] = np.inf, -np.inf
+    for t in range(places.shape[0]):
+        n = chart[t]
+        if n < 0:
+            continue
+        for k in range(3):
+            for axis in range(2):
+                low[n, axis] = min(low[n, axis], places[t, k, axis])
+                high[n, axis] = max(high[n, axis], places[t, k, axis])
+
+
+@kernel
+def locate_steps(
+    mesh: MeshArrays, canvases: Canvases, share: tuple[int, int], away: NDArray[np.float32]
+) -> None:
     """Write to `triangles` in which triangle each step's middle lies, or to which it is nearest and close.
 
-    `away` (steps,) is scratch, infinite at first.
+    `share` (n, of how many) tells of which part of each chart's rows. `away` (steps,) is scratch, infinite at
+    first.
     """
     for t in range(mesh.triangles.shape[0]):
         k = int64(mesh.chart[t])
@@ -71,11 +100,14 @@ def locate_steps(mesh: MeshArrays, canvases: Canvases, away: NDArray[np.float32]
         area = y1 * x2 - x1 * y2
         if area <= 1e-12:
             continue
-        top, bottom = _bounds(p[0, 0], p[1, 0], p[2, 0], _CLOSE, canvases.heights[k])
+        rows = canvases.heights[k]
+        top, bottom = _bounds(p[0, 0], p[1, 0], p[2, 0], _CLOSE, rows)
+        top, bottom = max(top, rows * share[0] // share[1]), min(bottom, rows * (share[0] + 1) // share[1])
         left, right = _bounds(p[0, 1], p[1, 1], p[2, 1], _CLOSE, canvases.widths[k])
         for r in range(top, bottom):
+            y = r - p[0, 0]
             for c in range(left, right):
-                y, x = r - p[0, 0], c - p[0, 1]
+                x = c - p[0, 1]
                 b0, d0 = (y * x2 - x * y2) / area, (y1 * x - x1 * y) / area
                 b, d = _clamped(b0, d0)
                 away_y, away_x = y - b * y1 - d * y2, x - b * x1 - d * x2

@@ -9,9 +9,9 @@ from upholster.jit import inline, kernel
 from upholster.methods.quilt._frame_kernels import Canvases
 from upholster.methods.quilt._sheet_kernels import MOST_SHEETS, FieldArrays, shown_at
 from upholster.methods.quilt._unfold_kernels import MeshArrays
-from upholster.types import FloatArray, int64
+from upholster.types import FloatArray, IntArray, int64
 
-__all__ = ["fill_labels", "label_beyond", "label_cells"]
+__all__ = ["fill_labels", "label_beyond", "label_cells", "list_sheets"]
 
 _REACH = 2.0
 """Cells beyond a seam that are labelled by what lies there."""
@@ -146,6 +146,49 @@ def label_beyond(
 
 
 @kernel
+def list_sheets(
+    seen: NDArray[np.int64],
+    away: FloatArray,
+    firsts: NDArray[np.int64],
+    ranks: IntArray,
+    labels: IntArray,
+    keys: NDArray[np.int64],
+) -> Any:
+    """Give the sheets that cells show numbers, in raster order; return how many there are.
+
+    `seen` and `away` are what `label_beyond` leaves; where `away` is negative nothing is told. `labels`
+    receives the numbers, −1 for none, and `keys` the sheets, as in `seen`. `firsts` (B + 1,) are blocks'
+    first sheets, and `ranks` is scratch, as many as there are sheets, all −1.
+    """
+    count = int64(0)
+    for i in range(seen.shape[0]):
+        for j in range(seen.shape[1]):
+            labels[i, j] = -1
+            if seen[i, j] < 0 or away[i, j] < 0.0:
+                continue
+            at = firsts[seen[i, j] // MOST_SHEETS] + seen[i, j] % MOST_SHEETS
+            if ranks[at] < 0:
+                ranks[at] = count
+                keys[count] = seen[i, j]
+                count += 1
+            labels[i, j] = ranks[at]
+    for n in range(count):
+        ranks[firsts[keys[n] // MOST_SHEETS] + keys[n] % MOST_SHEETS] = -1
+    return count
+
+
+@inline
+def _is_beside_none(labels: IntArray, i: int, j: int) -> Any:
+    # Whether a cell beside this one has no label.
+    return (
+        (i > 0 and labels[i - 1, j] < 0)
+        or (i + 1 < labels.shape[0] and labels[i + 1, j] < 0)
+        or (j > 0 and labels[i, j - 1] < 0)
+        or (j + 1 < labels.shape[1] and labels[i, j + 1] < 0)
+    )
+
+
+@kernel
 def fill_labels(labels: NDArray[np.int32], queue: NDArray[np.int64]) -> None:
     """Give each cell without a label, −1, that of the nearest one, in steps by rows and columns.
 
@@ -154,7 +197,7 @@ def fill_labels(labels: NDArray[np.int32], queue: NDArray[np.int64]) -> None:
     wide, first, last = labels.shape[1], 0, 0
     for i in range(labels.shape[0]):
         for j in range(wide):
-            if labels[i, j] >= 0:
+            if labels[i, j] >= 0 and _is_beside_none(labels, i, j):
                 queue[last] = i * wide + j
                 last += 1
     while first < last:

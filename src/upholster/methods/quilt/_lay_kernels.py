@@ -344,6 +344,7 @@ def lay_blocks(
     fits: FloatArray,
     pieces: NDArray[np.int64],
     masks: NDArray[np.uint8],
+    stop: NDArray[np.uint8],
     scratch: LayScratch,
 ) -> None:
     """Find, choose, cut and lay some blocks, from, to, one after another.
@@ -354,9 +355,11 @@ def lay_blocks(
     `near` (k, 2) are blocks that may lie near, from, to; `reaches` how far they are near, in model units, and
     frame pixels per model unit. Each block draws from its own generator, which follows from `seed`. `fits`
     (blocks, `MOST_SHEETS`, `FIT`) and `pieces` (blocks,) receive how sheets read, and how many there are,
-    `masks` (blocks, cells) which cells are shown.
+    `masks` (blocks, cells) which cells are shown. It ends early once `stop` (1,) is not 0.
     """
     for n in range(part[0], part[1]):
+        if stop[0]:
+            return
         own = n - part[0]
         scratch.state[0] = seed + np.uint64(n) * np.uint64(0xD1342543DE82EF95)
         blocks.records[n, LAID] = 0

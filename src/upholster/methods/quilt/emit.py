@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 
 from upholster.methods.quilt._block_kernels import BLOCK_COLUMNS, SOURCE_COLUMN, SOURCE_ROW, SYMMETRY
 from upholster.methods.quilt._emit_kernels import SettledArrays, ShownCells, settle_placements
-from upholster.methods.quilt._label_kernels import fill_labels, label_beyond, label_cells
+from upholster.methods.quilt._label_kernels import fill_labels, label_beyond, label_cells, list_sheets
 from upholster.methods.quilt._sheet_kernels import FIT, MOST_SHEETS
 from upholster.methods.quilt.laying import Drawn, LayPlan
-from upholster.parallel import check_cancelled, run_tasks
+from upholster.parallel import run_tasks
 from upholster.quilt.labels import LabelMap, label_shape
 from upholster.quilt.model import Quilt
 from upholster.quilt.placement import MOST_OFFSET, PLACEMENT, SYMMETRIES, bare_placement
@@ -70,21 +70,30 @@ class LabelPiece:
     fits: FloatArray
 
 
-def label_pieces(plan: LayPlan, drawn: Drawn) -> list[LabelPiece]:
-    """Return the labels of a parcel's own steps, and of the cells beyond its seams, chart by chart."""
+def label_pieces(plan: LayPlan, drawn: Drawn, *, threads: int | None = 1) -> list[LabelPiece]:
+    """Return the labels of a parcel's own steps, and of the cells beyond its seams, chart by chart.
+
+    `threads` is as in `upholster.parallel.run_tasks`.
+    """
     mesh, charts = drawn.placed.ground.mesh, plan.surface.charts
     seams = np.argwhere((mesh.seam >= 0) & drawn.own[:, None])
     seams = seams[np.argsort(mesh.chart[seams[:, 0]], kind="stable")]
     ends = np.searchsorted(mesh.chart[seams[:, 0]], np.arange(len(charts) + 1))
-    pieces = []
-    for n in np.unique(mesh.chart[drawn.own]).tolist():
-        check_cancelled()
+    found: dict[int, LabelPiece] = {}
+    shown = np.unique(mesh.chart[drawn.own]).tolist()
+    free: list[IntArray] = []
+
+    def label(n: int) -> None:
         edges = np.ascontiguousarray(seams[ends[n] : ends[n + 1]], np.int64)
-        pieces.append(_piece(drawn, n, edges, _cell_of(plan, n)))
-    return pieces
+        ranks = free.pop() if free else np.full(len(drawn.fits), -1, np.int32)
+        found[n] = _piece(drawn, n, edges, _cell_of(plan, n), ranks)
+        free.append(ranks)
+
+    run_tasks([partial(label, n) for n in shown], threads=threads)
+    return [found[n] for n in shown]
 
 
-def _piece(drawn: Drawn, chart: int, edges: NDArray[np.int64], cell: int) -> LabelPiece:
+def _piece(drawn: Drawn, chart: int, edges: NDArray[np.int64], cell: int, ranks: IntArray) -> LabelPiece:
     ground, corner = drawn.placed.ground, drawn.placed.corners[chart]
     height, width = int(ground.canvases.heights[chart]), int(ground.canvases.widths[chart])
     seen = np.empty(label_shape(height, width, cell), np.int64)
@@ -93,22 +102,21 @@ def _piece(drawn: Drawn, chart: int, edges: NDArray[np.int64], cell: int) -> Lab
     label_beyond(
         ground.mesh, ground.field, ground.canvases, drawn.firsts, drawn.fits, edges, chart, cell, away, seen
     )
-    told = (seen >= 0) & (away >= 0)
-    keys, row = np.unique(seen[told], return_inverse=True)
+    labels = np.empty(seen.shape, np.int32)
+    keys = np.empty(min(seen.size, len(ranks)), np.int64)
+    keys = keys[: list_sheets(seen, away, drawn.firsts, ranks, labels, keys)]
     block, sheet = np.divmod(keys, MOST_SHEETS)
     numbers = drawn.numbers[block] * MOST_SHEETS + sheet
     order = np.argsort(numbers)
-    rank = np.empty(len(order), np.int32)
+    rank = np.full(len(order) + 1, -1, np.int32)
     rank[order] = np.arange(len(order), dtype=np.int32)
-    labels = np.full(seen.shape, -1, np.int32)
-    labels[told] = rank[row.reshape(-1)]
     fits = drawn.fits[drawn.firsts[block] + sheet]
     fits[:, 2:4] += corner
     first = int(corner[0]) // cell, int(corner[1]) // cell
     return LabelPiece(
         chart,
         first,
-        labels,
+        rank[labels],  # -1, the last one, stays
         away.astype(np.float32),
         numbers[order],
         drawn.records[block[order]],
@@ -183,6 +191,7 @@ def _settled(plan: LayPlan, cells: ShownCells, field: WarpField) -> SettledArray
     found = SettledArrays(
         np.full((count, 2), -1, np.int64),
         np.zeros((count, 2), np.int64),
+        np.zeros((count, 4), np.int64),
         np.zeros(count),
         np.zeros((count, 3)),
         np.zeros((count, 4)),
@@ -223,11 +232,10 @@ def _joined(shape: tuple[int, int], pieces: Sequence[LabelPiece]) -> tuple[IntAr
     # A chart's cells, which of its sheets each shows, −1 for none, and those sheets. Where two pieces tell of
     # a cell, the nearer one counts, and of two as near the first.
     shown, nearest = np.full(shape, -1, np.int32), np.full(shape, np.inf, np.float32)
-    numbers, first, row = np.unique(
-        np.concatenate([np.zeros(0, np.int64), *(piece.numbers for piece in pieces)]),
-        return_index=True,
-        return_inverse=True,
-    )
+    numbers = np.concatenate([np.zeros(0, np.int64), *(piece.numbers for piece in pieces)])
+    first = row = np.arange(len(numbers))
+    if len(pieces) > 1:
+        numbers, first, row = np.unique(numbers, return_index=True, return_inverse=True)
     start = 0
     for piece in pieces:
         i, j = piece.corner

@@ -2,21 +2,23 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from upholster.charts._mesh_kernels import corner_lists
 from upholster.charts.charted import ChartedSurface
 from upholster.charts.directions._kernels import corner_fans
 from upholster.charts.subdivision import Subdivided, subdivided
 from upholster.charts.warp_fields import triangle_frames
-from upholster.methods.quilt._frame_kernels import Canvases, locate_steps
+from upholster.methods.quilt._frame_kernels import Canvases, bound_places, locate_steps
 from upholster.methods.quilt._lay_kernels import Ground
 from upholster.methods.quilt._sheet_kernels import FieldArrays
 from upholster.methods.quilt._unfold_kernels import MeshArrays
 from upholster.methods.quilt._whole_kernels import CLEAR_CELL, ClearCells, mark_edges
-from upholster.parallel import check_cancelled
+from upholster.parallel import check_cancelled, run_tasks, thread_count
 from upholster.quilt.warp_field import FIELD_STEP, UNIT, WarpField
 from upholster.stages import stage
 from upholster.types import FloatArray, IntArray
@@ -65,14 +67,26 @@ class PlacedGround:
 
 @stage
 def whole_ground(
-    surface: ChartedSurface, vectors: FloatArray, field: FieldArrays, longest: float, **how: Any
+    surface: ChartedSurface,
+    vectors: FloatArray,
+    field: FieldArrays,
+    longest: float,
+    *,
+    threads: int | None = 1,
+    **how: Any,
 ) -> PlacedGround:
     """Return the ground of a whole surface, on triangles of edges of that length at most; `how` as there."""
-    return ground_of(subdivided(surface, vectors, longest), field, **how)
+    return ground_of(subdivided(surface, vectors, longest), field, threads=threads, **how)
 
 
 def ground_of(
-    fine: Subdivided, field: FieldArrays, *, crease: float | None, fold: int, turns: IntArray
+    fine: Subdivided,
+    field: FieldArrays,
+    *,
+    crease: float | None,
+    fold: int,
+    turns: IntArray,
+    threads: int | None = 1,
 ) -> PlacedGround:
     """Return the ground on which blocks are laid; what shows on its canvases `PlacedGround.bare` makes.
 
@@ -89,13 +103,16 @@ def ground_of(
     turns
         Quarter turns from the warp fields to the directions, of each triangle of which those are parts: see
         `upholster.charts.turns`.
+    threads
+        As in `upholster.parallel.run_tasks`.
     """
     corners, shapes, sizes = _windows(fine.surface)
     check_cancelled()
     mesh = _mesh_arrays(fine, corners, crease, fold, turns[fine.parent])
     canvases = _canvases(shapes)
-    check_cancelled()
-    locate_steps(mesh, canvases, np.full(len(canvases.triangles), np.inf, np.float32))
+    away, parts = np.full(len(canvases.triangles), np.inf, np.float32), thread_count(threads)
+    tasks = [partial(locate_steps, mesh, canvases, (n, parts), away) for n in range(parts)]
+    run_tasks(tasks, threads=threads)
     clear = _clear_cells(shapes)
     mark_edges(mesh, corners, sizes, clear)
     own = field._replace(origins=np.ascontiguousarray(field.origins - corners))
@@ -117,12 +134,8 @@ def field_arrays(fields: Sequence[WarpField], level: int) -> FieldArrays:
 def _windows(surface: ChartedSurface) -> tuple[NDArray[np.int64], ...]:
     # Of each chart where the window begins that holds its triangles, the window's sides, and the chart's.
     sizes = np.array([(chart.height, chart.width) for chart in surface.charts], np.int64)
-    low, high = np.full(sizes.shape, np.inf), np.full(sizes.shape, -np.inf)
-    order = np.argsort(surface.chart, kind="stable")
-    present, first_of = np.unique(surface.chart[order], return_index=True)
-    places = surface.places[order]
-    low[present] = np.minimum.reduceat(places.min(axis=1), first_of)
-    high[present] = np.maximum.reduceat(places.max(axis=1), first_of)
+    low, high = np.empty(sizes.shape), np.empty(sizes.shape)
+    bound_places(surface.chart, surface.places, low, high)
     empty: NDArray[np.bool_] = ~np.isfinite(low)
     low[empty] = high[empty] = 0.0
     first = np.floor((low - _BESIDE) / _ALIGNED).astype(np.int64) * _ALIGNED
@@ -145,17 +158,17 @@ def _mesh_arrays(
     # vertex.
     vertices = np.empty(mesh.triangles.shape, np.int32)
     count = corner_fans(across, vertices)
-    owner = np.argsort(vertices.ravel(), kind="stable")
-    first = np.searchsorted(vertices.ravel()[owner], np.arange(count + 1))
+    first, listed = np.empty(count + 1, np.int64), np.empty(vertices.size, np.int32)
+    corner_lists(vertices, first, listed)
     places = np.ascontiguousarray(surface.places - 0.5 - corners[surface.chart][:, None])
-    seam, crossing = _crossings(fine, places)
+    seam, crossing = _crossings(surface)
     seam[across < 0] = -1
     return MeshArrays(
         np.ascontiguousarray(mesh.corners),
         vertices,
         across,
-        first.astype(np.int64),
-        (owner // 3).astype(np.int32),
+        first,
+        listed,
         np.ascontiguousarray(fine.vectors),
         np.ascontiguousarray(mesh.flat_normals),
         along,
@@ -170,40 +183,18 @@ def _mesh_arrays(
     )
 
 
-def _crossings(fine: Subdivided, places: FloatArray) -> tuple[IntArray, FloatArray]:
+def _crossings(surface: ChartedSurface) -> tuple[IntArray, FloatArray]:
     # The seams' edges by number, −1 elsewhere, and the transition over each: steps on its triangle's chart to
     # steps beyond, both planes unfolded about the edge.
-    surface, mesh = fine.surface, fine.surface.mesh
     triangle, edge = np.nonzero(surface.is_seam)
-    seam = np.full((len(mesh.triangles), 3), -1, np.int32)
+    seam = np.full((len(surface.chart), 3), -1, np.int32)
     seam[triangle, edge] = np.arange(len(triangle))
-    across = surface.across[triangle, edge]
-    other, its = across // 3, across % 3
-
-    def flat(of: NDArray[np.intp], first: NDArray[np.intp], last: NDArray[np.intp]) -> FloatArray:
-        # Lengths along the edge and across it, per step on the triangle's chart.
-        tangent = mesh.corners[of, last] - mesh.corners[of, first]
-        tangent /= np.maximum(np.linalg.norm(tangent, axis=1), 1e-300)[:, None]
-        axes = np.stack([tangent, np.cross(mesh.flat_normals[of], tangent)], axis=1)
-        edges = (mesh.corners[of, 1:] - mesh.corners[of, :1]).transpose(0, 2, 1)
-        steps = (places[of, 1:] - places[of, :1]).transpose(0, 2, 1)
-        with np.errstate(invalid="ignore"):  # of triangles without area
-            return axes @ edges @ _inverse(steps)
-
-    here = flat(triangle, edge, (edge + 1) % 3)
-    there = flat(other.astype(np.intp), (its.astype(np.intp) + 1) % 3, its.astype(np.intp))
-    with np.errstate(invalid="ignore"):
-        crossing = _inverse(there) @ here
-    sound = np.isfinite(crossing).all(axis=(1, 2)).reshape(-1, 1, 1)
-    return seam, np.ascontiguousarray(np.where(sound, crossing, np.eye(2)))
-
-
-def _inverse(m: FloatArray) -> FloatArray:
-    determinant = m[:, 0, 0] * m[:, 1, 1] - m[:, 0, 1] * m[:, 1, 0]
-    adjoint = np.stack([m[:, 1, 1], -m[:, 0, 1], -m[:, 1, 0], m[:, 0, 0]], axis=1).reshape(-1, 2, 2)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        out: FloatArray = adjoint / determinant[:, None, None]
-    return out
+    other, met = np.divmod(surface.across[triangle, edge], 3)
+    here, there = surface.beside(triangle, edge), surface.beside(other, met)
+    sound = (np.linalg.det(here) != 0) & (np.linalg.det(there) != 0)
+    crossing = np.tile(np.eye(2), (len(sound), 1, 1))
+    crossing[sound] = -np.linalg.solve(there[sound], here[sound])
+    return seam, crossing
 
 
 def _canvases(shapes: NDArray[np.int64]) -> Canvases:

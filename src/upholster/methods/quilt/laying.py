@@ -32,7 +32,7 @@ from upholster.methods.quilt._sheet_kernels import FIT, MOST_SHEETS, FieldArrays
 from upholster.methods.quilt.centres import Centres, Regions, centres_at, centres_on
 from upholster.methods.quilt.ground import PlacedGround, field_arrays, ground_of, whole_ground
 from upholster.methods.quilt.parcels import Parcels
-from upholster.parallel import run_tasks
+from upholster.parallel import run_tasks, stop_flag
 from upholster.quilt.warp_field import WarpField
 from upholster.types import FloatArray, IntArray, Progress
 
@@ -119,15 +119,19 @@ class LayPlan:
         """Return counts of an exemplar of which nothing is used yet."""
         return np.zeros(self.usage)
 
-    def ground(self, parcel: int, blocks: float) -> PlacedGround | None:
-        """Return the bare ground of a parcel and so many blocks round it; None: nothing lies there."""
+    def ground(self, parcel: int, blocks: float, *, threads: int | None = 1) -> PlacedGround | None:
+        """Return the bare ground of a parcel and so many blocks round it; None: nothing lies there.
+
+        `threads` is as in `upholster.parallel.run_tasks`.
+        """
         box = self.parcels.box(parcel, blocks)
         longest = _SHORT * self.numbers.size / self.pixels
         how: dict[str, Any] = {"turns": self.turns, "fold": self.fold, "crease": self.crease}
         if box is None:
-            return whole_ground(self.surface, self.vectors, self.field, longest, **how).bare()
+            whole = whole_ground(self.surface, self.vectors, self.field, longest, threads=threads, **how)
+            return whole.bare()
         fine = subdivided_in(self.surface, self.vectors, longest, box)
-        return None if fine is None else ground_of(fine, self.field, **how).bare()
+        return None if fine is None else ground_of(fine, self.field, threads=threads, **how).bare()
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -228,7 +232,7 @@ def lay_parcel(
     threads, progress
         As in `upholster.parallel.run_tasks`; stage "blocks".
     """
-    placed = plan.ground(parcel, _AROUND_LAYING + _REACH)
+    placed = plan.ground(parcel, _AROUND_LAYING + _REACH, threads=threads)
     if placed is None:
         return ParcelBlocks.joined(plan, ()), None
     laying = _Laying(plan, parcel, placed, usage, threads, progress)
@@ -271,8 +275,8 @@ class _Laying:
         self.numbers = np.zeros(0, np.int64)
         self.records = np.zeros((0, BLOCK_COLUMNS), np.int32)
         self.masks = np.zeros((0, (plan.numbers.size // plan.numbers.cell) ** 2), np.uint8)
-        self.fits: dict[int, FloatArray] = {}
-        self.first = 0
+        self.sheets: dict[int, tuple[NDArray[np.int64], FloatArray]] = {}
+        self.first, self.stop = 0, stop_flag()
         self._free: list[LayScratch] = []
 
     def replay(self, blocks: ParcelBlocks, around: float) -> None:
@@ -344,9 +348,10 @@ class _Laying:
 
     def drawn(self) -> Drawn:
         """Return the ground as it is now."""
-        fits = [np.zeros((0, FIT)), *(self.fits[n] for n in range(len(self.records)))]
-        firsts = np.cumsum([len(one) for one in fits])
-        return Drawn(self.placed, self.own, self.numbers, self.records, firsts, np.concatenate(fits))
+        parts = [self.sheets[start] for start in sorted(self.sheets)]
+        counts = np.concatenate([np.zeros(1, np.int64), *(count for count, _ in parts)])
+        fits = np.concatenate([np.zeros((0, FIT)), *(own for _, own in parts)])
+        return Drawn(self.placed, self.own, self.numbers, self.records, np.cumsum(counts), fits)
 
     def _add(self, centres: Centres, numbers: NDArray[np.int64]) -> None:
         records = np.zeros((len(numbers), BLOCK_COLUMNS), np.int32)
@@ -372,14 +377,15 @@ class _Laying:
         moved = (int(self.numbers[start]) - start) * _MULTIPLIER
         lay_blocks(
             self.placed.ground, plan.match, plan.numbers, plan.weights, usage, self._arrays(), part, near,
-            reaches, np.uint64((plan.seed + moved) % 2**64), fits, pieces, self.masks[start:stop], scratch,
+            reaches, np.uint64((plan.seed + moved) % 2**64), fits, pieces, self.masks[start:stop], self.stop,
+            scratch,
         )  # fmt: skip
         self._keep(start, fits, pieces)
         self._free.append(scratch)
 
     def _keep(self, start: int, fits: FloatArray, pieces: NDArray[np.int64]) -> None:
-        for n, count in enumerate(pieces.tolist(), start):
-            self.fits[n] = fits[n - start, : count if self.records[n, LAID] else 0].copy()
+        counts = np.where(self.records[start : start + len(pieces), LAID], pieces, 0)
+        self.sheets[start] = counts, fits[np.arange(MOST_SHEETS) < counts[:, None]]
 
     def _scratch(self) -> LayScratch:
         mesh = self.placed.ground.mesh

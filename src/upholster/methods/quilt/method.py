@@ -128,7 +128,7 @@ def laid_quilt(plan: LayPlan, threads: int | None = None, progress: Progress | N
     if len(plan.parcels) == 1:
         _, drawn = lay_parcel(plan, 0, plan.empty_usage(), (), threads=threads, progress=progress)
         assert drawn is not None  # a surface has triangles
-        return emitted_quilt(plan, label_pieces(plan, drawn), threads=threads)
+        return emitted_quilt(plan, label_pieces(plan, drawn, threads=threads), threads=threads)
     blocks = _laid_parcels(plan, threads, progress)
     pieces: list[list[LabelPiece]] = [[] for _ in blocks]
 

@@ -1,0 +1,134 @@
+"""Which edges of triangles are the same, and which two triangles meet at one."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from upholster.jit import kernel
+from upholster.types import FloatArray, IntArray, int64
+
+__all__ = ["EdgeScratch", "mark_seams", "number_edges", "pair_sides", "triangle_normals"]
+
+
+class EdgeScratch(NamedTuple):
+    """Room for `number_edges` of some edges of so many vertices."""
+
+    starts: IntArray
+    listed: IntArray
+    stamps: IntArray
+    numbers: IntArray
+
+    @classmethod
+    def of(cls, edges: int, vertices: int) -> "EdgeScratch":
+        """Return it."""
+        return cls(
+            np.empty(vertices + 1, np.int32),
+            np.empty(edges, np.int32),
+            np.empty(vertices, np.int32),
+            np.empty(vertices, np.int32),
+        )
+
+
+@kernel
+def number_edges(
+    first: IntArray, last: IntArray, scratch: EdgeScratch, numbers: IntArray, examples: IntArray
+) -> Any:
+    """Give edges between the same two vertices one number; return how many there are.
+
+    `first` and `last` (E,) are the vertices at their ends; edges whose `first` is negative get −1. `numbers`
+    (E,) receives the numbers, which rise with the lower vertex, then as edges come; and `examples` (E,) the
+    first edge of each number.
+    """
+    edges, vertices = len(first), len(scratch.stamps)
+    starts, listed = scratch.starts, scratch.listed
+    starts[:], scratch.stamps[:] = 0, -1
+    for e in range(edges):
+        if first[e] >= 0:
+            starts[min(first[e], last[e]) + 1] += 1
+    for v in range(vertices):
+        starts[v + 1] += starts[v]
+    for e in range(edges):
+        numbers[e] = -1
+        if first[e] >= 0:
+            low = min(first[e], last[e])
+            listed[starts[low]] = e
+            starts[low] += 1  # ends where the next one's list begins
+    count, begin = int64(0), int64(0)
+    for low in range(vertices):
+        for k in range(begin, starts[low]):
+            e = listed[k]
+            high = max(first[e], last[e])
+            if scratch.stamps[high] != low:
+                scratch.stamps[high], scratch.numbers[high] = low, count
+                examples[count] = e
+                count += 1
+            numbers[e] = scratch.numbers[high]
+        begin = starts[low]
+    return count
+
+
+@kernel
+def pair_sides(
+    numbers: IntArray, first: IntArray, last: IntArray, sides: IntArray, counts: IntArray, across: IntArray
+) -> Any:
+    """Write to `across` (E,) the other side of edges that have two, which run opposite ways; else −1.
+
+    `numbers`, `first` and `last` (E,) are those of `number_edges`; `sides` (edges, 2) is scratch. Returns the
+    most sides of any edge; `counts` (edges,) receives each one's.
+    """
+    counts[:], across[:] = 0, -1
+    most = int64(0)
+    for e in range(len(numbers)):
+        n = numbers[e]
+        if n >= 0:
+            if counts[n] < 2:
+                sides[n, counts[n]] = e
+            counts[n] += 1
+            most = max(most, int64(counts[n]))
+    for n in range(len(counts)):
+        if counts[n] == 2:
+            a, b = sides[n, 0], sides[n, 1]
+            if first[a] == last[b]:
+                across[a], across[b] = b, a
+    return most
+
+
+@kernel
+def triangle_normals(
+    positions: FloatArray, triangles: IntArray, normals: FloatArray, areas: NDArray[np.float64]
+) -> None:
+    """Write triangles' unit normals (T, 3), outward, zero where they have no area, and areas (T,)."""
+    for t in range(triangles.shape[0]):
+        a, b, c = positions[triangles[t, 0]], positions[triangles[t, 1]], positions[triangles[t, 2]]
+        x1, y1, z1 = b[0] - a[0], b[1] - a[1], b[2] - a[2]
+        x2, y2, z2 = c[0] - a[0], c[1] - a[1], c[2] - a[2]
+        x, y, z = y1 * z2 - z1 * y2, z1 * x2 - x1 * z2, x1 * y2 - y1 * x2
+        length = np.sqrt(x * x + y * y + z * z)
+        areas[t] = 0.5 * length
+        whole = length > 0
+        normals[t, 0] = x / length if whole else 0.0
+        normals[t, 1] = y / length if whole else 0.0
+        normals[t, 2] = z / length if whole else 0.0
+
+
+@kernel
+def mark_seams(across: IntArray, places: FloatArray, part: IntArray, seams: NDArray[np.bool_]) -> None:
+    """Mark edges of triangles, (T, 3), over which something else of a plane lies than in space.
+
+    `across` (T, 3) is what `edge_pairs` returns; `places` (T, 3, 2) of corners in the plane, and `part` (T,)
+    which plane: −1 for none, at whose edges nothing is marked.
+    """
+    for t in range(across.shape[0]):
+        for k in range(3):
+            seams[t, k] = False
+            met = across[t, k]
+            if met < 0 or part[t] < 0 or part[met // 3] < 0:
+                continue
+            other, last, first, here = met // 3, met % 3, (met % 3 + 1) % 3, (k + 1) % 3
+            seams[t, k] = part[other] != part[t] or not (
+                places[t, k, 0] == places[other, first, 0]
+                and places[t, k, 1] == places[other, first, 1]
+                and places[t, here, 0] == places[other, last, 0]
+                and places[t, here, 1] == places[other, last, 1]
+            )

@@ -1,0 +1,45 @@
+"""What a ray hits first, of many triangles."""
+
+import numpy as np
+
+from upholster.errors import InputError
+from upholster.types import FloatArray, IntArray
+
+__all__ = ["first_hit"]
+
+
+def first_hit(
+    positions: FloatArray, triangles: IntArray, origin: FloatArray, direction: FloatArray
+) -> tuple[int, FloatArray] | None:
+    """Return the triangle that a ray hits first, from either side, and where (Möller and Trumbore 1997).
+
+    Parameters
+    ----------
+    positions, triangles
+        (V, 3) and (T, 3), as of `upholster.geometry.TriangleMesh`.
+    origin, direction
+        (3,) finite; what lies behind the origin counts as well as nothing.
+
+    Raises
+    ------
+    InputError
+        If the ray is not three finite numbers each.
+    """
+    for name, vector in (("origin", origin), ("direction", direction)):
+        if vector.shape != (3,) or not np.isfinite(vector).all():
+            raise InputError(f"{name} is {vector.tolist()}; allowed: three finite numbers")
+    a, b, c = np.moveaxis(positions[triangles], 1, 0)
+    across, down = b - a, c - a
+    normal = np.cross(across, down)
+    away = origin - a
+    slope = -(normal @ direction)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        distance = (away * normal).sum(axis=1) / slope
+        turned = np.cross(away, direction)
+        u = (down * turned).sum(axis=1) / slope
+        v = -(across * turned).sum(axis=1) / slope
+        hit = (distance > 0) & (u >= 0) & (v >= 0) & (u + v <= 1)
+    if not hit.any():
+        return None
+    nearest = int(np.argmin(np.where(hit, distance, np.inf)))
+    return nearest, origin + distance[nearest] * direction

@@ -1,0 +1,402 @@
+"""The studio's application: which address gives what. The page's scripts (``page/api.js``) ask for these."""
+
+import asyncio
+import contextlib
+import io
+import json
+import os
+import shutil
+import struct
+import time
+import zipfile
+from collections.abc import Awaitable, Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+from starlette.applications import Starlette
+from starlette.concurrency import run_in_threadpool
+from starlette.requests import Request
+from starlette.responses import FileResponse, JSONResponse, Response
+from starlette.routing import Mount, Route
+from starlette.staticfiles import StaticFiles
+
+from upholster._version import __version__
+from upholster.errors import InputError
+from upholster.files import outputs
+from upholster.formats import split_name
+from upholster.geometry import SURFACES
+from upholster.server.browser import open_in_browser
+from upholster.server.guard import AddedHeaders, Guard, failed
+from upholster.server.running import allowed_hosts, listen, run
+from upholster.studio.entry import Entry
+from upholster.studio.folder import Folder, kind_of
+from upholster.studio.worker import Worker
+
+__all__ = ["make_studio", "run_studio"]
+
+_POLICY = (
+    "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' blob: data:; "
+    "connect-src 'self'; worker-src 'self' blob:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+)
+_WAIT = 20.0
+"""Seconds that a request for a look waits for it."""
+
+_MOST_JSON = 1 << 20
+
+_MEMORY = 4 * 2**30
+"""Bytes that the worker may have."""
+
+Handler = Callable[[Request], Awaitable[Response]]
+
+
+class Studio:
+    """One session: its folder, its worker, and the state that the page has.
+
+    Parameters
+    ----------
+    files
+        Photos, models or a project to begin with.
+    save_to
+        A folder into which files may be put; None: none.
+    most_bytes
+        Of an uploaded file.
+    """
+
+    def __init__(self, files: Sequence[str], save_to: str | None, most_bytes: int) -> None:
+        if save_to is not None and not os.path.isdir(save_to):
+            raise InputError(f"save-to is {save_to!r}; allowed: a folder that exists")
+        self.save_to = None if save_to is None else Path(save_to)
+        self.folder = Folder(most_bytes)
+        self.worker = Worker(os.fspath(self.folder.path), _MEMORY)
+        self.state: dict[str, Any] | None = None
+        self.project: str | None = None
+        try:
+            self._begin(files)
+        except BaseException:
+            self.close()
+            raise
+
+    def _begin(self, files: Sequence[str]) -> None:
+        state: dict[str, Any] = {"upholster": 1}
+        images: list[str] = []
+        for file in files:
+            if os.path.isfile(file) or os.path.isdir(file):
+                path = self.folder.add(file)
+                kind = "material" if os.path.isdir(file) else kind_of(file)
+                if kind == "project":
+                    self.project = self._project(file)
+                elif kind == "model":
+                    state["model"] = path
+                elif kind in ("image", "material"):
+                    images.append(path)
+                else:
+                    raise InputError(f"{file!r} is no image, material, model or project")
+            elif file.split(":")[0] in SURFACES:
+                state["model"] = file
+            else:
+                raise InputError(f"{file!r} does not exist; allowed: photos, models, a project, surfaces")
+        if images:
+            state["sample"] = {"source": images[0] if len(images) == 1 else images}
+        self.state = state if len(state) > 1 else None
+
+    def _project(self, file: str) -> str:
+        """Bring a project of the user's own, with all that it needs, into the folder; return its path."""
+        from upholster.project import read_project, save_project
+
+        number = self.folder.new_group()
+        name = os.path.basename(file)
+        save_project(read_project(file), self.folder.path / str(number) / name)
+        return f"{number}/{name}"
+
+    def close(self) -> None:
+        """End the worker, and delete the folder."""
+        self.worker.close()
+        self.folder.close()
+
+    # -------------------------------------------------------------- requests
+
+    async def session(self, _request: Request) -> Response:
+        """Tell all that a page needs to begin."""
+        if self.project is not None:
+            self.state = (await self.worker.ask("source", self.project))["state"]
+            self.project = None
+        kinds = {"samples": "image", "models": "model"}
+        return JSONResponse(
+            {
+                "state": self.state,
+                "surfaces": [
+                    {"name": kind.name, "description": kind.description} for kind in SURFACES.values()
+                ],
+                **{name: [{"path": p} for p in self.folder.shipped(kind)] for name, kind in kinds.items()},
+                "save_to": self.save_to is not None,
+                "version": __version__,
+            }
+        )
+
+    async def blobs(self, request: Request) -> Response:
+        """Take in a file."""
+        name = request.query_params.get("name", "")
+        group = request.query_params.get("group")
+        length = request.headers.get("content-length", "0")
+        if length.isdigit():
+            self.folder.check(name, int(length))
+        number = int(group) if group is not None and group.isdigit() else None
+        number, path = await self.folder.store(request.stream(), name, number)
+        kind = kind_of(path)
+        if kind == "material":
+            project = await run_in_threadpool(self.folder.unpacked, path)
+            path, kind = (path, kind) if project is None else (project, "project")
+        return JSONResponse({"group": number, "path": path, "kind": kind})
+
+    async def sources(self, request: Request) -> Response:
+        """Tell what a source is."""
+        path = str(_entry(await _told(request), "path"))
+        self.folder.inside(path)
+        return JSONResponse(await self.worker.ask("source", path))
+
+    async def picture(self, request: Request) -> Response:
+        """Give a picture of a source, as it is read or as it is prepared."""
+        path = request.path_params["path"]
+        self.folder.inside(path)
+        size = _number(request.query_params.get("size", "512"), "size", 16, 4096)
+        if request.url.path.startswith("/prepared/"):
+            try:
+                options = json.loads(request.query_params.get("options", "{}"))
+            except ValueError:
+                raise InputError("options are no JSON") from None
+            if not isinstance(options, dict):
+                raise InputError("options are no object")
+            found = await self.worker.ask("prepared", path, options, size)
+        else:
+            found = await self.worker.ask("picture", path, size, request.query_params.get("role", "albedo"))
+        data, width, height = found
+        return Response(
+            data, media_type="image/png", headers={"X-Width": f"{width}", "X-Height": f"{height}"}
+        )
+
+    async def change(self, request: Request) -> Response:
+        """Show another state."""
+        state = _entry(await _told(request), "state")
+        answer = await self.worker.change(state)
+        self.state = state
+        return JSONResponse(answer)
+
+    async def looks(self, request: Request) -> Response:
+        """Give what is new of a revision, or wait for it."""
+        number = request.path_params["revision"]
+        after = _number(request.query_params.get("after", "0"), "after", 0, 1000)
+        until, told = time.monotonic() + _WAIT, None
+        while True:
+            revision = self.worker.revisions.get(number)
+            if revision is None or number < self.worker.revision:
+                return Response(status_code=410)
+            if len(revision.looks) > after:
+                is_final, seconds, streams = revision.looks[-1]
+                headers = {"X-Look": f"{len(revision.looks)}", "X-Final": f"{is_final:d}"}
+                headers["X-Seconds"] = f"{seconds:.3f}"
+                return Response(_packed(streams), media_type="application/octet-stream", headers=headers)
+            if revision.error:
+                return _error(422, revision.error)
+            if told is not None and revision.told > told:
+                stage, done, total = revision.stage
+                return JSONResponse({"stage": stage, "done": done, "total": total}, 202)
+            told = revision.told
+            changed = self.worker.changed
+            try:
+                await asyncio.wait_for(changed.wait(), until - time.monotonic())
+            except TimeoutError:
+                return Response(status_code=204)
+
+    async def facts(self, request: Request) -> Response:
+        """Tell what is known of a revision's model and sample."""
+        revision = self.worker.revisions.get(request.path_params["revision"])
+        for _ in range(20):  # they come right behind the first look
+            if revision is None or revision.facts is not None:
+                break
+            with contextlib.suppress(TimeoutError):
+                await asyncio.wait_for(self.worker.changed.wait(), 0.1)
+        if revision is None or revision.facts is None:
+            return Response(status_code=204)
+        return JSONResponse(revision.facts)
+
+    async def pick(self, request: Request) -> Response:
+        """Tell which part a ray hits."""
+        told = await _told(request)
+        return JSONResponse(await self.worker.ask("pick", _entry(told, "origin"), _entry(told, "direction")))
+
+    async def overlay(self, request: Request) -> Response:
+        """Give line segments."""
+        data = await self.worker.ask("overlay", request.query_params.get("kind", ""))
+        return Response(data, media_type="application/octet-stream")
+
+    async def save(self, request: Request) -> Response:
+        """Make files of what is shown."""
+        told = await _told(request)
+        targets = _entry(told, "targets")
+        if not (isinstance(targets, list) and targets and all(isinstance(one, str) for one in targets)):
+            raise InputError("targets are none; allowed: names of files")
+        for target in targets:
+            _check_target(target)
+        return JSONResponse(await self.worker.ask("save", _entry(told, "revision"), targets))
+
+    async def saved(self, request: Request) -> Response:
+        """Give a saved file as a download, or all of one saving as a zip."""
+        number, name = request.path_params["number"], request.path_params.get("name")
+        folder = self.folder.inside(f"saved/{number}")
+        if name is not None:
+            place = self.folder.inside(f"saved/{number}/{name}")
+            return FileResponse(place, filename=place.name)
+        data = await run_in_threadpool(_zipped, folder)
+        headers = {"content-disposition": f'attachment; filename="{number}.zip"'}
+        return Response(data, media_type="application/zip", headers=headers)
+
+    async def keep(self, request: Request) -> Response:
+        """Put saved files into the folder that was named at start."""
+        if self.save_to is None:
+            raise InputError("the studio writes no files itself; allowed: upholster studio --save-to DIR")
+        told = await _told(request)
+        number = _number(str(_entry(told, "id")), "id", 1, 10**9)
+        files = [one for one in self.folder.inside(f"saved/{number}").iterdir() if one.is_file()]
+        there = [one.name for one in files if (self.save_to / one.name).exists()]
+        if there and told.get("over") is not True:
+            raise InputError(f"{there[0]} is there already; replace it?")
+        await run_in_threadpool(self._keep, files)
+        return JSONResponse({"files": [one.name for one in files]})
+
+    def _keep(self, files: Sequence[Path]) -> None:
+        assert self.save_to is not None
+        targets = [self.save_to / one.name for one in files]
+        with outputs(targets) as written:
+            for source, target in zip(files, targets, strict=True):
+                shutil.copyfile(source, written.path(target))
+
+
+def make_studio(studio: Studio, *, hosts: Sequence[str] = ("127.0.0.1", "localhost")) -> tuple[Guard, Entry]:
+    """Return the ASGI application of a session, and what stands at its entry."""
+    page = Path(__file__).parent / "page"
+
+    async def start(_request: Request) -> Response:
+        return FileResponse(page / "index.html")
+
+    def post(path: str, handler: Handler) -> Route:
+        return Route(path, handler, methods=["POST"])
+
+    app = Starlette(
+        routes=[
+            Route("/", start),
+            Mount("/assets", StaticFiles(directory=page, packages=[("upholster", "web")])),
+            Route("/session", studio.session),
+            post("/blobs", studio.blobs),
+            post("/sources", studio.sources),
+            Route("/pictures/{path:path}", studio.picture),
+            Route("/prepared/{path:path}", studio.picture),
+            post("/state", studio.change),
+            Route("/looks/{revision:int}", studio.looks),
+            Route("/facts/{revision:int}", studio.facts),
+            Route("/overlays/{revision:int}", studio.overlay),
+            post("/pick", studio.pick),
+            post("/save", studio.save),
+            Route("/saved/{number:int}.zip", studio.saved),
+            Route("/saved/{number:int}/{name}", studio.saved),
+            post("/keep", studio.keep),
+        ],
+        exception_handlers={InputError: _told_wrong, Exception: failed},
+    )
+    entry = Entry(AddedHeaders(app, {"cache-control": "no-store"}))
+    return Guard(entry, policy=_POLICY, hosts=hosts), entry
+
+
+def run_studio(
+    files: Sequence[str],
+    *,
+    port: int = 0,
+    browser: bool = True,
+    save_to: str | None = None,
+    most_bytes: int = 2**29,
+    listening: Callable[[str, bool], None],
+) -> None:
+    """Run a session until Ctrl-C.
+
+    Parameters
+    ----------
+    files, save_to, most_bytes
+        See `Studio`.
+    port
+        0: any that is free.
+    browser
+        Whether the page is opened.
+    listening
+        Is called with the page's address, and whether a browser was asked for it.
+    """
+    with listen("127.0.0.1", port) as listener, contextlib.closing(Studio(files, save_to, most_bytes)) as own:
+        app, entry = make_studio(own, hosts=allowed_hosts("127.0.0.1", listener))
+
+        def ready(address: str) -> None:
+            page = f"{address}#{entry.token}"
+            listening(page, browser and open_in_browser(page))
+
+        run(app, listener, ready)
+
+
+async def _told(request: Request) -> dict[str, Any]:
+    """Return the object that a request brings."""
+    data = b""
+    async for part in request.stream():
+        data += part
+        if len(data) > _MOST_JSON:
+            raise InputError(f"the request is too large; allowed: {_MOST_JSON:,} bytes")
+    try:
+        found = json.loads(data, parse_constant=_no_number)
+    except (ValueError, RecursionError):
+        raise InputError("the request is no JSON") from None
+    if not isinstance(found, dict):
+        raise InputError("the request is no object")
+    return found
+
+
+def _no_number(text: str) -> None:
+    raise ValueError(text)
+
+
+def _entry(told: dict[str, Any], name: str) -> Any:
+    if name not in told:
+        raise InputError(f"the request lacks {name!r}")
+    return told[name]
+
+
+def _number(text: str, name: str, least: int, most: int) -> int:
+    if not (text.isascii() and text.isdigit() and least <= int(text[:12]) <= most):
+        raise InputError(f"{name} is {text[:20]!r}; allowed: {least} to {most}")
+    return int(text)
+
+
+def _check_target(target: str) -> None:
+    _, name = split_name(target)
+    if os.path.basename(name) != name or name.startswith(".") or "\\" in name or not name:
+        raise InputError(f"target is {target!r}; allowed: a file's name without a folder")
+
+
+def _packed(streams: Sequence[bytes]) -> bytes:
+    """Return streams in one body: how many there are, then each one's length and bytes."""
+    parts = [struct.pack("<I", len(streams))]
+    for one in streams:
+        parts += [struct.pack("<I", len(one)), one]
+    return b"".join(parts)
+
+
+def _zipped(folder: Path) -> bytes:
+    data = io.BytesIO()
+    with zipfile.ZipFile(data, "w") as file:
+        for one in sorted(folder.iterdir()):
+            if one.is_file():
+                file.write(one, one.name)
+    return data.getvalue()
+
+
+def _error(status: int, words: str) -> Response:
+    return JSONResponse({"error": words}, status)
+
+
+async def _told_wrong(_request: Request, error: Exception) -> Response:
+    status = 413 if "too large" in str(error) or "too much" in str(error) else 422
+    return _error(status, " ".join(str(error).split()))

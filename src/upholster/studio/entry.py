@@ -1,0 +1,98 @@
+"""What stands before the studio's routes: the cookie, our own pages alone, one tab at a time.
+
+A page of another origin can send requests here, too: what it can not do is to send our header, to have our
+cookie sent along (SameSite), or to say that it comes from here (Origin).
+"""
+
+import hmac
+import json
+import secrets
+
+from starlette.requests import Request
+from starlette.responses import JSONResponse, Response
+from starlette.types import ASGIApp, Receive, Scope, Send
+
+__all__ = ["Entry"]
+
+_COOKIE = "upholster-studio"
+_OPEN = ("/", "/enter")
+
+
+class Entry:
+    """ASGI middleware of one session.
+
+    Parameters
+    ----------
+    app
+        What answers.
+
+    Attributes
+    ----------
+    token
+        Exchanged for the cookie, once: then it is another one.
+    """
+
+    def __init__(self, app: ASGIApp) -> None:
+        self._app = app
+        self._secret = secrets.token_urlsafe(32)
+        self.token = secrets.token_urlsafe(32)
+        self._tab = ""
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Answer a request, or refuse it."""
+        if scope["type"] != "http":
+            return
+        request = Request(scope, receive)
+        path = request.url.path
+        response = self._refused(request, path)
+        if response is None and path == "/enter" and request.method == "POST":
+            response = await self._enter(request)
+        if response is None and path == "/take" and request.method == "POST":
+            self._tab = request.headers.get("x-tab", "")
+            response = JSONResponse({})
+        await (response or self._app)(scope, receive, send)
+
+    def _refused(self, request: Request, path: str) -> Response | None:
+        if request.method == "POST":
+            own = f"{request.url.scheme}://{request.headers.get('host', '')}"
+            if request.headers.get("origin") != own or request.headers.get("x-upholster") != "studio":
+                return _error(403, "the request does not come from the studio's own page")
+        elif request.method not in ("GET", "HEAD"):
+            return _error(405, "allowed: GET and POST")
+        if path in _OPEN or path.startswith("/assets/"):
+            return None
+        if not hmac.compare_digest(request.cookies.get(_COOKIE, "").encode(), self._secret.encode()):
+            return _error(401, "this page has no entry; open the address that `upholster studio` has told")
+        tab = request.headers.get("x-tab", "")
+        if tab and path == "/session":
+            self._tab = self._tab or tab
+        # Pictures and downloads are asked for by the browser itself, which says no tab.
+        if tab and tab != self._tab and path != "/take":
+            return _error(409, "another tab has this session; work here instead?")
+        return None
+
+    async def _enter(self, request: Request) -> Response:
+        body = await _small_body(request)
+        try:
+            token = str(json.loads(body)["token"])
+        except (KeyError, TypeError, ValueError):
+            return _error(422, "allowed: {token}")
+        if not hmac.compare_digest(token.encode(), self.token.encode()):
+            return _error(403, "this address was used already; a new one comes with a new `upholster studio`")
+        self.token = secrets.token_urlsafe(32)
+        answer = Response(status_code=204)
+        answer.set_cookie(_COOKIE, self._secret, httponly=True, samesite="strict", path="/")
+        return answer
+
+
+async def _small_body(request: Request) -> bytes:
+    found = b""
+    async for part in request.stream():
+        found += part
+        if len(found) > 1000:
+            return b""
+    return found
+
+
+def _error(status: int, words: str) -> Response:
+    return JSONResponse({"error": words}, status)

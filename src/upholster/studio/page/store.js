@@ -1,0 +1,94 @@
+/** The state of the page: a project, as its file has it, and what it was before. */
+
+const MOST = 200 // states that can be gone back to
+
+const EMPTY = { upholster: 1, model: null, sample: null, materials: {}, reading: {}, synthesis: {}, writing: {}, seed: 0 }
+
+/**
+ * Events: `change`, after anything has changed. A state is never changed itself: `set` puts another in its place. What follows within a second
+ * under the same `key`, as from a slider that moves, is one step to undo.
+ */
+export class Store extends EventTarget {
+  #states
+  #at
+  #key = null
+  #time = 0
+
+  /** @param {object | null} state as the server has it; the steps before it come from this tab's memory, if they lead there */
+  constructor(state) {
+    super()
+    const kept = JSON.parse(sessionStorage.history ?? 'null')
+    const leads = kept && JSON.stringify(kept.states[kept.at]) === JSON.stringify(state)
+    this.#states = leads ? kept.states : [{ ...EMPTY, ...state }]
+    this.#at = leads ? kept.at : 0
+  }
+
+  get state() {
+    return this.#states[this.#at]
+  }
+
+  /** Whether there is something to show. */
+  get isWhole() {
+    const { model, sample, materials } = this.state
+    return Boolean(model && (sample || Object.keys(materials).length))
+  }
+
+  get canUndo() {
+    return this.#at > 0
+  }
+
+  get canRedo() {
+    return this.#at < this.#states.length - 1
+  }
+
+  /** Change some of the state's own entries; undefined takes one out. */
+  set(entries, key = null) {
+    const state = Object.fromEntries(Object.entries({ ...this.state, ...entries }).filter(([, value]) => value !== undefined))
+    if (JSON.stringify(state) === JSON.stringify(this.state)) return
+    const now = performance.now()
+    const isSame = key !== null && key === this.#key && now - this.#time < 1000 && this.#at === this.#states.length - 1
+    this.#states.length = this.#at + 1
+    if (isSame) this.#states[this.#at] = state
+    else this.#states.push(state)
+    this.#states.splice(0, this.#states.length - MOST)
+    this.#at = this.#states.length - 1
+    ;[this.#key, this.#time] = [key, now]
+    this.#tell()
+  }
+
+  /** Change an option of one kind, `reading`, `synthesis` or `writing`; null or undefined: its default again. */
+  option(kind, name, value) {
+    const { [name]: _, ...others } = this.state[kind]
+    this.set({ [kind]: value === null || value === undefined ? others : { ...others, [name]: value } }, `${kind}.${name}`)
+  }
+
+  /** Change what is told of the sample. */
+  sample(entries, key = null) {
+    const changed = Object.entries({ ...this.state.sample, ...entries }).filter(([, value]) => value !== null && value !== undefined)
+    this.set({ sample: Object.fromEntries(changed) }, key)
+  }
+
+  undo() {
+    this.#go(-1)
+  }
+
+  redo() {
+    this.#go(1)
+  }
+
+  #go(by) {
+    if (!this.#states[this.#at + by]) return
+    this.#at += by
+    this.#key = null
+    this.#tell()
+  }
+
+  #tell() {
+    try {
+      sessionStorage.history = JSON.stringify({ states: this.#states, at: this.#at })
+    } catch {
+      delete sessionStorage.history // full: a reload finds the state, and no steps before it
+    }
+    this.dispatchEvent(new Event('change'))
+  }
+}

@@ -1,0 +1,143 @@
+/** The page: a model and its settings, shown while they change. */
+
+import './upholster-viewer.js'
+import * as api from './api.js'
+import { button, make, openDialog, say } from './dom.js'
+import { chooseFiles, listenForFiles, send } from './drop.js'
+import { groups } from './groups.js'
+import { Live } from './live.js'
+import { parts } from './parts.js'
+import { openSave } from './save.js'
+import { shelf } from './shelf.js'
+import { Store } from './store.js'
+
+const viewer = document.getElementById('viewer')
+const light = document.getElementById('light')
+
+async function start() {
+  await api.enter()
+  let told
+  try {
+    told = await api.session()
+  } catch (error) {
+    if (!(error instanceof api.TakenError)) throw error
+    return askToTake(error.message)
+  }
+  build(told)
+}
+
+/** Another tab has the session: ask whether this one shall have it. */
+function askToTake(message) {
+  const take = async () => {
+    await api.take()
+    location.reload()
+  }
+  openDialog('The studio is open in another tab', make('p', {}, message), make('div', { className: 'end' }, button('Work here', take, { className: 'main' })))
+}
+
+function build(told) {
+  const store = new Store(told.state)
+  const live = new Live(store, viewer)
+  const status = (text, busy = false) => {
+    light.textContent = text
+    light.classList.toggle('busy', busy)
+  }
+  const fail = (error) => {
+    if (error instanceof api.TakenError) askToTake(error.message)
+    else say(error.message)
+  }
+  const dropped = { sample: [...told.samples], model: [...told.models] }
+
+  /** Put what was dropped where it belongs. */
+  const use = async (files, isFolder) => {
+    try {
+      for (const { path, kind } of await send(files, isFolder, (text) => status(text, true))) await place(path, kind)
+      say(null)
+    } catch (error) {
+      fail(error)
+    }
+    status('')
+  }
+  const place = async (path, kind) => {
+    if (kind === 'project') {
+      const { state } = await api.source(path)
+      return store.set(state)
+    }
+    const of = kind === 'model' ? 'model' : 'sample'
+    if (kind === 'other') throw new Error(`${path.split('/').at(-1)} is no image, material, model or project`)
+    dropped[of].push({ path })
+    chooser.add({ path }, of)
+    if (of === 'model') store.set({ model: path, materials: {}, reading: {} })
+    else store.set({ sample: { source: path } })
+  }
+  const chooser = shelf(store, told, {
+    sample: (path) => store.set({ sample: { ...store.state.sample, source: path, crop: undefined, rectify: undefined } }),
+    model: (path) => store.set({ model: path, materials: {}, reading: {}, sample: store.state.sample && { ...store.state.sample, size: undefined } }),
+    files: () => chooseFiles(use),
+    table: () => openSampleTable(store, live).catch(fail),
+  })
+  const panel = document.getElementById('panel')
+  panel.append(chooser, parts(store, live, viewer, () => dropped.sample), ...groups(store, live))
+  bar(store, live, told)
+  listenForFiles(use)
+
+  live.addEventListener('status', ({ text, busy }) => status(text, busy))
+  live.addEventListener('problem', ({ error }) => fail(error))
+  live.addEventListener('look', ({ isFinal, seconds }) => {
+    say(null)
+    document.body.dataset.look = isFinal ? 'final' : 'first'
+    document.body.dataset.seconds = seconds
+  })
+  const welcome = document.getElementById('welcome')
+  const greet = () => (welcome.hidden = store.isWhole)
+  store.addEventListener('change', greet)
+  greet()
+  live.update()
+}
+
+/** Undo, redo, save. */
+function bar(store, live, told) {
+  const undo = button('Undo', () => store.undo(), { title: 'Ctrl+Z' })
+  const redo = button('Redo', () => store.redo(), { title: 'Ctrl+Y' })
+  const save = button('Save', () => live.shown && openSave(live.shown, { told: live.told, canKeep: told.save_to }), {
+    className: 'main',
+    title: 'Ctrl+S',
+  })
+  document.getElementById('bar').append(undo, redo, save)
+  const show = () => {
+    undo.disabled = !store.canUndo
+    redo.disabled = !store.canRedo
+    save.disabled = !live.shown
+  }
+  for (const type of ['look', 'status']) live.addEventListener(type, show)
+  store.addEventListener('change', show)
+  show()
+  addEventListener('keydown', (event) => {
+    if (!(event.ctrlKey || event.metaKey) || event.altKey || /^(text|number)$/.test(event.target.type ?? '')) return
+    const key = event.key.toLowerCase()
+    if (key === 'z' && !event.shiftKey) store.undo()
+    else if (key === 'y' || key === 'z') store.redo()
+    else if (key === 's') save.click()
+    else return
+    event.preventDefault()
+  })
+}
+
+async function openSampleTable(store, live) {
+  const { openTable } = await import('./table.js')
+  const { sample } = store.state
+  const { source } = sample
+  const found = await api.source(source)
+  const chosen = await openTable({
+    picture: api.picture(source, 2048),
+    width: found.width,
+    height: found.height,
+    options: sample,
+    found,
+    preview: (options) => api.prepared(source, options),
+    element: live.facts?.element ?? null,
+  })
+  if (chosen) store.sample(chosen)
+}
+
+start().catch((error) => say(error.message))

@@ -1,0 +1,112 @@
+"""The command line, and the lines of Python, that make what a project is."""
+
+import os
+import re
+import shlex
+from collections.abc import Iterator, Mapping
+from dataclasses import fields
+from typing import Any
+
+from upholster.image.source import Sample
+from upholster.options import Options, SampleOptions, differing
+from upholster.project import KINDS, Project
+
+__all__ = ["command", "python", "stem"]
+
+_BY_X = ("texels", "size", "resize")
+"""Options whose pairs have an x between them."""
+
+
+def command(project: Project, output: str) -> str:
+    """Return the words of a shell that write a project's model to a file; names are without folders."""
+    words = ["upholster", "cover"]
+    options: Options | SampleOptions = SampleOptions()
+    if project.sample is not None:
+        words += _sources(project.sample)
+        options = project.sample.options
+    words += ["--on", _name(project.model)]
+    if project.sample is not None and project.sample.size is not None:
+        words += ["--sample-size", str(project.sample.size)]
+    for part, sample in project.materials.items():
+        size = "" if sample.size is None else f"@{sample.size}"
+        words += ["--material", f"{part}={_name(_sources(sample)[0])}{size}"]
+    for each in (options, *(getattr(project, kind) for kind in KINDS)):
+        words += _flags(each)
+    if project.seed:
+        words += ["--seed", str(project.seed)]
+    return shlex.join([*words, "-o", output])
+
+
+def python(project: Project, output: str) -> str:
+    """Return the lines of Python that do the same."""
+    lines = ["import upholster", ""]
+    named: dict[str, str] = {"sample": "None" if project.sample is None else _spelled(project.sample)}
+    if project.materials:
+        inner = ", ".join(f"{part!r}: {_spelled(one)}" for part, one in project.materials.items())
+        named["materials"] = f"{{{inner}}}"
+    for kind in KINDS:
+        if changed := differing(getattr(project, kind)):
+            named[kind] = repr(changed)
+    if project.seed:
+        named["seed"] = str(project.seed)
+    lines.append("project = upholster.Project(")
+    lines.append(f"    {_name(project.model)!r},")
+    lines += [f"    {name}={text}," for name, text in named.items()]
+    return "\n".join([*lines, ")", f"project.cover([{output!r}])", ""])
+
+
+def stem(project: Project) -> str:
+    """Return what files of a project are called: by its model and its sample, unlike the model's own file."""
+    names = [_name(project.model).split(":")[0]]
+    names.append(_sources(project.sample)[0] if project.sample is not None else "parts")
+    return "_".join(re.sub(r"[^\w-]+", "-", os.path.splitext(one)[0]).strip("-") or "x" for one in names)
+
+
+def _name(file: Any) -> str:
+    text = str(os.fspath(file))
+    return os.path.basename(text.rstrip("/")) if os.path.isabs(text) else text
+
+
+def _sources(sample: Sample) -> list[str]:
+    source: Any = sample.source
+    if isinstance(source, Mapping):
+        source = list(source.values())
+    return [_name(one) for one in ([source] if isinstance(source, (str, os.PathLike)) else source)]
+
+
+def _spelled(sample: Sample) -> str:
+    sources = _sources(sample)
+    words = [repr(sources[0] if len(sources) == 1 else sources)]
+    if sample.size is not None:
+        words.append(repr(sample.size))
+    if changed := differing(sample.options):
+        words.append(f"options={changed!r}")
+    return f"upholster.Sample({', '.join(words)})"
+
+
+def _flags(options: Options) -> Iterator[str]:
+    """Yield options that are not defaults as the command line has them."""
+    about = {entry.name: entry.metadata for entry in fields(options)}
+    for name, value in differing(options).items():
+        flag = about[name]["flag"] or "--" + name.replace("_", "-")
+        if isinstance(value, bool):
+            yield flag if value else f"--no-{flag.removeprefix('--')}"
+            continue
+        for text in _texts(name, value):
+            yield from (flag, text)
+
+
+def _texts(name: str, value: Any) -> list[str]:
+    if isinstance(value, Mapping):
+        return [f"{key}={one if name == 'direction' else _name(one)}" for key, one in value.items()]
+    if isinstance(value, (tuple, list)):
+        if name in ("part", "stroke"):
+            return [str(one) for one in value]
+        if name == "rectify":
+            return [" ".join(",".join(f"{x:g}" for x in corner) for corner in value)]
+        return [("x" if name in _BY_X else ",").join(_number(one) for one in value)]
+    return [_number(value)]
+
+
+def _number(value: Any) -> str:
+    return f"{value:.12g}" if isinstance(value, float) else str(value)

@@ -1,0 +1,191 @@
+"""The server's side of the worker process: requests that wait for an answer, and what revisions yield."""
+
+import asyncio
+import itertools
+import multiprocessing
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from multiprocessing.connection import Connection
+from typing import Any
+
+from upholster.errors import InputError
+from upholster.studio.work import run
+
+__all__ = ["Revision", "Worker"]
+
+_KEPT = 4
+"""Revisions of which looks are kept."""
+
+
+@dataclass
+class Revision:
+    """What came of one change.
+
+    Attributes
+    ----------
+    looks
+        (is it the last, seconds, streams) of each.
+    stage
+        (name, done, total) of the work under way; `told` counts how often that changed.
+    facts, error
+        Of model and sample; why it failed.
+    ended
+        Whether nothing more will come.
+    """
+
+    looks: list[tuple[bool, float, list[bytes]]] = field(default_factory=list)
+    stage: tuple[str, int, int] = ("", 0, 0)
+    told: int = 0
+    facts: dict[str, Any] | None = None
+    error: str = ""
+    ended: bool = False
+
+
+class Worker:
+    """A process that holds the project; another one is started where it has died.
+
+    Parameters
+    ----------
+    folder
+        Of the session.
+    most_bytes
+        Of its memory.
+    """
+
+    def __init__(self, folder: str, most_bytes: int) -> None:
+        self._folder, self._most_bytes = folder, most_bytes
+        self._numbers = itertools.count(1)
+        self._waiting: dict[int, asyncio.Future[Any]] = {}
+        self._process: multiprocessing.process.BaseProcess | None = None
+        self._pipe: Connection | None = None
+        self._sending = threading.Lock()
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self.changed = asyncio.Event()
+        self.revision = 0
+        self.revisions: dict[int, Revision] = {}
+
+    async def ask(self, name: str, *arguments: Any) -> Any:
+        """Have something done; return the answer.
+
+        Raises
+        ------
+        InputError
+            With the worker's words; if it died.
+        """
+        pipe = self._running()
+        number = next(self._numbers)
+        answer = self._waiting[number] = asyncio.get_running_loop().create_future()
+        try:
+            await asyncio.to_thread(self._send, pipe, (number, name, arguments))
+            return await answer
+        finally:
+            self._waiting.pop(number, None)
+
+    async def change(self, told: Any) -> dict[str, Any]:
+        """Show another state; return what is told of it at once."""
+        self.revision += 1
+        revision = self.revision
+        self.revisions[revision] = Revision()
+        for old in [one for one in self.revisions if one <= revision - _KEPT]:
+            del self.revisions[old]
+        self._wake()
+        try:
+            answer: dict[str, Any] = await self.ask("state", told, revision)
+        except InputError as error:
+            if revision in self.revisions:
+                self.revisions[revision].error = str(error)
+            raise
+        return answer
+
+    @property
+    def process_id(self) -> int | None:
+        """Of the process, None where there is none."""
+        return None if self._process is None else self._process.pid
+
+    def close(self) -> None:
+        """End the process."""
+        process, self._process, self._pipe = self._process, None, None
+        if process is not None and process.is_alive():
+            process.kill()
+            process.join(5)
+
+    def _running(self) -> Connection:
+        if self._pipe is not None and self._process is not None and self._process.is_alive():
+            return self._pipe
+        self._loop = asyncio.get_running_loop()
+        context = multiprocessing.get_context("spawn")
+        own, theirs = context.Pipe()
+        self._process = context.Process(
+            target=run, args=(theirs, self._folder, self._most_bytes), daemon=True, name="studio"
+        )
+        self._process.start()
+        theirs.close()
+        self._pipe = own
+        threading.Thread(target=self._listen, args=(own, self._loop), daemon=True).start()
+        return own
+
+    def _send(self, pipe: Connection, message: Any) -> None:
+        try:
+            with self._sending:
+                pipe.send(message)
+        except (OSError, ValueError):
+            raise InputError("the worker has ended; allowed: to try again") from None
+
+    def _listen(self, pipe: Connection, loop: asyncio.AbstractEventLoop) -> None:
+        """Hand what the process says to the loop, until it ends."""
+        call: Callable[..., Any] = loop.call_soon_threadsafe
+        try:
+            while True:
+                call(self._take, pipe.recv())
+        except (EOFError, OSError):
+            pass
+        try:
+            call(self._lost, pipe)
+        except RuntimeError:  # the loop has ended as well
+            return
+
+    def _take(self, message: tuple[Any, ...]) -> None:
+        kind, number, *rest = message
+        if kind in ("answer", "error"):
+            waiting = self._waiting.get(number)
+            if waiting is not None and not waiting.done():
+                if kind == "answer":
+                    waiting.set_result(rest[0])
+                else:
+                    waiting.set_exception(InputError(rest[0]))
+            return
+        revision = self.revisions.get(number)
+        if revision is None:
+            return
+        if kind == "look":
+            revision.looks.append((rest[0], rest[1], rest[2]))
+        elif kind == "stage":
+            revision.stage = (rest[0], rest[1], rest[2])
+            revision.told += 1
+        elif kind == "facts":
+            revision.facts = rest[0]
+        elif kind == "failed":
+            revision.error = rest[0]
+        else:
+            revision.ended = True
+        self._wake()
+
+    def _lost(self, pipe: Connection) -> None:
+        """Tell all who wait that the process has ended; the next request starts another."""
+        if pipe is not self._pipe:
+            return
+        self._pipe = None
+        words = "the studio's worker ended (did it need too much memory?); the next change starts another"
+        for waiting in self._waiting.values():
+            if not waiting.done():
+                waiting.set_exception(InputError(words))
+        for revision in self.revisions.values():
+            if not revision.ended:
+                revision.error, revision.ended = words, True
+        self._wake()
+
+    def _wake(self) -> None:
+        """Let all who wait for something new look."""
+        self.changed.set()
+        self.changed = asyncio.Event()

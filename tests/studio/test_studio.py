@@ -1,0 +1,367 @@
+"""The studio, asked as its page asks it: on real connections, with a worker of its own."""
+
+import http.client
+import json
+import os
+import shlex
+import signal
+import struct
+import sys
+import time
+import zipfile
+from contextlib import closing, contextmanager
+from pathlib import Path
+from urllib.parse import quote, urlsplit
+
+import numpy as np
+import pytest
+from command_line import run_cli
+
+from upholster import InputError, Project, Sample, read_project
+from upholster.server import serving
+from upholster.stream import StreamDecoder
+
+pytest.importorskip("starlette")
+
+from upholster.studio.app import Studio, make_studio
+from upholster.studio.folder import Folder
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+WEAVE, CHAIR = EXAMPLES / "weave.png", EXAMPLES / "chair.glb"
+STATE = {
+    "upholster": 1,
+    "model": "shipped/chair.glb",
+    "sample": {"source": "shipped/weave.png", "size": "60cm"},
+    "synthesis": {"texels": 30_000},
+    "seed": 3,
+}
+
+
+class Page:
+    """What the page does: it has a cookie, a tab's name, and says where it comes from."""
+
+    def __init__(self, address, entry, studio):
+        self.host = urlsplit(address).netloc
+        self.entry, self.studio = entry, studio
+        self.cookie, self.tab = "", "one"
+
+    def ask(self, method, path, body=None, **headers):
+        connection = http.client.HTTPConnection(self.host, timeout=60)
+        own = {"Origin": f"http://{self.host}", "X-Upholster": "studio"} if method == "POST" else {}
+        own |= {"Cookie": self.cookie, "X-Tab": self.tab} | {
+            name.replace("_", "-"): text for name, text in headers.items()
+        }
+        data = body if isinstance(body, bytes | None) else json.dumps(body).encode()
+        with closing(connection):
+            connection.request(method, path, data, {name: text for name, text in own.items() if text})
+            answer = connection.getresponse()
+            return answer.status, dict(answer.getheaders()), answer.read()
+
+    def told(self, method, path, body=None, status=200, **headers):
+        found, _, data = self.ask(method, path, body, **headers)
+        assert found == status, data
+        return json.loads(data) if data else None
+
+    def enter(self):
+        status, headers, _ = self.ask("POST", "/enter", {"token": self.entry.token})
+        assert status == 204
+        assert "HttpOnly" in headers["set-cookie"]
+        assert "SameSite=strict" in headers["set-cookie"]
+        self.cookie = headers["set-cookie"].split(";")[0]
+
+    def looks(self, revision):
+        """Return the streams of all looks, and the stages that were told."""
+        found, stages, after = [], [], 0
+        while True:
+            status, headers, data = self.ask("GET", f"/looks/{revision}?after={after}")
+            if status == 202:
+                stages.append(json.loads(data)["stage"])
+            elif status == 200:
+                after = int(headers["x-look"])
+                found.append(_parted(data))
+                if headers["x-final"] == "1":
+                    return found, stages
+            else:
+                assert status == 204, data
+
+    def shown(self, state):
+        """Show a state; return what was told, and its looks."""
+        told = self.told("POST", "/state", {"state": state})
+        return told, self.looks(told["revision"])[0]
+
+
+def _parted(data):
+    count, at, streams = struct.unpack_from("<I", data)[0], 4, []
+    for _ in range(count):
+        length = struct.unpack_from("<I", data, at)[0]
+        streams.append(data[at + 4 : at + 4 + length])
+        at += 4 + length
+    assert at == len(data)
+    return streams
+
+
+@contextmanager
+def opened(files=(), save_to=None, most_bytes=10**7):
+    with closing(Studio(files, save_to, most_bytes)) as studio:
+        app, entry = make_studio(studio)
+        with serving(app) as address:
+            yield Page(address, entry, studio)
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory):
+    with opened(save_to=str(tmp_path_factory.mktemp("kept"))) as found:
+        found.enter()
+        found.told("GET", "/session")
+        yield found
+
+
+def _placements(stream):
+    decoder = StreamDecoder()
+    decoder.feed(stream)
+    return decoder.quilt().placements
+
+
+def test_what_is_shown_is_what_a_project_makes_and_what_is_saved(page, tmp_path):
+    told, looks = page.shown(STATE)
+    project = Project(str(CHAIR), Sample(str(WEAVE), "60cm"), synthesis={"texels": 30_000}, seed=3)
+    (quilt,) = project.quilts()
+    np.testing.assert_array_equal(_placements(looks[-1][0]), quilt.placements)
+    saved = page.told("POST", "/save", {"revision": told["revision"], "targets": ["chair.glb", "chair.uph"]})
+    project.cover([str(tmp_path / "chair.glb"), str(tmp_path / "chair.uph")])
+    for one in saved["files"]:
+        status, headers, data = page.ask("GET", f"/saved/{saved['id']}/{one['name']}")
+        assert (status, len(data)) == (200, one["bytes"])
+        assert "attachment" in headers["content-disposition"]
+        assert data == (tmp_path / one["name"]).read_bytes()
+    assert looks[-1][0] == (tmp_path / "chair.uph").read_bytes()
+
+
+def test_the_words_make_the_same(page, tmp_path, monkeypatch):
+    state = STATE | {
+        "sample": {"source": "shipped/weave.png", "crop": [0, 0, 120, 100], "even_light": True},
+        "synthesis": {"texels": 20_000, "direction": "around:z", "mirror": True, "sample_size": "70cm"},
+        "writing": {"view": [10, 20], "texture": "png"},
+        "reading": {"part": ["Seat", "Leg 1"]},
+    }
+    told, _ = page.shown(state)
+    saved = page.told("POST", "/save", {"revision": told["revision"], "targets": ["chair.glb"]})
+    data = page.ask("GET", f"/saved/{saved['id']}/chair.glb")[2]
+    for file in (WEAVE, CHAIR):
+        (tmp_path / file.name).write_bytes(file.read_bytes())
+    words = shlex.split(told["command"])
+    assert words[:2] == ["upholster", "cover"]
+    done = run_cli(*words[1:], cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    made = tmp_path / "chair_weave.glb"
+    assert made.read_bytes() == data
+    made.unlink()
+    monkeypatch.chdir(tmp_path)
+    exec(told["python"], {})
+    assert made.read_bytes() == data
+
+
+def test_an_earlier_state_gives_the_same_looks_again(page):
+    _, first = page.shown(STATE)
+    _, other = page.shown(STATE | {"seed": 4})
+    _, again = page.shown(STATE)
+    assert first[-1] == again[-1]
+    assert first[-1] != other[-1]
+
+
+def test_parts_have_samples_of_their_own_and_a_ray_finds_them(page):
+    told, looks = page.shown(STATE | {"materials": {"Seat": {"source": "shipped/bricks.png"}}})
+    assert [len(streams) for streams in looks] == [2] * len(looks)
+    facts = page.told("GET", f"/facts/{told['revision']}")
+    assert [part["name"] for part in facts["parts"]][:2] == ["Seat", "Back"]
+    assert facts["unit"] == "m"
+    hit = page.told("POST", "/pick", {"origin": [0, 0, 5], "direction": [0, 0, -1]})
+    assert hit["part"] == "Seat"
+    assert page.told("POST", "/pick", {"origin": [0, 0, 5], "direction": [0, 0, 1]}) == {"part": None}
+    for kind in ("seams", "direction"):
+        status, _, data = page.ask("GET", f"/overlays/{told['revision']}?kind={kind}")
+        assert status == 200
+        assert np.isfinite(np.frombuffer(data, "<f4")).all()
+        assert len(data) % 24 == 0
+        assert data
+
+
+def test_a_change_cancels_what_is_under_way(page):
+    first = page.told("POST", "/state", {"state": STATE | {"seed": 100}})["revision"]
+    second = page.told("POST", "/state", {"state": STATE | {"seed": 101}})["revision"]
+    assert page.ask("GET", f"/looks/{first}")[0] == 410
+    looks, _ = page.looks(second)
+    assert looks
+
+
+def test_files_come_in_and_lead_nowhere(page):
+    told = page.told("POST", f"/blobs?name={quote('../../a b.png')}", WEAVE.read_bytes())
+    assert told["kind"] == "image"
+    assert told["path"] == f"{told['group']}/a b.png"
+    more = page.told("POST", f"/blobs?name=x_normal.png&group={told['group']}", WEAVE.read_bytes())
+    assert more["group"] == told["group"]
+    found = page.told("POST", "/sources", {"path": told["path"]})
+    assert (found["kind"], found["width"], found["height"]) == ("image", 256, 256)
+    status, headers, data = page.ask("GET", f"/pictures/{quote(told['path'])}?size=64")
+    assert (status, headers["x-width"]) == (200, "256")
+    assert data[:4] == b"\x89PNG"
+    options = quote(json.dumps({"crop": [0, 0, 64, 32]}))
+    status, headers, _ = page.ask("GET", f"/prepared/{quote(told['path'])}?options={options}")
+    assert (status, headers["x-width"], headers["x-height"]) == (200, "64", "32")
+    for path in ("../secret", "/etc/passwd", "", "9999/x.png", "a\0b"):
+        assert "error" in page.told("POST", "/sources", {"path": path}, status=422)
+    big = b"\0" * (10**7 + 1)
+    assert "too large" in page.told("POST", "/blobs?name=big.glb", big, status=413)["error"]
+    assert (
+        "too large"
+        in page.told("POST", "/blobs?name=big.glb", b"", status=413, Content_Length="99999999")["error"]
+    )
+
+
+@pytest.mark.parametrize(
+    ("state", "says"),
+    [
+        (STATE | {"model": "/etc/passwd.glb"}, "refers to"),
+        (STATE | {"model": "../x.glb"}, "refers to"),
+        (STATE | {"sample": {"source": "9/x.png"}}, "9/x.png"),
+        (STATE | {"colour": 3}, "colour"),
+        (STATE | {"seed": -1}, "seed"),
+        (STATE | {"synthesis": {"texels": "many"}}, "texels"),
+        (STATE | {"synthesis": {"direction": "inward"}}, "direction"),
+        ({"upholster": 1}, "model"),
+        ([], "object"),
+        (None, "object"),
+    ],
+)
+def test_a_state_that_is_wrong_is_one_line(page, state, says):
+    status, _, data = page.ask("POST", "/state", {"state": state})
+    if status == 200:  # it is found out when the model is read
+        status, _, data = page.ask("GET", f"/looks/{json.loads(data)['revision']}")
+        while status in (202, 204):
+            status, _, data = page.ask("GET", f"/looks/{page.studio.worker.revision}")
+    error = json.loads(data)["error"]
+    assert status == 422
+    assert says in error
+    assert "\n" not in error
+    assert str(page.studio.folder.path) not in error
+
+
+def test_what_is_no_request_of_the_page_is_one_line(page):
+    for body in (b"{", b"[" * 100_000, b'{"state": NaN}', b"\xff", b'{"targets": [1]}'):
+        assert "error" in page.told("POST", "/state", body, status=422)
+    for target in ("../x.glb", "/tmp/x.glb", ".x.glb", "", "a\\b.glb", "x.doc"):
+        body = {"revision": page.studio.worker.revision, "targets": [target]}
+        assert "error" in page.told("POST", "/save", body, status=422)
+    assert page.ask("GET", "/saved/99/x.glb")[0] == 422
+    assert page.ask("GET", "/saved/1/..%2f..%2fetc")[0] in (404, 422)
+    assert page.ask("DELETE", "/session")[0] == 405
+
+
+def test_a_strangers_page_gets_nothing(page):
+    routes = [
+        ("GET", "/session"),
+        ("GET", "/looks/1"),
+        ("GET", "/pictures/shipped/weave.png"),
+        ("GET", "/facts/1"),
+    ]
+    routes += [
+        ("POST", path) for path in ("/state", "/blobs?name=x", "/sources", "/pick", "/save", "/keep", "/take")
+    ]
+    for method, path in routes:
+        assert page.ask(method, path, b"{}", Cookie="upholster-studio=x")[0] == 401
+        assert page.ask(method, path, b"{}", Host="evil.example")[0] == 400
+        if method == "POST":
+            assert page.ask(method, path, b"{}", Origin="http://evil.example")[0] == 403
+            assert page.ask(method, path, b"{}", Origin="null")[0] == 403
+            assert page.ask(method, path, b"{}", X_Upholster="")[0] == 403
+    assert page.ask("POST", "/enter", {"token": "guess"})[0] == 403
+    assert page.ask("POST", "/enter", b"x" * 10_000)[0] == 422
+    status, headers, data = page.ask("GET", "/", Cookie="")
+    assert status == 200
+    assert b"studio.js" in data
+    assert "default-src 'none'" in headers["content-security-policy"]
+    assert "frame-ancestors 'none'" in headers["content-security-policy"]
+
+
+def test_one_tab_has_the_session_until_another_takes_it(page):
+    page.tab = "two"
+    try:
+        assert "another tab" in page.told("GET", "/session", status=409)["error"]
+        page.told("POST", "/take", {})
+        page.told("GET", "/session")
+        page.tab = "one"
+        assert page.ask("POST", "/state", {"state": STATE})[0] == 409
+    finally:
+        page.tab = "one"
+        page.told("POST", "/take", {})
+
+
+def test_files_are_kept_and_not_written_over_unasked(page):
+    told, _ = page.shown(STATE)
+    saved = page.told("POST", "/save", {"revision": told["revision"], "targets": ["x.uph", "project"]})
+    names = sorted(one["name"] for one in saved["files"])
+    assert names == ["chair_weave.zip", "x.uph"]
+    assert page.told("POST", "/keep", {"id": saved["id"]})["files"]
+    assert "replace" in page.told("POST", "/keep", {"id": saved["id"]}, status=422)["error"]
+    page.told("POST", "/keep", {"id": saved["id"], "over": True})
+    kept = page.studio.save_to
+    with zipfile.ZipFile(kept / "chair_weave.zip") as file:
+        file.extractall(kept / "own")
+    assert read_project(kept / "own" / "chair_weave.upholster.json").seed == 3
+    # The zip comes back as a project.
+    told = page.told("POST", "/blobs?name=chair.zip", (kept / "chair_weave.zip").read_bytes())
+    assert told["kind"] == "project"
+    state = page.told("POST", "/sources", {"path": told["path"]})["state"]
+    assert page.shown(state)[1]
+    status, _, data = page.ask("GET", f"/saved/{saved['id']}.zip")
+    assert status == 200
+    assert data[:2] == b"PK"
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="kills a process")
+def test_a_worker_that_dies_is_told_and_another_goes_on(page):
+    revision = page.told("POST", "/state", {"state": STATE | {"seed": 55}})["revision"]
+    os.kill(page.studio.worker.process_id, signal.SIGKILL)
+    status, _, data = 204, {}, b""
+    until = time.monotonic() + 20
+    while status in (202, 204) and time.monotonic() < until:
+        status, _, data = page.ask("GET", f"/looks/{revision}?after=9")
+    assert status == 422
+    assert "worker" in json.loads(data)["error"]
+    assert page.shown(STATE)[1]
+
+
+def test_files_are_given_at_start_and_the_folder_goes(tmp_path):
+    with opened([str(WEAVE), str(CHAIR)]) as page:
+        folder = page.studio.folder.path
+        assert folder.stat().st_mode & 0o777 == 0o700
+        page.enter()
+        state = page.told("GET", "/session")["state"]
+        assert (state["model"], state["sample"]) == ("2/chair.glb", {"source": "1/weave.png"})
+    assert not folder.exists()
+    for wrong in ("nothing.glb", str(Path(__file__))):
+        with pytest.raises(InputError):
+            Studio([wrong], None, 10**7)
+    with pytest.raises(InputError, match="save-to"):
+        Studio([], str(tmp_path / "none"), 10**7)
+
+
+def test_zips_that_are_wrong_are_one_line(tmp_path):
+    with closing(Folder(10**6)) as folder:
+        number = folder.new_group()
+
+        def packed(**files):
+            with zipfile.ZipFile(folder.path / str(number) / "x.zip", "w", zipfile.ZIP_DEFLATED) as file:
+                for name, data in files.items():
+                    file.writestr(name.replace("__", "/"), data)
+            return folder.unpacked(f"{number}/x.zip")
+
+        assert packed(a=b"1") is None
+        assert packed(**{"a.upholster.json": b"{}", "b__c.png": b"1"}).endswith("/a.upholster.json")
+        with pytest.raises(InputError, match="too large"):
+            packed(**{"a.upholster.json": b"{}", "b": b"\0" * (2 * 10**6)})
+        with pytest.raises(InputError, match="files; allowed"):
+            packed(**{"a.upholster.json": b"{}", "..__..__b": b"1"})
+        (folder.path / str(number) / "y.zip").write_bytes(b"PK\x03\x04 no")
+        with pytest.raises(InputError, match="no zip file"):
+            folder.unpacked(f"{number}/y.zip")

@@ -1,0 +1,96 @@
+/** Several models that are parts of one: each stream covers some of its charts. Drawn as one, with one floor and one shadow. */
+
+const FORWARDED = ['progress', 'refine', 'geometry', 'error']
+
+/** Stands for its `parts` wherever a `Model` does. Events are those of a model: `first` and `complete` when all parts are so far. */
+export class Group extends EventTarget {
+  sphere = { center: [0, 0, 0], radius: 1 }
+
+  /** @param {import('./model.js').Model[]} parts */
+  constructor(parts) {
+    super()
+    this.parts = parts
+    for (const part of parts) {
+      for (const type of FORWARDED) part.addEventListener(type, (event) => this.#tell(type, event.told))
+      part.addEventListener('first', () => this.first && this.#begin())
+      part.addEventListener('complete', () => this.complete && this.#tell('complete', {}))
+    }
+  }
+
+  get first() {
+    return this.parts.every((part) => part.first)
+  }
+
+  get complete() {
+    return this.parts.every((part) => part.complete)
+  }
+
+  get received() {
+    return this.#sum('received')
+  }
+
+  get total() {
+    return this.parts.some((part) => part.total === null) ? null : this.#sum('total')
+  }
+
+  get texels() {
+    return this.#sum('texels')
+  }
+
+  get quads() {
+    return this.#sum('quads')
+  }
+
+  get charts() {
+    return this.parts.flatMap((part) => part.charts)
+  }
+
+  get geometries() {
+    return this.parts.flatMap((part) => part.geometries)
+  }
+
+  get roles() {
+    return [...new Set(this.parts.flatMap((part) => part.roles))]
+  }
+
+  get shown() {
+    return { bytes: this.#sum('received'), coefficients: 1, placements: 1 }
+  }
+
+  /** As `Model.measure`; the eye is given for the whole sphere, which all parts have. */
+  measure(...seen) {
+    for (const part of this.parts) part.measure(...seen)
+  }
+
+  async settled() {
+    await Promise.all(this.parts.map((part) => part.settled()))
+  }
+
+  dispose() {
+    for (const part of this.parts) part.dispose()
+  }
+
+  /** All parts are known: they stand in one world. */
+  #begin() {
+    this.sphere = enclosing(this.parts.map((part) => part.sphere))
+    for (const part of this.parts) part.sphere = this.sphere
+    this.#tell('first', {})
+  }
+
+  #sum(name) {
+    return this.parts.reduce((sum, part) => sum + (part[name] ?? 0), 0)
+  }
+
+  #tell(type, told) {
+    this.dispatchEvent(Object.assign(new Event(type), told, { told }))
+  }
+}
+
+/** A sphere round spheres. */
+function enclosing(spheres) {
+  const side = (sign) => [0, 1, 2].map((k) => Math.max(...spheres.map(({ center, radius }) => sign * center[k] + radius)))
+  const [high, low] = [side(1), side(-1)]
+  const center = high.map((x, k) => (x - low[k]) / 2)
+  const reach = (one) => Math.hypot(...center.map((x, k) => x - one.center[k])) + one.radius
+  return { center, radius: Math.max(...spheres.map(reach)) || 1 }
+}
