@@ -3,6 +3,7 @@
 import re
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -107,6 +108,12 @@ def test_what_is_written_is_in_the_help_and_the_readme() -> None:
 def test_tiles_are_images(text: str) -> None:
     with pytest.raises(InputError, match=r"has <UDIM>; allowed: once, in the name of an image \(\.png"):
         parse_output(text)
+
+
+def test_whether_a_texture_is_flat_is_yes_or_no() -> None:
+    flat: Any = np.ones(2)
+    with pytest.raises(InputError, match="flat is a ndarray; allowed: True or False"):
+        parse_output("x.png", flat=flat)
 
 
 @pytest.mark.parametrize(

@@ -149,6 +149,8 @@ def parse_output(target: str | os.PathLike[str], *, flat: bool = False, displace
     """
     if not isinstance(target, (str, os.PathLike)):
         raise InputError(f"output is a {type(target).__name__}; allowed: a path, as text or pathlib.Path")
+    if not isinstance(flat, bool):
+        raise InputError(f"flat is a {type(flat).__name__}; allowed: True or False")
     text = os.fspath(target)
     prefix, place = split_name(text)
     only = [name for name, holds in (("flat", flat), ("displaced", displaced)) if holds]
