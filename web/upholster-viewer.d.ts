@@ -96,8 +96,17 @@ export class UpholsterViewer extends HTMLElement {
    * parts of one model. Resolves to whether it is shown: false where another call came first. Rejects where a stream is damaged.
    */
   replace(...streams: (Blob | ArrayBuffer | ArrayBufferView)[]): Promise<boolean>
+  /** Show other streams, parts of one model, right of a line, with the same camera: see `wipe`. None: no more. Resolves when they are shown. */
+  compare(...streams: (Blob | ArrayBuffer | ArrayBufferView)[]): Promise<void>
+  /** Where that line is: the share of the width, 0 to 1, left of it. null: two models stand side by side. */
+  set wipe(share: number | null)
   /** The ray from the eye through a point, in CSS pixels of the element, in the model's own units; null without a model. */
   ray(x: number, y: number): { origin: [number, number, number]; direction: [number, number, number] } | null
+  /**
+   * Draw lines over the model, whichever is shown: x, y, z of both ends of each, in the model's own units; `color` is linear red, green, blue.
+   * null: none of that name any more.
+   */
+  overlay(name: string, segments: ArrayLike<number> | null, color?: [number, number, number]): void
   /** The model shown; null where nothing is open. */
   readonly model: ViewerModel | null
   /** Azimuth and elevation in degrees. Setting them frames the whole model. Throws `RangeError` for what is no view. */

@@ -6,6 +6,7 @@
  */
 
 import { axes, parseView } from './viewer/frame.js'
+import { LINES } from './viewer/lines.js'
 import { Renderer } from './viewer/renderer.js'
 import { Session } from './viewer/session.js'
 import { Stage } from './viewer/stage.js'
@@ -44,6 +45,8 @@ export class UpholsterViewer extends HTMLElement {
   #view = null
   #session = null
   #next = null // what is to take its place
+  #other = null // what it is compared with
+  #overlays = new Map() // lines over the model, by name
   #stage = null
   #lab = null
   #listening = null
@@ -93,7 +96,8 @@ export class UpholsterViewer extends HTMLElement {
     this.#session?.dispose()
     this.#session = next
     this.#source = files[0]
-    this.#stage.show(next.model)
+    this.#show()
+    this.#lay()
     this.#refresh()
     await this.#stage.drawn()
     return next === this.#session
@@ -141,9 +145,37 @@ export class UpholsterViewer extends HTMLElement {
     return this.#stage.picture()
   }
 
+  /** Show other streams, parts of one model, right of a line: see `wipe`. None: no more. Resolves when they are shown. */
+  async compare(...streams) {
+    this.#other?.dispose()
+    this.#other = null
+    if (!streams.length) return this.#show()
+    const other = (this.#other = this.#opened(streams.length > 1 ? streams.map((one) => new File([one], '')) : new File([streams[0]], '')))
+    await other.settled()
+    if (other === this.#other) this.#show()
+  }
+
+  /** Where the line is, 0 to 1 from the left. */
+  set wipe(share) {
+    if (this.#stage) this.#stage.wipe = share
+  }
+
   /** The ray from the eye through a point, in CSS pixels of the element, in the model's own units: {origin, direction}; null without a model. */
   ray(x, y) {
     return this.model && this.#stage ? this.#stage.ray(x, y) : null
+  }
+
+  /**
+   * Draw lines over the model, whichever is shown: `segments` are x, y, z of both ends of each, in the model's own units, `color` is linear red,
+   * green and blue. null: none of that name any more.
+   */
+  overlay(name, segments, color = [0.13, 0.4, 1]) {
+    if (segments) {
+      const positions = Float32Array.from(segments)
+      const indices = Uint32Array.from({ length: positions.length / 3 }, (_, n) => n)
+      this.#overlays.set(name, { geometry: { positions, indices }, shader: LINES, ink: color })
+    } else this.#overlays.delete(name)
+    this.#lay()
   }
 
   /** Resolves when all that has come, up to the limit, is on screen, and as finely as the view needs it. */
@@ -308,6 +340,11 @@ export class UpholsterViewer extends HTMLElement {
     this.#refresh()
   }
 
+  #show() {
+    const models = [this.#session, this.#other].map((session) => session?.model).filter((model) => model?.first)
+    this.#stage?.show(...models)
+  }
+
   #opened(source) {
     let session = null // bytes that are here already are told of before there is one
     const onPage = Renderer.shared.paints(this.getAttribute('painting'))
@@ -318,18 +355,29 @@ export class UpholsterViewer extends HTMLElement {
     return session
   }
 
+  /** Give the model that is shown its overlays. */
+  #lay() {
+    const { model } = this
+    if (!model) return
+    for (const one of new Set([model, model.parts?.[0] ?? model])) one.overlays = [...this.#overlays.values()]
+    this.#stage?.invalidate()
+  }
+
   #close() {
     this.#stage?.show()
-    for (const session of [this.#session, this.#next]) session?.dispose()
-    this.#session = this.#next = null
+    for (const session of [this.#session, this.#next, this.#other]) session?.dispose()
+    this.#session = this.#next = this.#other = null
     this.#refresh()
   }
 
   #receive(type, event) {
     const session = this.#session
     const stage = this.#stage
-    if (type === 'first') stage.show(session.model)
-    else if (type === 'refine' || type === 'geometry') stage.refresh({ shape: type === 'geometry' })
+    if (type === 'first') {
+      stage.show(session.model)
+      this.#lay()
+    }
+    if (type === 'refine' || type === 'geometry') stage.refresh({ shape: type === 'geometry' })
     this.#refresh()
     if (type === 'first' || type === 'refine' || type === 'complete') this.#report(session, type)
     if (type === 'error') this.#tell(session.problem.title, event.error, session.problem.advice)

@@ -104,7 +104,8 @@ export class Renderer extends EventTarget {
    * Draw a picture; it stays on `canvas` until the page's task ends.
    *
    * @param {[number, number]} size in pixels
-   * @param {{ model: object, viewport: number[] }[]} views what stands where: left and lower edge, width, height in pixels
+   * @param {{ model: object, viewport: number[], clip?: number[] }[]} views what stands where: left and lower edge, width, height in pixels; and
+   *   what of that is drawn
    * @param {object} scene `camera`, as of `Orbit`; `light`, degrees to the right and up of it; `background`, two linear colours or null;
    *   `floor`, its height or null; and `environment`, of `environment.js`, or null
    */
@@ -116,9 +117,9 @@ export class Renderer extends EventTarget {
     for (const { model } of views) if (scene.floor !== null) this.#shade(model, scene.floor)
     gl.bindFramebuffer(gl.FRAMEBUFFER, null)
     gl.enable(gl.SCISSOR_TEST)
-    for (const { model, viewport } of views) {
+    for (const { model, viewport, clip = viewport } of views) {
       gl.viewport(...viewport)
-      gl.scissor(...viewport)
+      gl.scissor(...clip)
       gl.clearColor(0, 0, 0, 0)
       gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT)
       gl.disable(gl.DEPTH_TEST)
@@ -171,7 +172,7 @@ export class Renderer extends EventTarget {
     const gl = this.#gl
     const { camera, environment } = scene
     const { edges, borders, ink } = model.lines ?? {}
-    const uniforms = edges ? this.#useLines(model, camera, model.mean) : this.#programs.use(this.#programOf(model, environment))
+    const uniforms = edges ? this.#useLines(model.lines.shader, model, camera, model.mean) : this.#programs.use(this.#programOf(model, environment))
     if (!edges) this.#setLight(uniforms, model, scene)
     const isBlended = model.alpha === 'blend'
     gl[isBlended ? 'enable' : 'disable'](gl.BLEND)
@@ -184,9 +185,14 @@ export class Renderer extends EventTarget {
     }
     gl.disable(gl.CULL_FACE)
     if (model.plain) this.#drawPlain(model, uniforms)
-    if (!borders) return
-    this.#useLines(model, camera, ink)
-    for (const { geometry } of model.charts) if (geometry) this.#drawElements(geometry, borders)
+    if (borders) {
+      this.#useLines(model.lines.shader, model, camera, ink)
+      for (const { geometry } of model.charts) if (geometry) this.#drawElements(geometry, borders)
+    }
+    for (const { geometry, shader, ink } of model.overlays ?? []) {
+      this.#useLines(shader, model, camera, ink)
+      this.#drawElements(geometry, asItIs)
+    }
   }
 
   /** Which program draws a model. */
@@ -224,8 +230,8 @@ export class Renderer extends EventTarget {
     gl.drawElements(lines ? gl.LINES : gl.TRIANGLES, count, gl.UNSIGNED_INT, 0)
   }
 
-  #useLines(model, camera, ink) {
-    this.#programs.add({ lines: () => [VERTEX, model.lines.shader] })
+  #useLines(shader, model, camera, ink) {
+    this.#programs.add({ lines: () => [VERTEX, shader] })
     const uniforms = this.#programs.use('lines')
     this.#setWorld(uniforms, model, camera)
     this.#gl.uniform3fv(uniforms.ink, ink)
@@ -322,6 +328,9 @@ export class Renderer extends EventTarget {
     return texture
   }
 }
+
+/** What is lines already. */
+const asItIs = (geometry) => geometry
 
 /** The models that one is made of, see `model/group.js`. */
 const partsOf = (model) => model.parts ?? [model]

@@ -136,7 +136,7 @@ export class Resources {
 }
 
 /** By what a model's textures and geometries are known. */
-function keysOf({ charts, geometries }) {
+function keysOf({ charts, geometries, overlays = [] }) {
   const textures = charts.flatMap((chart) => Object.values(chart.textures).map((texture) => texture.key))
-  return [...geometries, ...textures]
+  return [...geometries, ...overlays.map(({ geometry }) => geometry), ...textures]
 }

@@ -28,6 +28,7 @@ export class Stage {
   #context
   #orbit
   #models = [] // one or two
+  #wipe = null
   #size = [1, 1]
   #pixels = [0, 0]
   #frame = 0
@@ -80,9 +81,15 @@ export class Stage {
     this.invalidate()
   }
 
-  /** Whether two models are compared. */
+  /** Whether two models are compared side by side. */
   get split() {
-    return this.#models.length > 1
+    return this.#models.length > 1 && this.#wipe === null
+  }
+
+  /** Of two models, the share of the picture's width, from the left, that shows the first; the other shows the rest. null: side by side. */
+  set wipe(share) {
+    this.#wipe = share
+    this.invalidate()
   }
 
   /** Whether they lie above each other, not side by side. */
@@ -285,7 +292,7 @@ export class Stage {
 
   #render(pixels) {
     const camera = this.#orbit.camera()
-    const views = this.#models.map((model, n) => ({ model, viewport: this.#viewport(n, pixels) }))
+    const views = this.#models.map((model, n) => ({ model, viewport: this.#viewport(n, pixels), clip: this.#clip(n, pixels) }))
     for (const { model, viewport } of views) {
       const { center, radius } = model.sphere
       model.measure(plus(center, camera.eye, radius), viewport[3] / 2 / SLOPE, camera.near * radius)
@@ -297,6 +304,13 @@ export class Stage {
       floor: this.#floor,
       environment: this.#environment,
     })
+  }
+
+  /** What is drawn of a model's view, where two share it; undefined: all. */
+  #clip(n, [width, height]) {
+    if (this.#models.length < 2 || this.#wipe === null) return undefined
+    const at = Math.round(this.#wipe * width)
+    return n ? [at, 0, width - at, height] : [0, 0, at, height]
   }
 
   /** Left and lower edge, width, height of the first or second half. */

@@ -24,6 +24,8 @@ export class Live extends EventTarget {
   /** What the server told of the last state that it took. */
   told = null
   facts = null
+  /** The streams that are shown. */
+  streams = []
   #store
   #viewer
   #wanted = false // the state has changed since it was sent
@@ -75,6 +77,7 @@ export class Live extends EventTarget {
         if (one.stage) this.#say(progress(one), true)
         else {
           if (!(await this.#viewer.replace(...one.streams)) || signal.aborted) return
+          this.streams = one.streams
           this.#tell('look', one)
           if (one.isFinal) this.shown = revision
           this.#say(one.isFinal ? '' : 'getting sharper', !one.isFinal)

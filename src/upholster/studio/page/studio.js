@@ -6,6 +6,7 @@ import { button, make, openDialog, say } from './dom.js'
 import { chooseFiles, listenForFiles, send } from './drop.js'
 import { groups } from './groups.js'
 import { Live } from './live.js'
+import { looking } from './look.js'
 import { parts } from './parts.js'
 import { openSave } from './save.js'
 import { shelf } from './shelf.js'
@@ -77,7 +78,7 @@ function build(told) {
     table: () => openSampleTable(store, live).catch(fail),
   })
   const panel = document.getElementById('panel')
-  panel.append(chooser, parts(store, live, viewer, () => dropped.sample), ...groups(store, live))
+  panel.append(chooser, parts(store, live, viewer, () => dropped.sample), ...groups(store, live), looking(live, viewer))
   bar(store, live, told)
   listenForFiles(use)
 

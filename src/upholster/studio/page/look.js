@@ -1,0 +1,65 @@
+/** What is drawn over the model, and what is known of it. */
+
+import * as api from './api.js'
+import { button, make } from './dom.js'
+
+const KINDS = [
+  ['direction', 'Directions', 'Which way the rows of the sample run.', [0.9, 0.35, 0.02]],
+  ['seams', 'Charts', 'Where the parts of the texture meet. Nobody should see them without these lines.', [0.13, 0.4, 1]],
+]
+
+/** Build the section; returns an element. */
+export function looking(live, viewer) {
+  const on = new Set()
+  const draw = async (kind, color) => {
+    if (!live.told) return
+    const { revision } = live.told
+    const segments = await api.overlay(revision, kind).catch(() => null)
+    if (on.has(kind) && revision === live.told.revision) viewer.overlay(kind, segments, color)
+  }
+  const boxes = KINDS.map(([kind, label, hint, color]) => {
+    const box = make('input', { type: 'checkbox' })
+    box.onchange = () => {
+      if (box.checked) on.add(kind)
+      else on.delete(kind)
+      if (box.checked) draw(kind, color)
+      else viewer.overlay(kind, null)
+    }
+    return make('div', { className: 'control' }, make('label', { className: 'row' }, box, label), make('p', {}, hint))
+  })
+  // Lines of what was before are not those of what is now.
+  live.addEventListener('revision', () => on.forEach((kind) => viewer.overlay(kind, null)))
+  live.addEventListener('look', ({ isFinal }) => isFinal && KINDS.forEach(([kind, , , color]) => on.has(kind) && draw(kind, color)))
+
+  const facts = make('dl', { className: 'facts' })
+  live.addEventListener('facts', ({ facts: told }) => {
+    const lines = [['texels', told.texels.toLocaleString('en')], ...Object.entries(told.settled ?? {})]
+    facts.replaceChildren(...lines.flatMap(([name, text]) => [make('dt', {}, name), make('dd', {}, String(text))]))
+    facts.append(...(told.notes ?? []).flatMap((note) => [make('dt', {}, 'note'), make('dd', {}, note)]))
+  })
+  return make(
+    'section',
+    { className: 'group' },
+    make('h2', {}, 'Look'),
+    comparing(live, viewer),
+    ...boxes,
+    make('details', {}, make('summary', {}, 'What was found'), facts),
+  )
+}
+
+/** Two variants under a slider: what was kept, and what is shown now. */
+function comparing(live, viewer) {
+  const line = make('input', { type: 'range', min: 0, max: 1, step: 0.001, value: 0.5, ariaLabel: 'Now to the left, kept to the right', hidden: true })
+  line.className = 'wipe'
+  line.oninput = () => (viewer.wipe = Number(line.value))
+  document.getElementById('scene').append(line)
+  const keep = button('Keep this to compare', async () => {
+    const isOn = !line.hidden
+    if (!isOn && !live.streams.length) return
+    line.hidden = isOn
+    keep.textContent = isOn ? 'Keep this to compare' : 'Compare no more'
+    viewer.wipe = isOn ? null : Number(line.value)
+    await viewer.compare(...(isOn ? [] : live.streams))
+  })
+  return make('div', { className: 'control' }, keep, make('p', {}, 'Then change something, and move the slider over the model.'))
+}

@@ -1,0 +1,194 @@
+"""The studio in Chromium, as a person uses it: drop, set, undo, save, reload."""
+
+import base64
+import json
+import zipfile
+from collections.abc import Iterator
+from contextlib import closing
+from pathlib import Path
+from typing import Any
+
+import browser
+import pytest
+from browser import BRICKS, ROOT
+
+from upholster import Project, Sample
+from upholster.studio.app import Studio, make_studio
+
+pytestmark = pytest.mark.browser
+
+CHAIR, WEAVE = ROOT / "examples" / "chair.glb", ROOT / "examples" / "weave.png"
+
+DROP = """([name, text]) => {
+  const bytes = Uint8Array.from(atob(text), (one) => one.charCodeAt(0))
+  const transfer = new DataTransfer()
+  transfer.items.add(new File([bytes], name))
+  const how = { dataTransfer: transfer, bubbles: true, cancelable: true }
+  for (const type of ['dragenter', 'dragover', 'drop']) document.body.dispatchEvent(new DragEvent(type, how))
+}"""
+
+
+class Hand:
+    """What a person does with the page."""
+
+    def __init__(self, tab: Any) -> None:
+        self.tab, self.page = tab, tab.page
+
+    def drop(self, *files: Path) -> None:
+        for file in files:
+            self.page.evaluate(DROP, [file.name, base64.b64encode(file.read_bytes()).decode()])
+            self.page.wait_for_function(f"() => sessionStorage.history?.includes({json.dumps(file.name)})")
+
+    def final(self) -> None:
+        """Wait for the last look at what was set last."""
+        self.page.wait_for_function("() => document.body.dataset.look === 'final'")
+        self.page.evaluate("() => { delete document.body.dataset.look }")
+
+    @property
+    def state(self) -> Any:
+        return self.page.evaluate(
+            "() => { const { states, at } = JSON.parse(sessionStorage.history); return states[at] }"
+        )
+
+    def button(self, name: str) -> Any:
+        return self.page.get_by_role("button", name=name, exact=True)
+
+
+@pytest.fixture
+def hand(tab: Any, tmp_path: Path) -> Iterator[Hand]:
+    with closing(Studio([], None, 10**7)) as studio:
+        app, entry = make_studio(studio)
+        with browser.serving(app) as address:
+            tab.open(f"{address}/#{entry.token}")
+            tab.page.get_by_label("Detail").select_option("250000")
+            yield Hand(tab)
+
+
+def test_a_person_drops_sets_undoes_saves_and_finds_it_again(hand: Hand, tmp_path: Path) -> None:
+    page = hand.page
+    hand.drop(WEAVE, CHAIR)
+    hand.final()
+    assert page.locator("#welcome").is_hidden()
+    view = page.evaluate("() => document.querySelector('upholster-viewer').view")
+    for _ in range(3):
+        hand.button("Again").click()
+    hand.final()
+    page.get_by_label("Width of the sample").last.fill("60cm")
+    page.keyboard.press("Enter")
+    hand.final()
+    assert (hand.state["seed"], hand.state["sample"]["size"]) == (3, "60cm")
+    assert page.evaluate("() => document.querySelector('upholster-viewer').view") == view
+    hand.button("Undo").click()
+    hand.final()
+    assert "size" not in hand.state["sample"]
+    page.keyboard.press("Control+y")
+    hand.final()
+
+    hand.button("Save").click()
+    row = page.locator("tr", has_text="GLB")
+    with page.expect_download() as waiting:
+        row.get_by_role("link", name="Save").click()
+    waiting.value.save_as(tmp_path / "saved.glb")
+    project = Project(str(CHAIR), Sample(str(WEAVE), "60cm"), synthesis={"texels": 250_000}, seed=3)
+    project.cover([str(tmp_path / "made.glb")])
+    assert (tmp_path / "saved.glb").read_bytes() == (tmp_path / "made.glb").read_bytes()
+    with page.expect_download() as waiting:
+        page.locator("tr", has_text="Project").get_by_role("link", name="Save").click()
+    waiting.value.save_as(tmp_path / "project.zip")
+    with zipfile.ZipFile(tmp_path / "project.zip") as file:
+        assert {"chair_weave.upholster.json", "chair.glb", "weave.png"} == set(file.namelist())
+    hand.button("Close").click()
+
+    page.reload()
+    hand.final()
+    assert hand.state["seed"] == 3
+    assert hand.button("Undo").is_enabled()
+
+
+def test_parts_are_chosen_on_the_model_and_have_their_own_samples(hand: Hand) -> None:
+    page = hand.page
+    page.get_by_title("weave").click()
+    page.get_by_title("chair").click()
+    hand.final()
+    box = page.locator("upholster-viewer").bounding_box()
+    page.mouse.click(box["x"] + box["width"] / 2, box["y"] + 0.45 * box["height"])
+    page.wait_for_selector(".parts .chosen")
+    assert page.locator(".parts .chosen").inner_text().split("\n")[0] in ("Seat", "Back")
+    page.get_by_label("Sample of Seat").select_option(label="bricks.png")
+    hand.final()
+    assert hand.state["materials"] == {"Seat": {"source": "shipped/bricks.png"}}
+    assert page.evaluate("() => document.querySelector('upholster-viewer').model.parts.length") == 2
+    page.get_by_label("Cover Leg 1").uncheck()
+    hand.final()
+    assert "Leg 1" not in hand.state["reading"]["part"]
+
+
+def test_fifty_changes_in_a_row_end_at_the_last(hand: Hand) -> None:
+    page = hand.page
+    hand.drop(WEAVE)
+    page.get_by_label("Built-in surfaces").select_option("torus")
+    hand.final()
+    for _ in range(50):
+        hand.button("Again").click()
+        page.wait_for_timeout(30)
+    page.wait_for_function("() => document.body.dataset.look === 'final'")
+    assert hand.state["seed"] == 50
+    for _ in range(30):
+        page.keyboard.press("Control+z")
+    hand.page.wait_for_function("() => !document.getElementById('light').textContent")
+    assert hand.state["seed"] == 20
+
+
+def test_the_sample_table_makes_a_sample_of_a_photo(hand: Hand) -> None:
+    page = hand.page
+    hand.drop(BRICKS)
+    hand.button("Prepare the sample …").click()
+    page.get_by_label("A part").check()
+    handle = page.get_by_label("Bottom right of the part")
+    box = handle.bounding_box()
+    page.mouse.move(box["x"] + 11, box["y"] + 11)
+    page.mouse.down()
+    page.mouse.move(box["x"] - 60, box["y"] - 30, steps=3)
+    page.mouse.up()
+    handle.press("ArrowLeft")
+    page.get_by_label("Length of what the line crosses").fill("21cm")
+    page.wait_for_function("() => document.querySelector('#dialog .value').textContent.includes('35cm')")
+    hand.button("Use it").click()
+    sample = hand.state["sample"]
+    assert sample["size"] == "35cm"  # the line crosses three fifths
+    left, top, width, height = sample["crop"]
+    assert 0 < left < 256
+    assert width < height < 256 - top
+
+
+def test_what_is_wrong_is_told_in_one_line(hand: Hand, tmp_path: Path) -> None:
+    page = hand.page
+    (tmp_path / "words.txt").write_text("no image")
+    page.evaluate(DROP, ["words.txt", base64.b64encode(b"no image").decode()])
+    page.wait_for_selector("#message:not([hidden])")
+    assert "words.txt is no image" in page.locator("#message").inner_text()
+    page.evaluate(DROP, ["big.glb", base64.b64encode(b"\0" * (10**7 + 1)).decode()])
+    page.wait_for_function("() => document.getElementById('message').textContent.includes('too large')")
+    (told,) = hand.tab.problems
+    assert "413" in told
+    hand.tab.problems.clear()
+
+
+def test_two_variants_lie_under_a_slider(hand: Hand) -> None:
+    page = hand.page
+    hand.drop(WEAVE)
+    page.get_by_label("Built-in surfaces").select_option("torus")
+    hand.final()
+    hand.button("Keep this to compare").click()
+    page.get_by_title("granite").click()
+    hand.final()
+    line = page.locator(".wipe")
+    pictures = []
+    for share in ("0", "1"):
+        line.evaluate("(one, share) => { one.value = share; one.dispatchEvent(new Event('input')) }", share)
+        text = page.evaluate(
+            "async () => Array.from(new Uint8Array(await (await "
+            "document.querySelector('upholster-viewer').picture()).arrayBuffer())).join()"
+        )
+        pictures.append(text)
+    assert pictures[0] != pictures[1]
