@@ -8,7 +8,6 @@ from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from upholster import export, formats
 from upholster.charts.layout import LONGEST
@@ -217,9 +216,13 @@ def _write_obj(model: TexturedModel, to: _Places) -> None:
     page, uv = model.atlas.page_coordinates(model.mesh)
     if model.in_tiles:
         uv = uv + export.udim_tile(page) * (1, -1)  # v is downward here, and upward in OBJ
-    images, parts = model.atlas.images(), _obj_parts(model)
-    shown: dict[str, Any] = {"stem": to.path.stem, "maps": model.maps, "page": page, **parts}
-    export.write_obj(to.own[0], to.own[1], to.pages, model.mesh, uv, images, **shown)
+    how: dict[str, Any] = {"stem": to.path.stem, "maps": model.maps, "page": page}
+    if isinstance(model.surface, MeshSurface):
+        mesh, file = model.surface.mesh, model.file
+        materials = [""] * len(mesh.parts) if file is None else [each.material for each in file.parts]
+        labels = [export.ObjPart(*each) for each in zip(mesh.parts, materials, strict=True)]
+        how |= {"parts": labels, "part": mesh.part}
+    export.write_obj(to.own[0], to.own[1], to.pages, model.mesh, uv, model.atlas.images(), **how)
     _write_maps(model, to)
 
 
@@ -239,33 +242,20 @@ def _write_directions(model: TexturedModel, to: _Places) -> None:
 
 
 def _write_picture(model: TexturedModel, to: _Places) -> None:
-    picture = _whole_picture(model, to.progress)
-    linear = to.path.suffix.lower() == ".exr"
-    pixels = picture if linear else from_linear(picture, "uint8", dither=True)
-    write_image(to.own[0], pixels, quality=model.options.quality)
-
-
-def _whole_picture(model: TexturedModel, progress: Progress | None) -> NDArray[np.float32]:
-    """Return a picture of all that a model's file shows: parts that are not covered, and copies, too."""
+    """Write a picture of all that a model's file shows: parts that are not covered, and copies, too."""
     file, options = model.file, model.options
     if file is None or file.gltf is None or not (file.left or any(part.instances > 1 for part in file.parts)):
-        return model.picture(progress=progress)
-    with TemporaryDirectory(prefix="upholster-") as folder:
-        glb = Path(folder, "model.glb")
-        _write_glb(glb, replace(model, options=replace(options, texture="png"), notes=[]))
-        run: dict[str, Any] = {"threads": model.threads, "progress": progress}
-        (picture,) = redrawn(glb, [options.view], size=options.size, supersample=options.supersample, **run)
-    return picture
-
-
-def _obj_parts(model: TexturedModel) -> dict[str, Any]:
-    """Return how OBJ names the parts of a mesh, as `write_obj` takes them."""
-    if not isinstance(model.surface, MeshSurface):
-        return {}
-    mesh = model.surface.mesh
-    materials = [""] * len(mesh.parts) if model.file is None else [each.material for each in model.file.parts]
-    labels = [export.ObjPart(name, own) for name, own in zip(mesh.parts, materials, strict=True)]
-    return {"parts": labels, "part": mesh.part}
+        picture = model.picture(progress=to.progress)
+    else:
+        with TemporaryDirectory(prefix="upholster-") as folder:
+            glb = Path(folder, "model.glb")
+            _write_glb(glb, replace(model, options=replace(options, texture="png"), notes=[]))
+            how: dict[str, Any] = {"size": options.size, "supersample": options.supersample}
+            how |= {"threads": model.threads, "progress": to.progress}
+            (picture,) = redrawn(glb, [options.view], **how)
+    linear = to.path.suffix.lower() == ".exr"
+    pixels = picture if linear else from_linear(picture, "uint8", dither=True)
+    write_image(to.own[0], pixels, quality=options.quality)
 
 
 def _write_glb(place: Path, model: TexturedModel) -> None:

@@ -60,14 +60,8 @@ def files_of(
 ) -> list[Path]:
     """Return files of all outputs, those textures once that OBJ and PLY of one name share: they are equal.
 
-    What else is there twice stands twice, and `upholster.files` refuses it.
-
-    Parameters
-    ----------
-    wanted, roles, layout
-        Outputs, as of `Output.files`, and of their atlas, which tells its pages.
-    after
-        Leave out what is known once these roles are.
+    What else is there twice stands twice, and `upholster.files` refuses it. `roles` are as of `Output.files`.
+    `layout` is the atlas's; None: one page. What is known once the roles `after` are is left out.
     """
     pages = 1 if layout is None else len(layout.pages)
     found: list[Path] = []
