@@ -29,6 +29,7 @@ from benchmarks.pixel import pixel
 from benchmarks.profiles import profiles
 from benchmarks.quilt import quilt
 from benchmarks.stream import stream
+from benchmarks.studio import studio
 from benchmarks.unwrap import unwrapping
 from benchmarks.web import frames, web
 from benchmarks.web_decoder import web_decoder
@@ -56,6 +57,7 @@ BENCHMARKS = {
     "lattices": lattices_module.lattices,
     "photos": photos_module.photos,
     "live": live_module.live,
+    "studio": studio,
     "first_hours": first_hours_module.first_hours,
 }
 WITH_FOLDER = {"codec": codec, "profiles": profiles, "unwrap": unwrapping, "meshstream": meshstream}

@@ -29,6 +29,7 @@ try:
         relight,
         results,
         seams,
+        studio,
         surfaces,
         viewers,
     )
@@ -77,6 +78,7 @@ FIGURES = (
     Figure("irregular", "Six other photographs, four surfaces", regular.irregular),
     Figure("flat", "Flat and tileable", quilts.flat),
     Figure("material", "A whole material", relight.material),
+    Figure("studio", "The studio", studio.strip, viewers.lacking),
     Figure("refining", "A stream of a quilt", progressive.refining),
     Figure("viewer", "In the browser", viewers.viewer, viewers.lacking),
     Figure("viewer_arriving", "In the browser, as it arrives", viewers.arriving, viewers.lacking),

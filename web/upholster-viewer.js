@@ -86,6 +86,7 @@ export class UpholsterViewer extends HTMLElement {
     if (!this.#stage) throw new Error('the viewer is in no page, or has no WebGL2')
     this.#next?.dispose()
     const next = (this.#next = this.#opened(files.length > 1 ? files : files[0]))
+    await next.received // before, it has settled with nothing
     await next.settled()
     if (next !== this.#next) return false
     this.#next = null
@@ -151,6 +152,7 @@ export class UpholsterViewer extends HTMLElement {
     this.#other = null
     if (!streams.length) return this.#show()
     const other = (this.#other = this.#opened(streams.length > 1 ? streams.map((one) => new File([one], '')) : new File([streams[0]], '')))
+    await other.received
     await other.settled()
     if (other === this.#other) this.#show()
   }

@@ -114,6 +114,10 @@ CAPTIONS = {
         fine over all charts, with the exemplar's coarse parts; then labels and details, by what they gain.
         Figures are the texels' PSNR against the whole stream.
         """,
+    "studio": """\
+        `upholster studio examples/weave.png examples/chair.glb`, screenshots of Chromium: a session that
+        [docs/studio.md](../studio.md) tells.
+        """,
     "viewer": """\
         `upholster view ring.uph`, screenshots of Chromium: the first picture's ring (a, c); and the
         laboratory (`controls="lab"`) with `examples/bricks_material` on a torus, on the left with 3 % of its

@@ -16,7 +16,7 @@ from PIL import Image
 from gallery_tools.drawing import Panel, compose
 from gallery_tools.shots import OWN, Exemplars
 
-__all__ = ["arriving", "lacking", "lights", "viewer"]
+__all__ = ["arriving", "browser_page", "lacking", "lights", "viewer"]
 
 ARRIVED = (1_000, 5_000, 10_000, 20_000)
 """Bytes of a stream at which it is shown."""
@@ -193,8 +193,6 @@ class _Pages:
 
 @contextmanager
 def _pages() -> Iterator[_Pages]:
-    from playwright.sync_api import sync_playwright
-
     from upholster.server import Catalogue, make_app, serving
 
     with TemporaryDirectory() as name:
@@ -203,9 +201,26 @@ def _pages() -> Iterator[_Pages]:
             exemplar, *rest = options.split()
             command = [sys.executable, "-m", "upholster", "cover", str(OWN / exemplar), *rest]
             subprocess.run([*command, "-o", str(folder / stream)], check=True, capture_output=True)
-        with serving(make_app(Catalogue([name]))) as address, sync_playwright() as playwright:
-            chromium = playwright.chromium.launch(executable_path=_browser(), args=[*_ARGUMENTS])
-            try:
-                yield _Pages(folder, address.rstrip("/"), chromium)
-            finally:
-                chromium.close()
+        with serving(make_app(Catalogue([name]))) as address, _running() as chromium:
+            yield _Pages(folder, address.rstrip("/"), chromium)
+
+
+@contextmanager
+def browser_page(size: tuple[int, int]) -> Iterator[Any]:
+    """Yield an empty page of a browser."""
+    with _running() as chromium:
+        page = chromium.new_page(viewport={"width": size[0], "height": size[1]})
+        page.set_default_timeout(120_000)
+        yield page
+
+
+@contextmanager
+def _running() -> Iterator[Any]:
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as playwright:
+        chromium = playwright.chromium.launch(executable_path=_browser(), args=[*_ARGUMENTS])
+        try:
+            yield chromium
+        finally:
+            chromium.close()

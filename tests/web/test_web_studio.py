@@ -43,6 +43,7 @@ class Hand:
         """Wait for the last look at what was set last."""
         self.page.wait_for_function("() => document.body.dataset.look === 'final'")
         self.page.evaluate("() => { delete document.body.dataset.look }")
+        assert self.page.evaluate("() => document.querySelector('upholster-viewer').model.complete")
 
     @property
     def state(self) -> Any:

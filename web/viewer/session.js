@@ -48,7 +48,8 @@ export class Session {
         notify(type, event)
       })
     }
-    sources.forEach((one, n) => this.#receive(one, models[n].client))
+    /** Resolves when all bytes have come, or no more will. */
+    this.received = Promise.all(sources.map((one, n) => this.#receive(one, models[n].client)))
   }
 
   /** Whether bytes are awaited. */
