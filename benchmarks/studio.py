@@ -18,7 +18,12 @@ __all__ = ["studio"]
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 ROUNDS = 7
-_ARGUMENTS = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist", "--no-sandbox")
+_ARGUMENTS = (
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+    "--ignore-gpu-blocklist",
+    "--no-sandbox",
+)
 
 
 def studio(results: Results) -> None:
@@ -44,17 +49,12 @@ def studio(results: Results) -> None:
             page.goto(f"{address}#{entry.token}")
             page.get_by_label("Detail").select_option("1000000")
             _wait(page, "final")
-            changes = {
-                "seed": lambda n: page.get_by_role("button", name="Again").click(),
-                "direction": lambda n: _fill(page, "Angle", f"{10 + 10 * n}"),
-                "size": lambda n: _fill(page, "Width of the sample", f"{40 + 2 * n}cm"),
-            }
-            for name, change in changes.items():
+            for name in ("seed", "direction", "size"):
                 times = []
                 for n in range(ROUNDS):
                     page.evaluate("() => { delete document.body.dataset.look }")
                     begun = time.perf_counter()
-                    change(n)
+                    _change(page, name, n)
                     times.append([_wait(page, look) - begun for look in ("", "final")])
                 for look, taken in zip(("first look", "last look"), zip(*times, strict=True), strict=True):
                     ordered = sorted(taken)
@@ -63,7 +63,13 @@ def studio(results: Results) -> None:
             browser.close()
 
 
-def _fill(page: Any, label: str, text: str) -> None:
+def _change(page: Any, name: str, n: int) -> None:
+    if name == "seed":
+        page.get_by_role("button", name="Again").click()
+        return
+    label, text = (
+        ("Angle", f"{10 + 10 * n}") if name == "direction" else ("Width of the sample", f"{40 + n}cm")
+    )
     page.get_by_label(label).last.fill(text)
     page.keyboard.press("Enter")
 
