@@ -35,7 +35,7 @@ from upholster.studio.worker import Worker
 __all__ = ["make_studio", "run_studio"]
 
 _POLICY = (
-    "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' blob: data:; "
+    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; "
     "connect-src 'self'; worker-src 'self' blob:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
 )
 _WAIT = 20.0
@@ -197,6 +197,8 @@ class Studio:
                 return Response(_packed(streams), media_type="application/octet-stream", headers=headers)
             if revision.error:
                 return _error(422, revision.error)
+            if revision.ended:
+                return Response(status_code=410)
             if told is not None and revision.told > told:
                 stage, done, total = revision.stage
                 return JSONResponse({"stage": stage, "done": done, "total": total}, 202)
