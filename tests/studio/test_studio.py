@@ -17,7 +17,8 @@ import numpy as np
 import pytest
 from command_line import run_cli
 
-from upholster import InputError, Project, Sample, read_project
+from upholster import InputError, Project, Sample, read_exemplar, read_project
+from upholster.lattice import find_lattice
 from upholster.server import serving
 from upholster.stream import StreamDecoder
 
@@ -208,6 +209,9 @@ def test_files_come_in_and_lead_nowhere(page):
     options = quote(json.dumps({"crop": [0, 0, 64, 32]}))
     status, headers, _ = page.ask("GET", f"/prepared/{quote(told['path'])}?options={options}")
     assert (status, headers["x-width"], headers["x-height"]) == (200, "64", "32")
+    headers = page.ask("GET", "/prepared/shipped/bricks.png")[1]
+    element = find_lattice(read_exemplar(EXAMPLES / "bricks.png")).element
+    assert [float(side) for side in headers["x-element"].split(",")] == pytest.approx(element, abs=0.01)
     for path in ("../secret", "/etc/passwd", "", "9999/x.png", "a\0b"):
         assert "error" in page.told("POST", "/sources", {"path": path}, status=422)
     big = b"\0" * (10**7 + 1)

@@ -12,7 +12,8 @@ import browser
 import pytest
 from browser import BRICKS, ROOT
 
-from upholster import Project, Sample
+from upholster import Project, Sample, read_exemplar
+from upholster.lattice import find_lattice
 from upholster.studio.app import Studio, make_studio
 
 pytestmark = pytest.mark.browser
@@ -153,13 +154,19 @@ def test_the_sample_table_makes_a_sample_of_a_photo(hand: Hand) -> None:
     page.mouse.up()
     handle.press("ArrowLeft")
     page.get_by_label("Length of what the line crosses").fill("21cm")
-    page.wait_for_function("() => document.querySelector('#dialog .value').textContent.includes('35cm')")
+    page.wait_for_function("() => document.querySelector('#dialog .value').textContent.includes('wide')")
     hand.button("Use it").click()
+    page.wait_for_function("() => !document.getElementById('dialog').open")
     sample = hand.state["sample"]
-    assert sample["size"] == "35cm"  # the line crosses three fifths
     left, top, width, height = sample["crop"]
     assert 0 < left < 256
     assert width < height < 256 - top
+    # The line lies along one brick: that is 21 cm wide then.
+    lattice = find_lattice(read_exemplar(BRICKS, crop=(left, top, width, height)))
+    assert lattice is not None
+    assert float(sample["size"].removesuffix("cm")) == pytest.approx(
+        21 * width / lattice.element[0], rel=0.01
+    )
 
 
 def test_what_is_wrong_is_told_in_one_line(hand: Hand, tmp_path: Path) -> None:

@@ -166,13 +166,13 @@ class Studio:
                 raise InputError("options are no JSON") from None
             if not isinstance(options, dict):
                 raise InputError("options are no object")
-            found = await self.worker.ask("prepared", path, options, size)
+            data, width, height, element = await self.worker.ask("prepared", path, options, size)
         else:
-            found = await self.worker.ask("picture", path, size, request.query_params.get("role", "albedo"))
-        data, width, height = found
-        return Response(
-            data, media_type="image/png", headers={"X-Width": f"{width}", "X-Height": f"{height}"}
-        )
+            role, element = request.query_params.get("role", "albedo"), []
+            data, width, height = await self.worker.ask("picture", path, size, role)
+        headers = {"X-Width": f"{width}", "X-Height": f"{height}"}
+        headers["X-Element"] = ",".join(f"{side:.2f}" for side in element)
+        return Response(data, media_type="image/png", headers=headers)
 
     async def change(self, request: Request) -> Response:
         """Show another state."""

@@ -31,6 +31,7 @@ from upholster.image import from_linear, to_linear
 from upholster.image.preparing import resampled
 from upholster.image.source import Sample, read_source, source_parts
 from upholster.image.write import encode_image
+from upholster.lattice import find_lattice
 from upholster.options import WriteOptions
 from upholster.project import Look, Preview, Project, project_of, read_project, save_project, told_of
 from upholster.project.preview import Previews
@@ -221,13 +222,18 @@ class _Work:
             parts = source_parts(read_source(str(self.folder / path)))
         return _png(parts.get(role, parts["albedo"]), size)
 
-    def prepared(self, path: str, options: dict[str, Any], size: int) -> tuple[bytes, int, int]:
-        """Return a PNG of a sample as it is read with options."""
+    def prepared(self, path: str, options: dict[str, Any], size: int) -> tuple[bytes, int, int, list[float]]:
+        """Return a PNG of a sample as it is read with options, its own size, and that of what repeats in it.
+
+        That is width and height of an element in pixels, the distance of rows alone, or nothing.
+        """
         told = {"upholster": 1, "model": "plane", "sample": {"source": path, **options}}
         sample = project_of(told, self.folder).sample
         assert sample is not None
         with self.previews.stages.active():
-            return _png(source_parts(read_source(sample))["albedo"], size)
+            pixels = source_parts(read_source(sample))["albedo"]
+            lattice = find_lattice(pixels)
+        return *_png(pixels, size), [] if lattice is None else list(lattice.element)
 
     # -------------------------------------------------------------- saving
 

@@ -54,9 +54,14 @@ export async function upload(file, name, group, signal) {
 export const picture = (path, size = 160, role) =>
   `/pictures/${path.split('/').map(encodeURIComponent).join('/')}?size=${size}${role ? `&role=${role}` : ''}`
 
-/** Address of the sample as it is read with options. */
-export const prepared = (path, options, size = 512) =>
-  `/prepared/${path.split('/').map(encodeURIComponent).join('/')}?size=${size}&options=${encodeURIComponent(JSON.stringify(options))}`
+/** The sample as it is read with options: a blob, its own size, and of what repeats in it width and height, or the distance of rows alone. */
+export async function prepared(path, options, size = 512) {
+  const place = path.split('/').map(encodeURIComponent).join('/')
+  const answer = await asked(`/prepared/${place}?size=${size}&options=${encodeURIComponent(JSON.stringify(options))}`)
+  const [width, height] = ['X-Width', 'X-Height'].map((name) => Number(answer.headers.get(name)))
+  const element = answer.headers.get('X-Element').split(',').filter(Boolean).map(Number)
+  return { picture: await answer.blob(), width, height, element }
+}
 
 /** What is known of a revision's model and sample; null while it is not. */
 export async function facts(revision) {

@@ -75,7 +75,7 @@ function build(told) {
     sample: (path) => store.set({ sample: { ...store.state.sample, source: path, crop: undefined, rectify: undefined } }),
     model: (path) => store.set({ model: path, materials: {}, reading: {}, sample: store.state.sample && { ...store.state.sample, size: undefined } }),
     files: () => chooseFiles(use),
-    table: () => openSampleTable(store, live).catch(fail),
+    table: () => openSampleTable(store).catch(fail),
   })
   const panel = document.getElementById('panel')
   panel.append(chooser, parts(store, live, viewer, () => dropped.sample), ...groups(store, live), looking(live, viewer))
@@ -124,7 +124,7 @@ function bar(store, live, told) {
   })
 }
 
-async function openSampleTable(store, live) {
+async function openSampleTable(store) {
   const { openTable } = await import('./table.js')
   const { sample } = store.state
   const { source } = sample
@@ -136,7 +136,6 @@ async function openSampleTable(store, live) {
     options: sample,
     found,
     preview: (options) => api.prepared(source, options),
-    element: live.facts?.element ?? null,
   })
   if (chosen) store.sample(chosen)
 }

@@ -82,7 +82,7 @@ function framed(image, aspect) {
 /**
  * Open the table.
  * @param {object} given `picture`, the photo's address; `width` and `height` of the photo; `options` of the sample so far; `preview(options)`
- *   returns the address of the sample as it is read with options
+ *   resolves to the sample as it is read with options, see `api.prepared`
  * @returns {Promise<object | null>} what the sample's options shall be: `rectify`, `crop`, `even_light`, `size`; null: as they were
  */
 export function openTable({ picture, width, height, options, preview }) {
@@ -115,20 +115,43 @@ export function openTable({ picture, width, height, options, preview }) {
 
   const image = make('img', { alt: 'The sample as it is read', draggable: false })
   const wrong = make('p', { className: 'wrong' })
-  image.onload = () => {
-    prepared = [image.naturalWidth, image.naturalHeight]
-    ruler.style.inlineSize = `min(100%, calc(50vh * ${prepared[0] / prepared[1]}))`
-    wrong.textContent = ''
+  const found = make('figcaption', {})
+  let [timer, asked, isOwn] = [0, 0, false] // whether the line is where the person has put it
+  let isShown = Promise.resolve() // the sample as it is chosen now
+  const showPrepared = async () => {
+    const number = ++asked
+    try {
+      const told = await preview(read(chosen()))
+      if (number !== asked) return
+      URL.revokeObjectURL(image.src)
+      image.src = URL.createObjectURL(told.picture)
+      prepared = [told.width, told.height]
+      ruler.style.inlineSize = `min(100%, calc(50vh * ${told.width / told.height}))`
+      wrong.textContent = ''
+      layLine(told)
+    } catch (error) {
+      if (number === asked) wrong.textContent = error.message
+    }
+  }
+  /** Along one element, where something repeats; the person may know how long that is. */
+  const layLine = ({ element, width, height }) => {
+    const [across, down] = element
+    found.textContent = !element.length
+      ? 'The sample: draw the line across something that you know.'
+      : down
+        ? `It repeats every ${Math.round(across)} × ${Math.round(down)} pixels. The line is as long as one element is wide.`
+        : `Its rows are ${Math.round(across)} pixels apart. The line goes from one to the next.`
+    if (!isOwn && element.length) {
+      const half = Math.min(480, (500 * across) / (down ? width : height))
+      if (down) line.splice(0, 2, [500 - half, 500], [500 + half, 500])
+      else line.splice(0, 2, [500, 500 - half], [500, 500 + half])
+      ruler.show()
+    }
     tellSize()
   }
-  image.onerror = async () => {
-    const told = await fetch(image.src, { credentials: 'same-origin' }).then((answer) => answer.json()).catch(() => ({}))
-    wrong.textContent = told.error ?? 'This can not be read so.'
-  }
-  let timer = 0
   const show = () => {
     clearTimeout(timer)
-    timer = setTimeout(() => (image.src = preview(read(chosen()))), WAIT)
+    isShown = new Promise((resolve) => (timer = setTimeout(() => showPrepared().then(resolve), WAIT)))
   }
   const change = (work) => {
     work()
@@ -149,6 +172,7 @@ export function openTable({ picture, width, height, options, preview }) {
   length.oninput = tellSize
   const ruler = handled(image, [1000, 1000], line, ['One end of the line', 'Other end of the line'], (points) => points, (n, place) => {
     line[n] = place
+    isOwn = true
     tellSize()
   })
 
@@ -174,14 +198,14 @@ export function openTable({ picture, width, height, options, preview }) {
         'div',
         { className: 'table' },
         make('figure', {}, left, make('figcaption', {}, 'The photo: drag corners to something that is a rectangle, as a door or a few bricks.')),
-        make('figure', {}, ruler, make('figcaption', {}, 'The sample: draw the line across something that you know.'), wrong),
+        make('figure', {}, ruler, found, wrong),
       ),
       make('div', { className: 'row' }, 'This line is', length, 'long:', told),
       make(
         'div',
         { className: 'end' },
         button('Cancel', () => end(null), { className: 'quiet' }),
-        button('Use it', () => end({ ...chosen(), ...(size() ? { size: size() } : {}) }), { className: 'main' }),
+        button('Use it', () => isShown.then(() => end({ ...chosen(), ...(size() ? { size: size() } : {}) })), { className: 'main' }),
       ),
     )
     document.getElementById('dialog').addEventListener('close', () => resolve(null), { once: true })
