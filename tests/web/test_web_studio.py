@@ -74,14 +74,12 @@ def test_a_person_drops_sets_undoes_saves_and_finds_it_again(hand: Hand, tmp_pat
     view = page.evaluate("() => document.querySelector('upholster-viewer').view")
     for _ in range(3):
         hand.button("Again").click()
-    hand.final()
     page.get_by_label("Width of the sample").last.fill("60cm")
     page.keyboard.press("Enter")
     hand.final()
     assert (hand.state["seed"], hand.state["sample"]["size"]) == (3, "60cm")
     assert page.evaluate("() => document.querySelector('upholster-viewer').view") == view
     hand.button("Undo").click()
-    hand.final()
     assert "size" not in hand.state["sample"]
     page.keyboard.press("Control+y")
     hand.final()
@@ -121,7 +119,6 @@ def test_parts_are_chosen_on_the_model_and_have_their_own_samples(hand: Hand) ->
     assert hand.state["materials"] == {"Seat": {"source": "shipped/bricks.png"}}
     assert page.evaluate("() => document.querySelector('upholster-viewer').model.parts.length") == 2
     page.get_by_label("Cover Leg 1").uncheck()
-    hand.final()
     assert "Leg 1" not in hand.state["reading"]["part"]
 
 
