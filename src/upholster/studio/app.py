@@ -29,7 +29,7 @@ from upholster.server.browser import open_in_browser
 from upholster.server.guard import AddedHeaders, Guard, failed
 from upholster.server.running import allowed_hosts, listen, run
 from upholster.studio.entry import Entry
-from upholster.studio.folder import Folder, kind_of
+from upholster.studio.folder import Folder, file_kind
 from upholster.studio.worker import Worker
 
 __all__ = ["make_studio", "run_studio"]
@@ -82,7 +82,7 @@ class Studio:
         for file in files:
             if os.path.isfile(file) or os.path.isdir(file):
                 path = self.folder.add(file)
-                kind = "material" if os.path.isdir(file) else kind_of(file)
+                kind = "material" if os.path.isdir(file) else file_kind(file)
                 if kind == "project":
                     self.project = self._project(file)
                 elif kind == "model":
@@ -142,7 +142,7 @@ class Studio:
             self.folder.check(name, int(length))
         number = int(group) if group is not None and group.isdigit() else None
         number, path = await self.folder.store(request.stream(), name, number)
-        kind = kind_of(path)
+        kind = file_kind(path)
         if kind == "material":
             project = await run_in_threadpool(self.folder.unpacked, path)
             path, kind = (path, kind) if project is None else (project, "project")

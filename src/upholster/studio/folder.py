@@ -13,7 +13,7 @@ from upholster.formats import MODEL_SUFFIXES, PROJECT_SUFFIX
 from upholster.image.write import IMAGE_SUFFIXES
 from upholster.shown import in_bytes
 
-__all__ = ["SHIPPED", "Folder", "kind_of"]
+__all__ = ["SHIPPED", "Folder", "file_kind"]
 
 SHIPPED = "shipped"
 """The folder of samples and models that come with the program."""
@@ -26,7 +26,7 @@ _SHARE = 8
 _MODELS = (*MODEL_SUFFIXES, ".bpt", ".json")
 
 
-def kind_of(name: str) -> str:
+def file_kind(name: str) -> str:
     """Return what a file is by its name: "project", "model", "image", "material" (a zip), "other"."""
     lower = name.lower()
     if lower.endswith(PROJECT_SUFFIX):
@@ -69,7 +69,7 @@ class Folder:
     def shipped(self, kind: str) -> list[str]:
         """Return the paths of what is shipped of a kind, as states have them."""
         inside = (self.path / SHIPPED).glob("*")
-        return sorted(f"{SHIPPED}/{file.name}" for file in inside if kind_of(file.name) == kind)
+        return sorted(f"{SHIPPED}/{file.name}" for file in inside if file_kind(file.name) == kind)
 
     def new_group(self) -> int:
         """Return the number of a new, empty group."""
@@ -146,7 +146,7 @@ class Folder:
         """
         try:
             with zipfile.ZipFile(self.inside(name)) as file:
-                found = [one for one in file.infolist() if kind_of(one.filename) == "project"]
+                found = [one for one in file.infolist() if file_kind(one.filename) == "project"]
                 if not found:
                     return None
                 number = self.new_group()

@@ -136,8 +136,7 @@ class _Work:
                 if preview.is_cancelled:
                     break
                 self.send("look", revision, look.is_final, look.seconds, streams)
-                if not look.is_final or revision == self.revision:
-                    self.send("facts", revision, self.facts(project))
+                self.send("facts", revision, self.facts(project))
         except CancelledError:
             pass
         except UpholsterError as error:

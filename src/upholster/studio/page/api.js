@@ -25,7 +25,7 @@ async function asked(address, { json, ...how } = {}) {
   throw new Error(error)
 }
 
-const post = (address, json, more) => asked(address, { method: 'POST', json, ...more })
+const post = (address, json) => asked(address, { method: 'POST', json })
 const inJson = async (answer) => (await answer).json()
 
 /** Exchange the token of the address for a cookie; what is asked for again after a reload has that. */
@@ -39,15 +39,15 @@ export async function enter() {
 export const session = () => inJson(asked('/session'))
 export const take = () => post('/take', { tab: TAB })
 export const source = (path) => inJson(post('/sources', { path }))
-export const change = (state, texels) => inJson(post('/state', { state, texels }))
+export const change = (state) => inJson(post('/state', { state }))
 export const pick = (ray) => inJson(post('/pick', ray))
 export const save = (revision, targets) => inJson(post('/save', { revision, targets }))
 export const keep = (id, over) => inJson(post('/keep', { id, over }))
 
 /** Send a file; `group` is of files that belong together, none for a new one. */
-export async function upload(file, name, group, signal) {
+export async function upload(file, name, group) {
   const address = `/blobs?name=${encodeURIComponent(name)}${group === undefined ? '' : `&group=${group}`}`
-  return inJson(asked(address, { method: 'POST', body: file, signal }))
+  return inJson(asked(address, { method: 'POST', body: file }))
 }
 
 /** Address of a picture of a blob. */

@@ -5,9 +5,8 @@ import { make } from './dom.js'
 let count = 0
 
 /** What stands round every control. */
-function framed({ label, hint, option }, ...row) {
-  const hinted = option ? [`${hint} `, make('code', {}, option)] : [hint]
-  return make('div', { className: 'control' }, ...row, make('p', { id: `hint-${count}` }, ...hinted), label ? null : '')
+function framed({ hint, option }, ...row) {
+  return make('div', { className: 'control' }, ...row, make('p', { id: `hint-${count}` }, `${hint} `, make('code', {}, option)))
 }
 
 function labelled(text, input, shown = null) {

@@ -47,7 +47,7 @@ async function filesOf(entry) {
 }
 
 const COMPANION = /\.(bin|mtl)$/i
-const NEEDS = /\.(gltf|obj)$/i
+const IN_PARTS = /\.gltf$/i
 const IMAGE = /\.(png|jpe?g|webp|tiff?|exr|heic|heif|avif)$/i
 const ROLE = /[_\-. ](albedo|basecolor|base_color|diffuse|color|col|normal|nrm|nor|roughness|rough|metallic|metal|ao|occlusion|height|displacement|disp|emission|opacity|orm)\b/i
 
@@ -58,7 +58,8 @@ export async function send(files, isFolder, say) {
   const found = []
   const images = files.filter(([, name]) => IMAGE.test(name))
   const isMaterial = images.length > 1 && (isFolder || images.every(([, name]) => ROLE.test(name)))
-  const isModel = files.some(([, name]) => NEEDS.test(name)) && files.some(([, name]) => COMPANION.test(name) || IMAGE.test(name))
+  // A model of several files; a photo beside an OBJ alone is a sample.
+  const isModel = files.some(([, name]) => COMPANION.test(name) || IN_PARTS.test(name))
   const together = isFolder || isMaterial || isModel
   let group
   for (const [file, name] of files) {

@@ -3,7 +3,7 @@
 const METRES = { mm: 0.001, cm: 0.01, dm: 0.1, m: 1, km: 1000, in: 0.0254, ft: 0.3048 }
 
 /** Metres in a unit that has a name; null for one that has none. */
-export const metresOf = (unit) => METRES[unit] ?? null
+const metresOf = (unit) => METRES[unit] ?? null
 
 /** A length of the model as a text with the unit in which it is between 1 and 1000; a bare number where the unit has no name. */
 export function written(length, unit) {

@@ -36,7 +36,6 @@ export class Live extends EventTarget {
     super()
     this.#store = store
     this.#viewer = viewer
-    this.texels = 1_000_000
     store.addEventListener('change', () => this.update())
   }
 
@@ -61,7 +60,7 @@ export class Live extends EventTarget {
     this.shown = null
     this.#say('working', true)
     try {
-      this.told = await api.change(this.#store.state, this.texels)
+      this.told = await api.change(this.#store.state)
     } catch (error) {
       this.#fail(error)
       return
