@@ -8,6 +8,7 @@ import socket
 import subprocess
 import sys
 import threading
+import urllib.request
 import webbrowser
 
 import pytest
@@ -74,6 +75,25 @@ def test_it_prints_its_address_answers_there_and_stops(folder, arguments, printe
         assert all(line.startswith(TOLD) for line in errors.splitlines())
         idle.close()
         busy.close()
+    finally:
+        process.kill()
+        process.communicate()
+
+
+def test_processes_take_nothing_from_the_working_directory(folder):
+    for name in ("anyio", "pickle", "runpy", "subprocess", "upholster"):
+        (folder / f"{name}.py").write_text("raise SystemExit")
+    process = subprocess.Popen(
+        [sys.executable, "-P", *COMMAND[1:], "serve", ".", "--port", "0"],
+        cwd=folder,
+        env=QUIET,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        (address,) = re.findall(r"http://\S+", process.stdout.readline())
+        with urllib.request.urlopen(f"{address}thumbnails/quilt.uph.png", timeout=PATIENCE) as answer:
+            assert answer.status == 200
     finally:
         process.kill()
         process.communicate()

@@ -494,14 +494,6 @@ def test_a_picture_that_fails_is_given_up_and_that_is_remembered(folder, monkeyp
         assert client.get("/thumbnails/smallest.uph.png")[0] == 200  # the next one is drawn
 
 
-def test_the_process_takes_nothing_from_the_working_directory(folder, monkeypatch):
-    for name in ("anyio", "pickle", "runpy", "subprocess"):
-        (folder / f"{name}.py").write_text("raise SystemExit")
-    monkeypatch.chdir(folder)
-    with running(folder) as client:
-        assert client.get("/thumbnails/quilt.uph.png")[0] == 200
-
-
 def test_what_failed_is_tried_again_later(folder, monkeypatch, capsys):
     monkeypatch.setattr(thumbnails, "_FAILED_SECONDS", 0)
     drawn = []

@@ -70,7 +70,7 @@ def read_cad(
     options |= {"memory": memory, "seconds": seconds}
     with tempfile.TemporaryDirectory(prefix="upholster-") as folder:
         result = Path(folder, "result")
-        command = [sys.executable, "-m", "upholster.occt", str(path), str(result), json.dumps(options)]
+        command = [sys.executable, "-P", "-m", "upholster.occt", str(path), str(result), json.dumps(options)]
         code = _run(command, seconds, progress)
         found: CadRecord | str | None = pickle.loads(result.read_bytes()) if result.is_file() else None
     if found is None:

@@ -1,6 +1,7 @@
 """Running an application with uvicorn, until Ctrl-C or while a block runs."""
 
 import errno
+import os
 import socket
 import threading
 from collections.abc import Callable, Iterator, Sequence
@@ -55,6 +56,8 @@ def allowed_hosts(host: str, listener: socket.socket) -> Sequence[str]:
 def run(app: ASGIApp, listener: socket.socket, listening: Callable[[str], None]) -> None:
     """Run an application until Ctrl-C (or SIGTERM).
 
+    The Python process is taken to be the server's own: those it starts import nothing from the working directory.
+
     Parameters
     ----------
     app
@@ -64,6 +67,7 @@ def run(app: ASGIApp, listener: socket.socket, listening: Callable[[str], None])
     listening
         Is called with the server's address. What asks there now is answered a moment later.
     """
+    os.environ["PYTHONSAFEPATH"] = "1"
     _allow_open_files(2 * _MOST_CONNECTIONS + _BACKLOG)  # a connection may have a file of its own
     with suppress(KeyboardInterrupt):
         listening(_address(listener))

@@ -62,6 +62,5 @@ class Thumbnails:
 
 async def _picture(path: str) -> bytes:
     """Draw a stream's picture in a process of its own, which ends where it takes too long."""
-    os.environ["PYTHONSAFEPATH"] = "1"  # the working directory is none of the process's business
     with anyio.fail_after(_MOST_SECONDS):
         return await to_process.run_sync(draw_file, path, cancellable=True, limiter=CapacityLimiter(1))
