@@ -56,7 +56,7 @@ def allowed_hosts(host: str, listener: socket.socket) -> Sequence[str]:
 def run(app: ASGIApp, listener: socket.socket, listening: Callable[[str], None]) -> None:
     """Run an application until Ctrl-C (or SIGTERM).
 
-    The Python process is taken to be the server's own: those it starts import nothing from the working directory.
+    The process is taken to be the server's own: those it starts import nothing from the working directory.
 
     Parameters
     ----------
