@@ -59,6 +59,7 @@ USES = {
     "info model": "info m.glb",
     "picture": "picture m.glb -o p.png",
     "measure": "measure quilt.uph",
+    "hints": f"prepare {BRICKS} -o sample.png",
     "prepare": f"prepare {BRICKS} -o sample.png --rectify 9,12 240,20 250,251 5,240",
     "encode": f"encode {BRICKS} -o photo.ezw --bytes 20k",
     "encode lossless": f"encode {BRICKS} -o lossless.ezw --sample-quality lossless",

@@ -1,5 +1,6 @@
 """``upholster prepare`` and the same options of ``cover``."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -7,7 +8,8 @@ import pytest
 from command_line import assert_one_line, run_cli
 
 import upholster
-from upholster.image import read_image, write_image
+from upholster.image import from_linear, read_image, write_image
+from upholster.image.rectify import Rectification
 from upholster.options import SampleOptions
 from upholster.photos import prepare_sample
 
@@ -90,3 +92,18 @@ def test_a_note_is_printed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> N
         assert done.returncode == 0, done.stderr
         said = done.stdout + done.stderr
         assert said.count("note: 'x.tif': the colour profile was not applied") == 1
+
+
+def test_what_would_help_is_told_and_helps(tmp_path: Path) -> None:
+    weave = upholster.read_exemplar(BRICKS.with_name("weave.png"))
+    seen = Rectification(((0, 0), (256, 40), (256, 216), (0, 256)), 256, 256).apply(weave)
+    shaded = seen * np.linspace(1, 0.4, seen.shape[1])[None, :, None]
+    write_image(tmp_path / "photo.png", from_linear(shaded.astype(np.float32), "uint8"))
+    told = run_cli("prepare", "photo.png", "-o", "a.png", cwd=tmp_path).stdout
+    assert "--even-light" in told
+    (words,) = re.findall(r"--rectify ((?:[0-9]+,[0-9]+ ){4})", told)
+    done = run_cli(
+        "prepare", "photo.png", "-o", "b.png", "--even-light", "--rectify", *words.split(), cwd=tmp_path
+    )
+    assert done.returncode == 0
+    assert "note" not in done.stdout

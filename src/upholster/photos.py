@@ -10,6 +10,8 @@ from upholster.errors import InputError
 from upholster.files import outputs
 from upholster.image import IMAGE_SUFFIXES, from_linear, read_exemplar, read_image, resize_image, to_linear
 from upholster.image.drawing import Drawing
+from upholster.image.even_light import UNEVEN, light_range
+from upholster.image.perspective import proposed_corners
 from upholster.image.write import write_image
 from upholster.options import SampleOptions
 from upholster.types import PixelArray
@@ -75,12 +77,26 @@ def prepare_sample(
     notes: list[str] = []
     with outputs(targets, inputs=[photo]) as files:
         sample = read_exemplar(photo, **options.preparing, notes=notes)
+        notes += _hints(sample, options)
         write_image(files.path(target), sample, quality=95)
         if picture is not None:
             write_image(files.path(picture), _side_by_side(read_image(photo, notes=[]), sample, options))
         written = {os.fspath(file): files.path(file).stat().st_size for file in targets}
     height, width = sample.shape[:2]
     return PreparedReport(width, height, 8 * sample.itemsize, written, notes)
+
+
+def _hints(sample: PixelArray, options: SampleOptions) -> list[str]:
+    """Return which options would help."""
+    found = []
+    if (uneven := light_range(sample)) > UNEVEN:
+        found.append(f"the light varies by a factor of {uneven:.1f}; --even-light takes that out")
+    if options.rectify is None and options.crop is None and options.resize is None:
+        corners = proposed_corners(sample)
+        if corners is not None:
+            words = " ".join(f"{x:.0f},{y:.0f}" for x, y in corners)
+            found.append(f"it was taken at an angle, it seems; --rectify {words} shows it from the front")
+    return found
 
 
 def _side_by_side(photo: PixelArray, sample: PixelArray, options: SampleOptions) -> PixelArray:

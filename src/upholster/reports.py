@@ -11,6 +11,7 @@ import numpy as np
 
 from upholster.charts.layout import MOST_TEXELS
 from upholster.geometry import AnySurface, MeshSurface, Surface
+from upholster.image.even_light import UNEVEN, light_range
 from upholster.image.sameness import differing_region
 from upholster.methods import Prepared
 from upholster.methods.paper.method import PaperOptions
@@ -176,6 +177,10 @@ def notes_before(surface: AnySurface, prepared: Prepared, sample: PixelArray, ma
         found.append(
             f"the sample does not look like one texture: {region} has another colour than the rest; "
             "--crop or --rectify takes a part of it"
+        )
+    elif (uneven := light_range(sample)) > UNEVEN:
+        found.append(
+            f"the light on the sample varies by a factor of {uneven:.1f}; --even-light takes that out"
         )
     if prepared.scale is not None and prepared.scale.scale < _SOFT * prepared.scale.density:
         pixels = prepared.scale.scale / prepared.scale.density

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from upholster.image import from_linear, read_exemplar, read_material, to_linear, write_image
-from upholster.image.even_light import even_light
+from upholster.image.even_light import UNEVEN, even_light, light_range
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 NAMES = ("bricks", "granite", "grass", "gravel", "pebbles", "weave")
@@ -124,3 +124,13 @@ def test_of_a_material_the_albedo_alone(tmp_path: Path) -> None:
     assert (plain["albedo"] != even["albedo"]).any()
     for role in ("height", "emission"):
         np.testing.assert_array_equal(plain[role], even[role])
+
+
+def test_the_range_of_light_is_told() -> None:
+    rng = np.random.default_rng(3)
+    even = rng.integers(60, 200, (96, 128, 3)).astype(np.uint8)
+    assert light_range(even) < UNEVEN
+    light = np.linspace(1, 0.5, 128)[None, :, None]
+    shaded = from_linear(to_linear(even) * light.astype(np.float32), np.uint8)
+    assert light_range(shaded) == pytest.approx(1.8, abs=0.15)
+    assert light_range(np.concatenate([shaded, even, even], axis=2)) == light_range(shaded)

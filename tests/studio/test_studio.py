@@ -18,14 +18,18 @@ import pytest
 from command_line import run_cli
 
 from upholster import InputError, Project, Sample, read_exemplar, read_project
+from upholster.image import encode_image, from_linear
+from upholster.image.rectify import Rectification
 from upholster.lattice import find_lattice
 from upholster.server import serving
 from upholster.stream import StreamDecoder
 
 pytest.importorskip("starlette")
 
+from upholster.studio import app as studio_app
 from upholster.studio.app import Studio, make_studio
 from upholster.studio.folder import Folder
+from upholster.studio.overlays import KINDS
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 WEAVE, CHAIR = EXAMPLES / "weave.png", EXAMPLES / "chair.glb"
@@ -179,7 +183,7 @@ def test_parts_have_samples_of_their_own_and_a_ray_finds_them(page):
     hit = page.told("POST", "/pick", {"origin": [0, 0, 5], "direction": [0, 0, -1]})
     assert hit["part"] == "Seat"
     assert page.told("POST", "/pick", {"origin": [0, 0, 5], "direction": [0, 0, 1]}) == {"part": None}
-    for kind in ("seams", "direction"):
+    for kind in KINDS:
         status, _, data = page.ask("GET", f"/overlays/{told['revision']}?kind={kind}")
         assert status == 200
         assert np.isfinite(np.frombuffer(data, "<f4")).all()
@@ -298,6 +302,44 @@ def test_one_tab_has_the_session_until_another_takes_it(page):
     finally:
         page.tab = "one"
         page.told("POST", "/take", {})
+
+
+def test_what_was_shown_is_saved_after_a_change_that_fails(page):
+    told, looks = page.shown(STATE)
+    assert "error" in page.told("POST", "/state", {"state": STATE | {"seed": -1}}, status=422)
+    saved = page.told("POST", "/save", {"revision": told["revision"], "targets": ["x.uph"]})
+    assert page.ask("GET", f"/saved/{saved['id']}/x.uph")[2] == looks[-1][0]
+    body = {"revision": told["revision"] + 1, "targets": ["x.uph"]}
+    assert "changed" in page.told("POST", "/save", body, status=422)["error"]
+
+
+def test_hints_say_what_would_help_a_photo(page):
+    found = page.told("POST", "/hints", {"path": "shipped/weave.png"})
+    assert (found["corners"], found["light"] < found["uneven"]) == (None, True)
+    photo = read_exemplar(WEAVE)
+    shaded = (photo * np.linspace(1, 0.6, photo.shape[1])[None, :, None]).astype(np.uint8)
+    seen = Rectification(((0, 0), (256, 40), (256, 216), (0, 256)), 256, 256).apply(shaded)
+    path = page.told("POST", "/blobs?name=x.png", encode_image(from_linear(seen, "uint8"), "png"))["path"]
+    found = page.told("POST", "/hints", {"path": path})
+    assert np.shape(found["corners"]) == (4, 2)
+    assert found["light"] > found["uneven"]
+    assert "error" in page.told("POST", "/hints", {"path": "../x.png"}, status=422)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="stops a process")
+def test_a_worker_that_says_nothing_for_long_is_ended(page, monkeypatch):
+    monkeypatch.setattr(studio_app, "_SILENT", 0.5)
+    monkeypatch.setattr(studio_app, "_WAIT", 0.6)
+    revision = page.told("POST", "/state", {"state": STATE | {"seed": 56}})["revision"]
+    os.kill(page.studio.worker.process_id, signal.SIGSTOP)
+    status, _, data = 204, {}, b""
+    until = time.monotonic() + 20
+    while status in (202, 204) and time.monotonic() < until:
+        status, _, data = page.ask("GET", f"/looks/{revision}?after=9")
+    assert status == 422
+    assert "time" in json.loads(data)["error"]
+    monkeypatch.undo()
+    assert page.shown(STATE)[1]
 
 
 def test_files_are_kept_and_not_written_over_unasked(page):

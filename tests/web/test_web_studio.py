@@ -13,6 +13,9 @@ import pytest
 from browser import BRICKS, ROOT
 
 from upholster import Project, Sample, read_exemplar
+from upholster.image import from_linear, write_image
+from upholster.image.perspective import proposed_corners
+from upholster.image.rectify import Rectification
 from upholster.lattice import find_lattice
 from upholster.studio.app import Studio, make_studio
 
@@ -164,6 +167,20 @@ def test_the_sample_table_makes_a_sample_of_a_photo(hand: Hand) -> None:
     assert float(sample["size"].removesuffix("cm")) == pytest.approx(
         21 * width / lattice.element[0], rel=0.01
     )
+
+
+def test_corners_are_proposed_on_a_photo_that_was_taken_at_an_angle(hand: Hand, tmp_path: Path) -> None:
+    page = hand.page
+    seen = Rectification(((0, 0), (256, 40), (256, 216), (0, 256)), 256, 256).apply(read_exemplar(WEAVE))
+    write_image(tmp_path / "angle.png", from_linear(seen, "uint8"))
+    hand.drop(tmp_path / "angle.png")
+    hand.button("Prepare the sample …").click()
+    hand.button("Use four corners").click()
+    assert page.get_by_label("Four corners").is_checked()
+    hand.button("Use it").click()
+    page.wait_for_function("() => !document.getElementById('dialog').open")
+    proposed = proposed_corners(read_exemplar(tmp_path / "angle.png"))
+    assert hand.state["sample"]["rectify"] == [[pytest.approx(x, abs=0.06) for x in one] for one in proposed]
 
 
 def test_what_is_wrong_is_told_in_one_line(hand: Hand, tmp_path: Path) -> None:

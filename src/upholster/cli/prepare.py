@@ -28,7 +28,7 @@ def prepare(
     """Make a sample of a photo: rectified, cropped, resized, evenly lit, in sRGB."""
     from upholster.photos import prepare_sample
 
-    with progress_bars(quiet, ["prepare"] if preparing.rectify else []):
+    with progress_bars(quiet, ["prepare" if preparing.rectify else "hints"]):
         report = prepare_sample(photo, output, preparing, picture=picture)
     if not quiet:
         written = ", ".join(f"{name} ({in_bytes(count)})" for name, count in report.written.items())

@@ -41,6 +41,9 @@ _POLICY = (
 _WAIT = 20.0
 """Seconds that a request for a look waits for it."""
 
+_SILENT = 600.0
+"""Seconds after which a worker that works and says nothing is ended."""
+
 _MOST_JSON = 1 << 20
 
 _MEMORY = 4 * 2**30
@@ -154,6 +157,12 @@ class Studio:
         self.folder.inside(path)
         return JSONResponse(await self.worker.ask("source", path))
 
+    async def hints(self, request: Request) -> Response:
+        """Tell what would help a photo."""
+        path = str(_entry(await _told(request), "path"))
+        self.folder.inside(path)
+        return JSONResponse(await self.worker.ask("hints", path))
+
     async def picture(self, request: Request) -> Response:
         """Give a picture of a source, as it is read or as it is prepared."""
         path = request.path_params["path"]
@@ -207,6 +216,7 @@ class Studio:
             try:
                 await asyncio.wait_for(changed.wait(), until - time.monotonic())
             except TimeoutError:
+                self.worker.end_if_silent(_SILENT)
                 return Response(status_code=204)
 
     async def facts(self, request: Request) -> Response:
@@ -290,6 +300,7 @@ def make_studio(studio: Studio, *, hosts: Sequence[str] = ("127.0.0.1", "localho
             Route("/session", studio.session),
             post("/blobs", studio.blobs),
             post("/sources", studio.sources),
+            post("/hints", studio.hints),
             Route("/pictures/{path:path}", studio.picture),
             Route("/prepared/{path:path}", studio.picture),
             post("/state", studio.change),

@@ -2,19 +2,22 @@
 
 import numpy as np
 
+from upholster.charts.charted import ChartedSurface
 from upholster.coverings import Covering
 from upholster.errors import InputError
-from upholster.types import FloatArray
+from upholster.methods import Prepared
+from upholster.types import FloatArray, IntArray
 
 __all__ = ["KINDS", "segments"]
 
-KINDS = ("seams", "direction")
-
-_ARROWS = 3000
-"""Lines that show directions, about."""
+_ARROWS, _SQUARES = 3000, 800
+"""How many there are on a model, about."""
 
 _RAISED = 0.002
 """Of the model's size: so far lines lie over the surface."""
+
+_STAR = 0.02
+"""Of the model's size: half the length of a star's lines."""
 
 
 def segments(covering: Covering, kind: str) -> FloatArray:
@@ -25,7 +28,8 @@ def segments(covering: Covering, kind: str) -> FloatArray:
     covering
         Prepared, or it is now.
     kind
-        "seams": where charts meet; "direction": which way the sample's rows run, from the thick end on.
+        "seams": where charts meet; "direction": which way the sample's rows run; "density": squares of as
+        many texels each; "singular": stars where no direction is right.
 
     Raises
     ------
@@ -38,22 +42,59 @@ def segments(covering: Covering, kind: str) -> FloatArray:
     charted = prepared.charted
     if charted is None or prepared.vectors is None:
         raise InputError(f"overlay {kind} is for method quilt on a surface")
-    mesh = charted.mesh
-    raised = _RAISED * mesh.size * mesh.flat_normals
-    if kind == "seams":
-        triangle, edge = charted.seams[:, :2].T
-        ends = np.stack([edge, (edge + 1) % 3], axis=1)
-        found: FloatArray = mesh.corners[triangle[:, None], ends] + raised[triangle][:, None]
-        return found
-    covered = np.flatnonzero(charted.chart >= 0)
-    areas = mesh.areas[covered]
-    total = float(areas.sum())
-    # As many per area everywhere: where the sum of areas passes a multiple, a triangle has a line.
-    passed = np.floor(np.cumsum(areas) / total * _ARROWS).astype(np.int64)
-    chosen = covered[np.diff(passed, prepend=-1) > 0]
-    along = prepared.vectors[chosen].mean(axis=1)
+    return KINDS[kind](charted, prepared, prepared.vectors)
+
+
+def _seams(charted: ChartedSurface, _prepared: Prepared, _vectors: FloatArray) -> FloatArray:
+    triangle, edge = charted.seams[:, :2].T
+    ends = np.stack([edge, (edge + 1) % 3], axis=1)
+    found: FloatArray = charted.mesh.corners[triangle[:, None], ends] + _raised(charted, triangle)[:, None]
+    return found
+
+
+def _direction(charted: ChartedSurface, _prepared: Prepared, vectors: FloatArray) -> FloatArray:
+    chosen, apart = _evenly(charted, _ARROWS)
+    along = vectors[chosen].mean(axis=1)
     along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-12)
-    half = 0.35 * np.sqrt(total / _ARROWS)
-    middle = mesh.corners[chosen].mean(axis=1) + raised[chosen]
-    out: FloatArray = np.stack([middle - half * along, middle + half * along], axis=1)
-    return out
+    middle = charted.mesh.corners[chosen].mean(axis=1) + _raised(charted, chosen)
+    return np.stack([middle - 0.35 * apart * along, middle + 0.35 * apart * along], axis=1)
+
+
+def _density(charted: ChartedSurface, _prepared: Prepared, _vectors: FloatArray) -> FloatArray:
+    chosen, apart = _evenly(charted, _SQUARES)
+    corners, places = charted.mesh.corners[chosen], charted.places[chosen]
+    sides, steps = corners[:, 1:] - corners[:, :1], places[:, 1:] - places[:, :1]
+    areas = steps[:, 0, 0] * steps[:, 1, 1] - steps[:, 0, 1] * steps[:, 1, 0]
+    seen = np.abs(areas) > 1e-12
+    # What a step down and a step to the right of the chart are in space.
+    step = np.linalg.solve(steps[seen], sides[seen])
+    length = float(np.median(np.linalg.norm(step, axis=2)))
+    down, right = np.moveaxis(0.25 * apart / length * step, 1, 0)
+    middle = corners[seen].mean(axis=1) + _raised(charted, chosen[seen])
+    around = [middle - down - right, middle - down + right, middle + down + right, middle + down - right]
+    square = np.stack(around, axis=1)
+    return np.stack([square, np.roll(square, -1, axis=1)], axis=2).reshape(-1, 2, 3)
+
+
+def _singular(charted: ChartedSurface, prepared: Prepared, _vectors: FloatArray) -> FloatArray:
+    places = np.zeros((0, 3)) if prepared.field is None else prepared.field.places
+    ways = _STAR * charted.mesh.size * np.array([*np.eye(3), [0.58, 0.58, 0.58], [0.58, -0.58, -0.58]])
+    return np.stack([places[:, None] - ways, places[:, None] + ways], axis=2).reshape(-1, 2, 3)
+
+
+KINDS = {"seams": _seams, "direction": _direction, "density": _density, "singular": _singular}
+
+
+def _evenly(charted: ChartedSurface, count: int) -> tuple[IntArray, float]:
+    """Return about so many triangles that lie everywhere, as many per area, and how far apart they are."""
+    covered = np.flatnonzero(charted.chart >= 0).astype(np.int32)
+    areas = charted.mesh.areas[covered]
+    total = float(areas.sum())
+    # Where the sum of areas passes a multiple.
+    passed = np.floor(np.cumsum(areas) / total * count).astype(np.int64)
+    return covered[np.diff(passed, prepend=-1) > 0], float(np.sqrt(total / count))
+
+
+def _raised(charted: ChartedSurface, triangles: IntArray) -> FloatArray:
+    found: FloatArray = _RAISED * charted.mesh.size * charted.mesh.flat_normals[triangles]
+    return found

@@ -28,6 +28,8 @@ from upholster.formats import split_name
 from upholster.geometry import MeshSurface, TriangleMesh
 from upholster.geometry.rays import first_hit
 from upholster.image import from_linear, to_linear
+from upholster.image.even_light import UNEVEN, light_range
+from upholster.image.perspective import proposed_corners
 from upholster.image.preparing import resampled
 from upholster.image.source import Sample, read_source, source_parts
 from upholster.image.write import encode_image
@@ -47,6 +49,9 @@ _LOOK = 10_000
 """Texels that Python paints of a look: the page paints its own."""
 
 _HERE = "what was dropped here"
+
+_SHOWN = 4
+"""Last looks that can still be saved."""
 
 _QUIET = 0.1
 """Seconds between two words on how far the same stage is."""
@@ -75,7 +80,7 @@ class _Work:
         self.previews = Previews()
         self.project: Project | None = None
         self.revision = 0
-        self.saved = 0
+        self.shown: dict[int, Project] = {}
 
     def send(self, *message: Any) -> None:
         with self.lock, suppress(OSError):
@@ -87,6 +92,7 @@ class _Work:
             "source": self.source,
             "picture": self.picture,
             "prepared": self.prepared,
+            "hints": self.hints,
             "pick": self.pick,
             "save": self.save,
             "overlay": self.overlay,
@@ -135,6 +141,8 @@ class _Work:
                     streams = _streams(project.coverings(), look)
                 if preview.is_cancelled:
                     break
+                if look.is_final:
+                    self.shown = {**dict(list(self.shown.items())[1 - _SHOWN :]), revision: project}
                 self.send("look", revision, look.is_final, look.seconds, streams)
                 self.send("facts", revision, self.facts(project))
         except CancelledError:
@@ -234,18 +242,24 @@ class _Work:
             lattice = find_lattice(pixels)
         return *_png(pixels, size), [] if lattice is None else list(lattice.element)
 
+    def hints(self, path: str) -> dict[str, Any]:
+        """Return what would help a photo: corners of a rectangle if sure, and how uneven its light is."""
+        with self.previews.stages.active():
+            pixels = source_parts(read_source(str(self.folder / path)))["albedo"]
+        return {"corners": proposed_corners(pixels), "light": light_range(pixels), "uneven": UNEVEN}
+
     # -------------------------------------------------------------- saving
 
     def save(self, revision: int, targets: Sequence[str]) -> dict[str, Any]:
-        """Write files of what is shown into a folder of their own."""
-        project = self.project
-        if project is None or revision != self.revision:
+        """Write files of what was shown into a folder of their own."""
+        project = self.shown.get(revision)
+        if project is None:
             raise CancelledError("the model has changed meanwhile; save again")
         with self.changing:
-            self.saved += 1
-            number = self.saved
-        folder = self.folder / "saved" / str(number)
-        folder.mkdir(parents=True)
+            saved = self.folder / "saved"
+            number = 1 + (len(os.listdir(saved)) if saved.is_dir() else 0)  # by a worker before, too
+            folder = saved / str(number)
+            folder.mkdir(parents=True)
         notes: list[str] = []
         for target in targets:
             if target == "project":

@@ -4,6 +4,7 @@ import asyncio
 import itertools
 import multiprocessing
 import threading
+import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from multiprocessing.connection import Connection
@@ -61,6 +62,7 @@ class Worker:
         self._pipe: Connection | None = None
         self._sending = threading.Lock()
         self._loop: asyncio.AbstractEventLoop | None = None
+        self._heard = 0.0
         self.changed = asyncio.Event()
         self.revision = 0
         self.revisions: dict[int, Revision] = {}
@@ -74,6 +76,8 @@ class Worker:
             With the worker's words; if it died.
         """
         pipe = self._running()
+        if not self._waiting:
+            self._heard = time.monotonic()
         number = next(self._numbers)
         answer = self._waiting[number] = asyncio.get_running_loop().create_future()
         try:
@@ -102,6 +106,12 @@ class Worker:
     def process_id(self) -> int | None:
         """Of the process, None where there is none."""
         return None if self._process is None else self._process.pid
+
+    def end_if_silent(self, seconds: float) -> None:
+        """End the process if it works, and has said nothing for so long: all who wait are told."""
+        working = any(not (one.ended or one.error) for one in self.revisions.values()) or self._waiting
+        if working and self._process is not None and time.monotonic() - self._heard > seconds:
+            self._process.kill()
 
     def close(self) -> None:
         """End the process."""
@@ -147,6 +157,7 @@ class Worker:
 
     def _take(self, message: tuple[Any, ...]) -> None:
         kind, number, *rest = message
+        self._heard = time.monotonic()
         if kind in ("answer", "error"):
             waiting = self._waiting.get(number)
             if waiting is not None and not waiting.done():
@@ -176,7 +187,7 @@ class Worker:
         if pipe is not self._pipe:
             return
         self._pipe = None
-        words = "the studio's worker ended (did it need too much memory?); the next change starts another"
+        words = "the studio's worker ended: it needed too much memory or time; the next change starts another"
         for waiting in self._waiting.values():
             if not waiting.done():
                 waiting.set_exception(InputError(words))

@@ -39,6 +39,7 @@ export async function enter() {
 export const session = () => inJson(asked('/session'))
 export const take = () => post('/take', { tab: TAB })
 export const source = (path) => inJson(post('/sources', { path }))
+export const hints = (path) => inJson(post('/hints', { path }))
 export const change = (state) => inJson(post('/state', { state }))
 export const pick = (ray) => inJson(post('/pick', ray))
 export const save = (revision, targets) => inJson(post('/save', { revision, targets }))

@@ -99,6 +99,15 @@ export function groups(store, live) {
           writing.write('normal_scale', 1),
         ),
       ),
+      expert(
+        add(
+          text(
+            { label: 'Displace', hint: 'How far the highest of the relief stands out in a saved 3MF, STL or GLB.', option: '--displace', placeholder: '0.6mm' },
+            writing.read('displace', ''),
+            writing.write('displace', ''),
+          ),
+        ),
+      ),
     ),
     group(
       'Variation',

@@ -19,13 +19,14 @@ const STAGES = {
  * Events: `revision` {revision, command, python, notes}; `facts` {facts}; `look` {isFinal, seconds}; `problem` {error}; `status` {text, busy}.
  */
 export class Live extends EventTarget {
-  /** The revision that is shown in its last look, or null. */
+  /** What the server told of the revision that is shown in its last look, and nothing is to follow; or null. */
   shown = null
   /** What the server told of the last state that it took. */
   told = null
   facts = null
   /** The streams that are shown. */
   streams = []
+  #final = null // the same, whatever is to follow
   #store
   #viewer
   #wanted = false // the state has changed since it was sent
@@ -78,7 +79,7 @@ export class Live extends EventTarget {
           if (!(await this.#viewer.replace(...one.streams)) || signal.aborted) return
           this.streams = one.streams
           this.#tell('look', one)
-          if (one.isFinal) this.shown = revision
+          this.shown = this.#final = one.isFinal ? this.told : null
           this.#say(one.isFinal ? '' : 'getting sharper', !one.isFinal)
           this.#learn(revision, signal)
         }
@@ -95,7 +96,9 @@ export class Live extends EventTarget {
     this.#tell('facts', { facts })
   }
 
+  /** What was shown before stays, and can be saved. */
   #fail(error) {
+    this.shown = this.#final
     this.#say('', false)
     this.#tell('problem', { error })
   }

@@ -1,11 +1,13 @@
 /** What is drawn over the model, and what is known of it. */
 
 import * as api from './api.js'
-import { button, make } from './dom.js'
+import { button, make, openDialog, say } from './dom.js'
 
 const KINDS = [
   ['direction', 'Directions', 'Which way the rows of the sample run.', [0.9, 0.35, 0.02]],
   ['seams', 'Charts', 'Where the parts of the texture meet. Nobody should see them without these lines.', [0.13, 0.4, 1]],
+  ['density', 'Density', 'All squares have as many texels.', [0.03, 0.55, 0.12]],
+  ['singular', 'Singular points', 'Where no direction is right, as at the poles of a globe.', [0.8, 0, 0.25]],
 ]
 
 /** Build the section; returns an element. */
@@ -43,8 +45,27 @@ export function looking(live, viewer) {
     make('h2', {}, 'Look'),
     comparing(live, viewer),
     ...boxes,
+    atlas(live),
     make('details', {}, make('summary', {}, 'What was found'), facts),
   )
+}
+
+/** The texture itself, as it is saved. */
+function atlas(live) {
+  const open = button('Show the atlas', async () => {
+    if (!live.shown) return
+    open.disabled = true
+    try {
+      const { id, files } = await api.save(live.shown.revision, ['atlas:atlas.png'])
+      const images = files.map(({ name }) => make('img', { src: `/saved/${id}/${encodeURIComponent(name)}`, alt: 'The atlas' }))
+      const close = openDialog('The atlas', make('div', { className: 'atlas' }, ...images), make('div', { className: 'end' }, button('Close', () => close())))
+    } catch (error) {
+      say(error.message)
+    } finally {
+      open.disabled = false
+    }
+  })
+  return make('div', { className: 'control' }, open, make('p', {}, 'All charts side by side in one image. ', make('code', {}, '-o atlas:texture.png')))
 }
 
 /** Two variants under a slider: what was kept, and what is shown now. */

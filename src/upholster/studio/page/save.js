@@ -16,9 +16,9 @@ const KINDS = [
 
 const amount = (bytes) => (bytes < 1e6 ? `${Math.max(1, Math.round(bytes / 1e3))} kB` : `${(bytes / 1e6).toPrecision(3)} MB`)
 
-/** Open the dialog for the revision that is shown. `told` is what the server told of it, `canKeep` whether it may write files itself. */
-export function openSave(revision, { told, canKeep }) {
-  const { name } = told
+/** Open the dialog for what is shown: `told` is what the server told of it, `canKeep` whether it may write files itself. */
+export function openSave(told, canKeep) {
+  const { name, revision } = told
   let isOpen = true
   const rows = [...KINDS, ['project', 'Project', 'to go on later, here or by command']].map(([kind, label, hint]) => {
     const size = make('td', { className: 'number' }, '…')

@@ -100,7 +100,7 @@ function build(told) {
 function bar(store, live, told) {
   const undo = button('Undo', () => store.undo(), { title: 'Ctrl+Z' })
   const redo = button('Redo', () => store.redo(), { title: 'Ctrl+Y' })
-  const save = button('Save', () => live.shown && openSave(live.shown, { told: live.told, canKeep: told.save_to }), {
+  const save = button('Save', () => live.shown && openSave(live.shown, told.save_to), {
     className: 'main',
     title: 'Ctrl+S',
   })
@@ -134,7 +134,7 @@ async function openSampleTable(store) {
     width: found.width,
     height: found.height,
     options: sample,
-    found,
+    hints: api.hints(source),
     preview: (options) => api.prepared(source, options),
   })
   if (chosen) store.sample(chosen)

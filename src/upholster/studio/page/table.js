@@ -82,16 +82,17 @@ function framed(image, aspect) {
 /**
  * Open the table.
  * @param {object} given `picture`, the photo's address; `width` and `height` of the photo; `options` of the sample so far; `preview(options)`
- *   resolves to the sample as it is read with options, see `api.prepared`
+ *   resolves to the sample as it is read with options, see `api.prepared`; `hints` resolves to what would help, see `api.hints`
  * @returns {Promise<object | null>} what the sample's options shall be: `rectify`, `crop`, `even_light`, `size`; null: as they were
  */
-export function openTable({ picture, width, height, options, preview }) {
+export function openTable({ picture, width, height, options, preview, hints }) {
   const inner = [INSET * width, INSET * height, (1 - INSET) * width, (1 - INSET) * height]
   const corners = options.rectify?.map((one) => [...one]) ?? [0, 1, 2, 3].map((n) => [inner[n === 1 || n === 2 ? 2 : 0], inner[n > 1 ? 3 : 1]])
   const [x, y, w, h] = options.crop ?? [inner[0], inner[1], inner[2] - inner[0], inner[3] - inner[1]]
   const box = [[x, y], [x + w, y + h]] // prettier-ignore
   let mode = options.rectify ? 'corners' : options.crop ? 'crop' : 'whole'
   let light = Boolean(options.even_light)
+  let isMoved = Boolean(options.rectify) // whether corners are where the person has put them
   const line = [[200, 500], [800, 500]] // prettier-ignore
   let prepared = null // width and height of the sample as it is read
 
@@ -106,7 +107,7 @@ export function openTable({ picture, width, height, options, preview }) {
   const showPhoto = () => {
     if (mode === 'corners') {
       const names = ['Top left corner', 'Top right corner', 'Bottom right corner', 'Bottom left corner']
-      left.replaceChildren(handled(photo(), [width, height], corners, names, (points) => points, (n, place) => change(() => (corners[n] = place))))
+      left.replaceChildren(handled(photo(), [width, height], corners, names, (points) => points, (n, place) => change(() => ((corners[n] = place), (isMoved = true)))))
     } else if (mode === 'crop') {
       const moved = (n, place) => change(() => (box[n] = place.map((v, k) => (n ? Math.max(v, box[0][k] + 8) : Math.min(v, box[1][k] - 8)))))
       left.replaceChildren(handled(photo(), [width, height], box, ['Top left of the part', 'Bottom right of the part'], square, moved))
@@ -184,6 +185,20 @@ export function openTable({ picture, width, height, options, preview }) {
   const evenly = make('input', { type: 'checkbox', checked: light })
   evenly.onchange = () => change(() => (light = evenly.checked))
 
+  const advice = make('div', { className: 'advice' })
+  const advise = (text, name, act) => {
+    const line = make('p', {}, `${text} `, button(name, () => (line.remove(), act())))
+    advice.append(line)
+  }
+  hints.then((told) => {
+    if (told.corners && !isMoved) {
+      corners.splice(0, 4, ...told.corners)
+      if (mode === 'corners') showPhoto()
+      else advise('The photo was taken at an angle, it seems.', 'Use four corners', () => modes[2].click())
+    }
+    if (told.light > told.uneven && !light) advise(`The light varies by a factor of ${told.light.toFixed(1)}.`, 'Even light', () => evenly.click())
+  }, () => {}) // what is wrong with the photo is told below it
+
   showPhoto()
   show()
   return new Promise((resolve) => {
@@ -194,6 +209,7 @@ export function openTable({ picture, width, height, options, preview }) {
     const close = openDialog(
       'Prepare the sample',
       make('div', { className: 'row modes' }, ...modes, make('label', {}, evenly, ' Even light')),
+      advice,
       make(
         'div',
         { className: 'table' },

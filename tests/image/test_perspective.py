@@ -1,0 +1,92 @@
+"""Corners of a rectangle on a wall are found in a photo that was taken at an angle."""
+
+import numpy as np
+import pytest
+
+from upholster.image._perspective_kernels import pencil_contrast
+from upholster.image.perspective import proposed_corners
+from upholster.types import FloatArray, PixelArray
+
+WIDTH, HEIGHT = 640, 480
+
+
+def camera(tilt: float, turn: float, roll: float) -> FloatArray:
+    """Return the map from a wall, 1 away, to a photo whose middle sees (0, 0); angles in degrees."""
+    a, b, c = np.radians([tilt, turn, roll])
+    about_x = np.array([[1, 0, 0], [0, np.cos(a), -np.sin(a)], [0, np.sin(a), np.cos(a)]])
+    about_y = np.array([[np.cos(b), 0, np.sin(b)], [0, 1, 0], [-np.sin(b), 0, np.cos(b)]])
+    about_z = np.array([[np.cos(c), -np.sin(c), 0], [np.sin(c), np.cos(c), 0], [0, 0, 1]])
+    turned = about_z @ about_x @ about_y
+    lens = np.array([[0.72 * WIDTH, 0, WIDTH / 2], [0, 0.72 * WIDTH, HEIGHT / 2], [0, 0, 1]])
+    found: FloatArray = lens @ np.stack([turned[:, 0], turned[:, 1], [0, 0, 1]], axis=1)
+    return found
+
+
+def tiles(seen: FloatArray, seed: int) -> PixelArray:
+    """Return a photo of tiles of different greys with light joints and noise."""
+    rng = np.random.default_rng(seed)
+    x, y = np.meshgrid(np.arange(WIDTH) + 0.5, np.arange(HEIGHT) + 0.5)
+    wall = np.stack([x, y, np.ones_like(x)], axis=-1) @ np.linalg.inv(seen).T
+    place = wall[..., :2] / wall[..., 2:] * 6
+    greys = rng.uniform(60, 140, (64, 64))
+    column, row = np.floor(place).astype(int).T % 64
+    joint = (np.abs(place - np.round(place)) < 0.06).any(axis=-1)
+    photo = np.where(joint, 200, greys[row, column].T) + rng.normal(0, 12, joint.shape)
+    return np.clip(photo, 0, 255).astype(np.uint8)[:, :, None]
+
+
+@pytest.mark.parametrize("angles", [(15, 0, 0), (0, -20, 3), (-14, 17, -5), (10, 8, 6)])
+def test_the_sides_of_what_is_proposed_run_along_the_joints(angles: tuple[float, float, float]) -> None:
+    seen = camera(*angles)
+    found = proposed_corners(tiles(seen, 1))
+    assert found is not None
+    corners = np.array(found)
+    assert ((corners >= 0) & (corners <= [WIDTH, HEIGHT])).all()
+    wall = np.append(corners, np.ones((4, 1)), axis=1) @ np.linalg.inv(seen).T
+    sides = np.roll(wall[:, :2] / wall[:, 2:], -1, axis=0) - wall[:, :2] / wall[:, 2:]
+    turned = np.degrees(np.arctan2(sides[:, 1], sides[:, 0])) - [0, 90, 180, 270]
+    assert np.abs((turned + 180) % 360 - 180).max() < 1
+    across, down = corners[2] - corners[0], corners[3] - corners[1]
+    area = abs(across[0] * down[1] - across[1] * down[0]) / 2
+    assert area > 0.4 * WIDTH * HEIGHT
+
+
+def test_nothing_is_proposed_where_nothing_is_sure() -> None:
+    rng = np.random.default_rng(2)
+    assert proposed_corners(tiles(camera(0, 0, 0), 1)) is None  # seen from the front
+    assert proposed_corners(rng.integers(0, 256, (300, 400, 3), np.uint8)) is None
+    assert proposed_corners(np.full((300, 400, 3), 90, np.uint8)) is None
+    assert proposed_corners(tiles(camera(15, 0, 0), 1)[:60, :60]) is None
+
+
+def test_depth_and_channels_make_little_difference() -> None:
+    photo = tiles(camera(10, -12, 2), 3)
+    one = np.array(proposed_corners(photo))
+    deep = np.repeat(photo.astype(np.uint16) * 257, 3, axis=2)
+    np.testing.assert_allclose(np.array(proposed_corners(deep)), one, atol=1e-6)
+
+
+def test_the_kernel_is_the_formula() -> None:
+    """Its plain twin sums with NumPy, one vanishing point at a time."""
+    rng = np.random.default_rng(4)
+    places = rng.uniform(-1, 1, (3000, 2))
+    planes = rng.normal(size=(2, 3000)).astype(np.float32)
+    angles = rng.uniform(-0.5, 0.5, 6)
+    pencils = np.stack([np.cos(angles), np.sin(angles), [0, 0.3, -0.4, 0.1, -0.2, 0.95]], axis=1)
+    lines, counts, out = np.empty((2, 50)), np.empty(50, np.int32), np.empty(6)
+    pencil_contrast(planes, places, pencils, lines, counts, out)
+    for (x, y, w), found in zip(pencils, out, strict=True):
+        depth = 1 - w * (places @ [x, y])
+        if depth.min() < 0.1:
+            assert found == 0
+            continue
+        line = np.clip((places @ [-y, x] / depth + 1.6) / 3.2 * 50, 0, 49).astype(int)
+        count = np.bincount(line, minlength=50)
+        used = count >= 20
+        expected = 0.0
+        for plane in planes:
+            sums = np.bincount(line, plane, minlength=50)[used]
+            middle = sums.sum() / count[used].sum()
+            expected += (count[used] * (sums / count[used] - middle) ** 2).sum() / (used.sum() - 1) / 2
+        assert found == pytest.approx(expected)
+    assert out[5] == 0
