@@ -385,7 +385,8 @@ def test_files_are_given_at_start_and_the_folder_goes(tmp_path):
         state = page.told("GET", "/session")["state"]
         assert (state["model"], state["sample"]) == ("2/chair.glb", {"source": "1/weave.png"})
     assert not folder.exists()
-    for wrong in ("nothing.glb", str(Path(__file__))):
+    (tmp_path / "text.png").write_text("no image")
+    for wrong in ("nothing.glb", str(Path(__file__)), str(tmp_path / "text.png")):
         with pytest.raises(InputError):
             Studio([wrong], None, 10**7)
     with pytest.raises(InputError, match="save-to"):

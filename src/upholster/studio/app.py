@@ -25,6 +25,7 @@ from upholster.errors import InputError
 from upholster.files import outputs
 from upholster.formats import split_name
 from upholster.geometry import SURFACES
+from upholster.image.source import read_source, source_parts
 from upholster.server.browser import open_in_browser
 from upholster.server.guard import AddedHeaders, Guard, failed
 from upholster.server.running import allowed_hosts, listen, run
@@ -82,6 +83,7 @@ class Studio:
     def _begin(self, files: Sequence[str]) -> None:
         state: dict[str, Any] = {"upholster": 1}
         images: list[str] = []
+        own: list[str] = []  # the same, as they were given
         for file in files:
             if os.path.isfile(file) or os.path.isdir(file):
                 path = self.folder.add(file)
@@ -92,6 +94,7 @@ class Studio:
                     state["model"] = path
                 elif kind in ("image", "material"):
                     images.append(path)
+                    own.append(file)
                 else:
                     raise InputError(f"{file!r} is no image, material, model or project")
             elif file.split(":")[0] in SURFACES:
@@ -99,6 +102,7 @@ class Studio:
             else:
                 raise InputError(f"{file!r} does not exist; allowed: photos, models, a project, surfaces")
         if images:
+            source_parts(read_source(own[0] if len(own) == 1 else own))  # or it is refused
             state["sample"] = {"source": images[0] if len(images) == 1 else images}
         self.state = state if len(state) > 1 else None
 

@@ -66,6 +66,7 @@ function build(told) {
     }
     const of = kind === 'model' ? 'model' : 'sample'
     if (kind === 'other') throw new Error(`${path.split('/').at(-1)} is no image, material, model or project`)
+    if (of === 'sample') for (const one of [path].flat()) await api.source(one) // or it is refused
     dropped[of].push({ path })
     chooser.add({ path }, of)
     if (of === 'model') store.set({ model: path, materials: {}, reading: {} })
