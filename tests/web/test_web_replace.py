@@ -1,4 +1,4 @@
-"""One stream in place of another in the element: one worker, no picture in between, and nothing that is left over."""
+"""One stream in place of another in the element: one worker, no picture in between, and nothing left over."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -57,7 +57,12 @@ def layings(tmp_path_factory: Any) -> Iterator[str]:
     """Address of three streams of one sample on one surface, and one of another sample."""
     folder = tmp_path_factory.mktemp("layings")
     surface, exemplar = ring_cyclide(), read_exemplar(BRICKS, resize=128)
-    for name, seed, sample in (("a", 1, exemplar), ("b", 2, exemplar), ("c", 3, exemplar), ("d", 1, 255 - exemplar)):
+    for name, seed, sample in (
+        ("a", 1, exemplar),
+        ("b", 2, exemplar),
+        ("c", 3, exemplar),
+        ("d", 1, 255 - exemplar),
+    ):
         quilt = synthesize(sample, surface, texels=60_000, sample_size=5.0, seed=seed)
         (folder / f"{name}.uph").write_bytes(encode_stream(surface, quilt, sample))
     with browser.serving(make_app(Catalogue([str(folder)]))) as address:
