@@ -5,7 +5,9 @@
 //                                         the model's radius is so many `pixels` long where it is nearest: textures get about
 //                                         as many texels; without it, all;
 //                                         with `onPage` the page paints, as far as it shows the same; textures have at
-//                                         most so many texels at first, `sketches`, as their entries say
+//                                         most so many texels at first, `sketches`, as their entries say;
+//                                         `whole`: nothing is decoded and shown before all has come, and a sample that
+//                                         this worker has decoded is not decoded again
 //      feed {bytes}                       further bytes of the stream
 //      end {}                             there are no more
 //      limit {bytes?, coefficients?}      show a prefix only; neither: all that has come
@@ -15,6 +17,7 @@
 //      pixels {pixels}                    it is larger now
 //      shown {buffers}                    what the last `textures` brought is on screen; buffers to use again
 //      join {port}                        another stream: the same messages through a port of its own
+//      close {}                           nobody wants this stream any more
 //      Any may have a `ticket`: states tell the last one that was heard.
 // Out: surface {bounds, sphere, plain, exemplar}
 //                                         spheres of the charts, and round all of them; once; what lies on no chart; height and width of the exemplar

@@ -31,20 +31,31 @@ export function prepareWorker(address) {
   if (!hostsOf(address)[0]) start(address)
 }
 
-/** A place for a stream, to be used as a `Worker`: at a worker that has none yet, at a new one, or where there are fewest. */
-export function takeWorker(address) {
+/** The worker at which a place is, or where there is room for another; null: a new one is to be started. */
+function hostFor(address, beside) {
+  const known = hostsOf(address)
+  const free = known.length >= MOST || known[0]?.places.size === 0 ? known[0] : null
+  return known.find(({ places }) => places.has(beside)) ?? free
+}
+
+/**
+ * A place for a stream, to be used as a `Worker`: at the worker that `beside`, a place, is at; else at one that has none yet, at a new one, or
+ * where there are fewest.
+ */
+export function takeWorker(address, beside = null) {
   const early = globalThis.upholsterEarly
   if (early?.worker && !address) {
     start(address, early.worker)
     early.worker = null
   }
-  const known = hostsOf(address)
-  const host = known.length >= MOST || known[0]?.places.size === 0 ? known[0] : start(address)
+  const host = hostFor(address, beside) ?? start(address)
   const { port1: place, port2: port } = new MessageChannel()
   host.worker.postMessage({ kind: 'join', port }, [port])
   host.places.add(place)
-  // A worker ends with its last stream. To one that ends before others nobody answers any more: it paints no further.
+  // This function, which lives as long as the stream, knows none of those before: they are freed.
+  // A worker ends with its last stream. One that ends before others is told so, and does no more.
   place.terminate = () => {
+    place.postMessage({ kind: 'close' })
     place.close()
     host.places.delete(place)
     if (host.places.size) return

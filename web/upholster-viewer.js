@@ -78,16 +78,18 @@ export class UpholsterViewer extends HTMLElement {
   }
 
   /**
-   * Open a stream in place of the one that is shown, which stays until the new one is whole and painted: then it changes in one frame, and the
-   * camera stays. Several streams are parts of one model. Resolves to whether it is shown: not where another call came first.
+   * Open a stream in place of the one that is shown, which stays until the new one is whole, painted and as fine as the view takes: then it
+   * changes in one frame, and the camera stays. The same worker decodes it, a sample that it knows not again. Several streams are parts of one
+   * model. Resolves to whether it is shown: not where another call came first.
    */
   async replace(...streams) {
-    const files = streams.map((stream) => new File([stream], ''))
     if (!this.#stage) throw new Error('the viewer is in no page, or has no WebGL2')
-    this.#next?.dispose()
-    const next = (this.#next = this.#opened(files.length > 1 ? files : files[0]))
+    const unwanted = this.#next
+    const next = (this.#next = this.#openedBehind(unwanted ?? this.#session, streams))
+    unwanted?.dispose()
     await next.received // before, it has settled with nothing
     await next.settled()
+    if (next === this.#next && !next.problem) await Promise.race([this.#stage.refine(next.model), next.failed])
     if (next !== this.#next) return false
     this.#next = null
     if (next.problem) {
@@ -96,7 +98,7 @@ export class UpholsterViewer extends HTMLElement {
     }
     this.#session?.dispose()
     this.#session = next
-    this.#source = files[0]
+    this.#source = new File([streams[0]], '')
     this.#show()
     this.#lay()
     this.#refresh()
@@ -151,7 +153,7 @@ export class UpholsterViewer extends HTMLElement {
     this.#other?.dispose()
     this.#other = null
     if (!streams.length) return this.#show()
-    const other = (this.#other = this.#opened(streams.length > 1 ? streams.map((one) => new File([one], '')) : new File([streams[0]], '')))
+    const other = (this.#other = this.#openedBehind(this.#session, streams))
     await other.received
     await other.settled()
     if (other === this.#other) this.#show()
@@ -347,13 +349,20 @@ export class UpholsterViewer extends HTMLElement {
     this.#stage?.show(...models)
   }
 
-  #opened(source) {
+  /** Streams that are shown when they are whole, by the workers of another session. */
+  #openedBehind(before, streams) {
+    const files = streams.map((stream) => new File([stream], ''))
+    return this.#opened(files.length > 1 ? files : files[0], { before, whole: true })
+  }
+
+  #opened(source, { before = null, whole = false } = {}) {
     let session = null // bytes that are here already are told of before there is one
     const onPage = Renderer.shared.paints(this.getAttribute('painting'))
-    const options = { eye: axes(this.view)[2], pixels: this.#stage.pixels, onPage }
-    session = new Session(source, this.getAttribute('worker'), options, (type, event) => {
+    const options = { eye: axes(this.view)[2], pixels: this.#stage.pixels, onPage, whole }
+    const notify = (type, event) => {
       if (session && session === this.#session) this.#receive(type, event)
-    })
+    }
+    session = new Session(source, this.getAttribute('worker'), options, notify, before)
     return session
   }
 

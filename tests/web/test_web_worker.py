@@ -17,12 +17,12 @@ from streams import noise, woven
 from upholster.stream import encode_stream
 
 
-def _material(spec: str, texels: int) -> bytes:
+def _material(spec: str, texels: int, *, upside: int = 1) -> bytes:
     surface, quilt, exemplar = woven(spec, texels)
     shape = exemplar.shape[:2]
     maps = {
         "normal": noise(*shape, 3, np.uint16, seed=1),
-        "roughness": noise(*shape, 1, np.uint8, seed=2),
+        "roughness": noise(*shape, 1, np.uint8, seed=2)[::upside],
         "opacity": noise(*shape, 1, np.uint8, seed=3),
     }
     return encode_stream(surface, quilt, exemplar, maps=maps)
@@ -32,6 +32,7 @@ def _material(spec: str, texels: int) -> bytes:
 def test_the_worker_keeps_its_promises(tmp_path: Any) -> None:
     (tmp_path / "sphere.uph").write_bytes(_material("sphere", 20_000))
     (tmp_path / "vase.uph").write_bytes(_material("vase", 40_000))
+    (tmp_path / "rough.uph").write_bytes(_material("sphere", 20_000, upside=-1))
     done = subprocess.run(
         [node(), "--test", str(HERE / "worker.test.mjs")],
         env={**os.environ, "STREAMS": str(tmp_path)},

@@ -7,6 +7,9 @@ import { pathToFileURL } from 'node:url'
 import { UphDecoder } from '../../web/uph.js'
 import { edgeLines, putGutter } from '../../web/uph-gutter.js'
 import { SurfaceMesher, TriangleMesher } from '../../web/uph-mesh.js'
+import { UphDecoder as Decoder } from '../../web/uph/decoder.js'
+import { ImageDecoder } from '../../web/uph/image/decoder.js'
+import { Samples, codeOf } from '../../web/worker/samples.js'
 import { Session } from '../../web/worker/session.js'
 
 const folders = [new URL('../vectors/', import.meta.url)]
@@ -27,9 +30,9 @@ class Page {
   paintings = 0
   ticket = 0
 
-  constructor({ maxTextureSize = 4096, maxTexels = 2 ** 26, eye, sketches } = {}) {
-    this.session = new Session((message) => setImmediate(() => this.take(message)))
-    this.session.receive({ kind: 'open', maxTextureSize, maxTexels, eye, sketches })
+  constructor({ maxTextureSize = 4096, maxTexels = 2 ** 26, samples, ...options } = {}) {
+    this.session = new Session((message) => setImmediate(() => this.take(message)), samples)
+    this.session.receive({ kind: 'open', maxTextureSize, maxTexels, ...options })
   }
 
   take({ kind, ...message }) {
@@ -82,7 +85,29 @@ async function shown(data, options) {
   return page
 }
 
+/** A stream that is shown when it is whole; the worker knows these samples. */
+async function shownWhole(data, samples) {
+  const page = new Page({ whole: true, samples })
+  page.send({ kind: 'feed', bytes: data })
+  await page.send({ kind: 'end' })
+  return page
+}
+
 for (const [name, data] of streams) {
+  test(`${name}: painted once, when it is whole, it is the same, whether or not its sample is known`, async (t) => {
+    const plain = await shown(data)
+    const samples = new Samples()
+    for (const isKnown of [false, true]) {
+      const decoding = t.mock.method(ImageDecoder.prototype, 'feed')
+      const page = await shownWhole(data, samples)
+      assert.equal(decoding.mock.callCount() === 0, isKnown)
+      decoding.mock.restore()
+      assert.deepEqual([page.errors, page.paintings], [[], 1])
+      assert.deepEqual(seen(page), seen(plain))
+      assert.deepEqual({ ...page.state, ticket: 0 }, { ...plain.state, ticket: 0 })
+    }
+  })
+
   test(`${name}: the texels in their gutters are the decoder's`, async () => {
     const page = await shown(data)
     const decoder = new UphDecoder()
@@ -275,6 +300,90 @@ test('a damaged stream is told once, and what was shown stays', async () => {
   assert.ok(page.textures.size >= before && before > 0)
   await page.send({ kind: 'limit', bytes: 3000 })
   assert.equal(page.state.bytes, 3000)
+})
+
+const laid = ['sphere.uph', 'vase.uph', 'rough.uph'].map((name) => streams.find(([other]) => other === name)?.[1])
+
+test('a known sample, laid otherwise, is not decoded again, but for a part of the stream', { skip: !laid[0] }, async (t) => {
+  const samples = new Samples()
+  await shownWhole(laid[0], samples)
+  const decoding = t.mock.method(ImageDecoder.prototype, 'feed')
+  const page = await shownWhole(laid[1], samples)
+  assert.equal(decoding.mock.callCount(), 0)
+  const plain = await shown(laid[1])
+  assert.deepEqual(seen(page), seen(plain))
+  for (const limit of [{ bytes: laid[1].length >> 1 }, { coefficients: 0.1 }, {}]) {
+    for (const one of [page, plain]) await one.send({ kind: 'limit', ...limit })
+    assert.deepEqual(seen(page), seen(plain))
+  }
+  // It is another one where but one of its maps is.
+  assert.deepEqual(seen(await shownWhole(laid[2], samples)), seen(await shown(laid[2])))
+})
+
+test('a damaged stream is told as such where its sample is known', async () => {
+  const [, data] = streams.find(([name]) => name === 'quilt.uph')
+  const samples = new Samples()
+  const whole = seen(await shownWhole(data, samples))
+  for (const at of [0.3, 0.7, 0.99]) {
+    const bad = data.slice()
+    bad[Math.round(bad.length * at)] ^= 16
+    const [page, plain] = [await shownWhole(bad, samples), new Page()]
+    await plain.send({ kind: 'feed', bytes: bad })
+    assert.equal(page.errors.length, 1)
+    assert.deepEqual(page.errors, plain.errors)
+  }
+  const cut = await shownWhole(data.slice(0, -9), samples)
+  assert.equal(cut.state.complete, false)
+  assert.deepEqual(seen(await shownWhole(data, samples)), whole)
+})
+
+test('the last two samples are known, by all of their bytes', () => {
+  const maps = (bytes) => new Map([['albedo', { pyramid: { picture: { data: { byteLength: bytes } } } }]])
+  const samples = new Samples()
+  const codes = [[1, 2, 3], [1, 2], [1, 2, 4], [1, 2, 3, 0]].map((bytes) => [new Uint8Array(3), Uint8Array.from(bytes)])
+  const known = () => codes.map((code) => samples.find(code) !== null)
+  samples.keep(codes[0], maps(9))
+  assert.deepEqual(known(), [true, false, false, false])
+  samples.keep(codes[1], maps(9))
+  samples.keep(codes[0], samples.find(codes[0]))
+  samples.keep(codes[2], maps(9))
+  assert.deepEqual(known(), [true, false, true, false])
+  samples.keep(codes[3], maps(2 ** 25 - 9))
+  assert.deepEqual(known(), [false, false, true, true])
+  samples.keep(codes[3], maps(2 ** 25 - 8))
+  assert.deepEqual(known(), [false, false, false, true])
+  samples.keep(codes[1], maps(2 ** 26))
+  assert.deepEqual(known(), [false, false, false, true])
+  // Nothing of the sample is left out, and what is not its own is.
+  const [, data] = streams.find(([name]) => name === 'quilt.uph')
+  const length = codeOf(data).reduce((sum, part) => sum + part.length, 0)
+  assert.ok(length > 100 && length < data.length)
+})
+
+test('a stream that is closed is dropped at the next step', async (t) => {
+  const [, data] = streams.find(([name]) => name === 'quilt.uph')
+  for (const closing of ['end', 'surface', 'paint']) {
+    let time = 0
+    const clock = t.mock.method(performance, 'now', () => (time += 100)) // each step takes a slice
+    const told = []
+    const painting = t.mock.method(Decoder.prototype, 'rgba', () => take('paint'))
+    let tell
+    const closed = new Promise((resolve) => (tell = resolve))
+    const session = new Session(({ kind }) => take(kind))
+    function take(kind) {
+      told.push(kind)
+      if (kind !== closing) return
+      session.receive({ kind: 'close' })
+      tell()
+    }
+    const all = [{ kind: 'open', maxTextureSize: 4096, maxTexels: 2 ** 26, whole: true }, { kind: 'feed', bytes: data }, { kind: 'end' }]
+    for (const message of all) session.receive(message)
+    if (closing === 'end') take('end')
+    await closed
+    for (const one of [painting, clock]) one.mock.restore()
+    await shown(data) // all of it, behind that
+    assert.deepEqual(told, { end: ['end'], surface: ['surface', 'meshes'], paint: ['surface', 'meshes', 'paint'] }[closing])
+  }
 })
 
 function gutterLines(data, { height, width }) {

@@ -47,7 +47,8 @@ export class Model extends EventTarget {
   /**
    * @param {Worker} worker that runs uph-worker.js
    * @param {object} [options] limits other than `LIMITS`; `eye`, a vector toward who looks; `pixels`, how long the model's radius is where it
-   *   is nearest: without it, all texels are painted; `onPage`: the graphics card paints, not the worker
+   *   is nearest: without it, all texels are painted; `onPage`: the graphics card paints, not the worker; `whole`: nothing is shown before all
+   *   has come
    */
   constructor(worker, { eye, pixels = Infinity, onPage, ...limits } = {}) {
     super()

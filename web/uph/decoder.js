@@ -25,7 +25,8 @@ export class UphDecoder {
   #payload = new GrowingBytes() // of a chunk that is read when it is whole
   #fields = null // the FieldDecoder, where there are warp fields
   #quilt = null
-  #maps = new Map() // ImageDecoders, by role
+  #maps = new Map() // ImageDecoders or finished images, by role
+  #finished // maps that need no decoding, by role
   #pyramids = new Map() // of the maps as far as they have come, by role
   #substitute = null // painted with instead of the exemplar
   #changed = null
@@ -33,9 +34,13 @@ export class UphDecoder {
   #failure = null
   #limits
 
-  /** `limits`: what the stream may ask for, all of `LIMITS`; one that asks for more is refused. */
-  constructor({ limits = LIMITS } = {}) {
+  /**
+   * `limits`: what the stream may ask for, all of `LIMITS`; one that asks for more is refused. `maps`: what `finishMaps` returned where the
+   * same bytes told of the maps; then these are there at once.
+   */
+  constructor({ limits = LIMITS, maps = null } = {}) {
     this.#limits = limits
+    this.#finished = maps
     /** The surface and its charts; null and empty before they have come. */
     this.surface = null
     this.charts = []
@@ -173,7 +178,7 @@ export class UphDecoder {
   }
 
   #addMap(role, header) {
-    this.#maps.set(role, new ImageDecoder(header))
+    this.#maps.set(role, this.#finished?.get(role) ?? new ImageDecoder(header))
     this.#noteBetter(role)
   }
 
@@ -233,15 +238,21 @@ export class UphDecoder {
     this.#pyramids.delete('albedo')
   }
 
-  #image(role) {
+  /** The stream is complete: keep its maps without what decoded them. Returns them by role. */
+  finishMaps() {
+    for (const [role, map] of this.#maps) this.#maps.set(role, map.pyramid ? map : finished(map, role))
+    return this.#maps
+  }
+
+  #newPyramid(role) {
     const map = this.#maps.get(role)
     const other = role === 'albedo' ? this.#substitute : null
-    if (!other) return map.image()
+    if (!other) return map.pyramid ?? new MapPyramid(map.image(), role)
     const { height, width } = map.header
     if (other.height !== height || other.width !== width) {
       throw new RangeError(`picture has ${other.height} × ${other.width} pixels; allowed: ${height} × ${width}`)
     }
-    return other
+    return new MapPyramid(other, role)
   }
 
   /** Whether maps stay as they were when somebody asked for them, whatever else comes: for a painting that goes on meanwhile. */
@@ -258,7 +269,7 @@ export class UphDecoder {
   #pyramid(role) {
     if (this.needed) throw new RangeError(`stream needs ${this.needed} more bytes`)
     if (!this.#maps.has(role)) throw new RangeError(`map is ${role}; allowed: ${this.roles.join(', ')}`)
-    if (!this.#pyramids.has(role)) this.#pyramids.set(role, new MapPyramid(this.#image(role), role))
+    if (!this.#pyramids.has(role)) this.#pyramids.set(role, this.#newPyramid(role))
     return this.#pyramids.get(role)
   }
 
@@ -337,6 +348,12 @@ export class UphDecoder {
     if (role === 'normal' && channels !== 3) throw new RangeError(`normal map has ${channels} channels; allowed: 3`)
     return { ...this.recipe(index, density), pyramid }
   }
+}
+
+/** What there is of an image all of which has come: as an `ImageDecoder`, for further bytes tell nothing new. */
+function finished(map, role) {
+  const { header, significant, complete } = map
+  return { header, significant, complete, pyramid: new MapPyramid(map.image(), role), feed: () => false }
 }
 
 /** A layer whose placements have their centre matrices: the field's there, and the offset. */

@@ -29,16 +29,18 @@ export class Session {
   /**
    * @param {string | File | File[]} source an address, or the stream itself; or several streams, parts of one model
    * @param {string | null} worker address of uph-worker.js; null: beside the viewer
-   * @param {{ eye: number[], pixels: number, onPage: boolean }} options as `Model` takes them
+   * @param {{ eye: number[], pixels: number, onPage: boolean, whole?: boolean }} options as `Model` takes them
    * @param {(type: string, event: object) => void} notify called with the model's events, 'error' with its `problem` set
+   * @param {Session | null} [before] whose workers go on with this one
    */
-  constructor(source, worker, options, notify) {
+  constructor(source, worker, options, notify, before = null) {
     this.#worker = worker
     this.#onPage = options.onPage
     const sources = Array.isArray(source) ? source : [source]
     this.name = typeof sources[0] === 'string' ? nameOf(sources[0]) : sources[0].name
     this.failed = new Promise((resolve) => (this.fail = resolve))
-    const models = sources.map(() => new Model(takeWorker(worker), options))
+    this.places = placesFor(sources, worker, before)
+    const models = this.places.map((place) => new Model(place, options))
     const model = (this.model = models.length > 1 ? new Group(models) : models[0])
     for (const type of EVENTS) {
       model.addEventListener(type, (event) => {
@@ -105,6 +107,11 @@ export class Session {
     this.fail()
     return true
   }
+}
+
+/** A place for each stream. Not in the constructor: its functions would have all sessions before, as long as this one lives. */
+function placesFor(sources, worker, before) {
+  return sources.map((_, n) => takeWorker(worker, before?.places[n]))
 }
 
 /** What an address calls a file. */

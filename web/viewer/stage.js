@@ -206,6 +206,13 @@ export class Stage {
     return new Promise((resolve) => this.#waiting.push(resolve))
   }
 
+  /** Have a model as fine as it has to be in the place of the first one. */
+  async refine(model) {
+    this.#measure(model, this.#viewport(0, this.#pixelsFor(1)), this.#orbit.camera())
+    await new Promise((resolve) => setTimeout(resolve)) // by then it has asked for what it wants
+    await model.settled()
+  }
+
   /** Draw until the models have measured their size on screen. */
   async settle() {
     for (let n = 0; n < 2; n++) {
@@ -293,10 +300,7 @@ export class Stage {
   #render(pixels) {
     const camera = this.#orbit.camera()
     const views = this.#models.map((model, n) => ({ model, viewport: this.#viewport(n, pixels), clip: this.#clip(n, pixels) }))
-    for (const { model, viewport } of views) {
-      const { center, radius } = model.sphere
-      model.measure(plus(center, camera.eye, radius), viewport[3] / 2 / SLOPE, camera.near * radius)
-    }
+    for (const { model, viewport } of views) this.#measure(model, viewport, camera)
     this.#renderer.draw(pixels, views, {
       camera,
       light: this.#light,
@@ -304,6 +308,11 @@ export class Stage {
       floor: this.#floor,
       environment: this.#environment,
     })
+  }
+
+  #measure(model, viewport, { eye, near }) {
+    const { center, radius } = model.sphere
+    model.measure(plus(center, eye, radius), viewport[3] / 2 / SLOPE, near * radius)
   }
 
   /** What is drawn of a model's view, where two share it; undefined: all. */

@@ -1,8 +1,9 @@
 /** One stream in the worker: what messages ask for, decoded, painted and tessellated in slices. */
 
-import { UphDecoder } from '../uph.js'
+import { UphDecoder } from '../uph/decoder.js'
 import { SurfaceMesher, TriangleMesher, countsFor } from '../uph-mesh.js'
 import { TARGETS, hasMap, knownShare } from './maps.js'
+import { Samples, codeOf } from './samples.js'
 import { SLICE, yieldToMessages } from './schedule.js'
 import { ChartTextures, texelsOf } from './textures.js'
 
@@ -15,9 +16,11 @@ const GROWTH = 9 / 8 // charts are painted again when there are so many times as
 const LEAST_SHARE = 1 / 16 // of a chart's texels, each way, where the page can not show all
 const MESH_ARRAYS = ['positions', 'normals', 'tangents', 'parameters', 'indices', 'outline']
 
-/** One stream. `post(message, transfer)` sends to the page; messages are listed in `uph-worker.js`. */
+/** One stream. `post(message, transfer)` sends to the page; messages are listed in `uph-worker.js`. `samples` are those of other streams. */
 export class Session {
   #post
+  #samples
+  #code = null // of the sample, if it is to be kept
   #bytes = new Uint8Array(1 << 16)
   #length = 0
   #decoder = new UphDecoder()
@@ -41,12 +44,14 @@ export class Session {
   #isScheduled = false // work is due
   #isBusy = false
   #ended = false // no more bytes will come
+  #isClosed = false // nobody wants it any more
   #isUrgent = false // somebody waits for just this picture
   #paintedAt = performance.now()
   #paintTime = 0
 
-  constructor(post) {
+  constructor(post, samples = new Samples()) {
     this.#post = post
+    this.#samples = samples
     this.#schedule()
   }
 
@@ -55,7 +60,8 @@ export class Session {
     this.#ticket = ticket
     if (kind === 'open') Object.assign(this, message)
     else if (kind === 'feed') this.#append(message.bytes)
-    else if (kind === 'end') this.#ended = true
+    else if (kind === 'end') this.#end()
+    else if (kind === 'close') this.#isClosed = true
     else if (kind === 'limit') this.#setLimit(message)
     else if (kind === 'counts') this.#counts = message.counts
     else if (kind === 'pixels') this.#look(message.pixels)
@@ -78,6 +84,13 @@ export class Session {
     this.#length += bytes.length
   }
 
+  #end() {
+    this.#ended = true
+    if (!this.whole) return
+    this.#code = codeOf(this.#bytes.subarray(0, this.#length))
+    if (this.#code) this.#restart(this.#samples.find(this.#code))
+  }
+
   #setLimit({ bytes, coefficients }) {
     const wasCounted = this.#limit.coefficients < 1
     this.#limit = { bytes, coefficients }
@@ -94,8 +107,8 @@ export class Session {
     this.#isUrgent = true
   }
 
-  #restart() {
-    this.#decoder = new UphDecoder()
+  #restart(maps = null) {
+    this.#decoder = new UphDecoder({ maps })
     this.#decoder.replaceExemplar(this.#substitute)
     this.#decoder.mostCoefficients = this.#limit.coefficients ?? 1
     this.#failed = false
@@ -112,7 +125,7 @@ export class Session {
     this.#isScheduled = true
     yieldToMessages().then(async () => {
       this.#isScheduled = false
-      if (this.#isBusy) return
+      if (this.#isBusy || this.#isClosed) return
       this.#isBusy = true
       try {
         await this.#work()
@@ -128,6 +141,7 @@ export class Session {
   async #work() {
     for (;;) {
       const more = this.#feed()
+      if (this.#code && this.#decoder.complete) this.#keepSample()
       if (this.#mesher) this.#mesh()
       if (!more && this.#isAll && this.#fresh.size) this.#markFresh()
       const isDue = this.#isDirty && !this.#isWaiting && this.#isWorthwhile
@@ -142,8 +156,19 @@ export class Session {
         if (isDue) setTimeout(() => this.#schedule(), wait)
         break
       }
-      await yieldToMessages()
+      await this.#pause()
     }
+  }
+
+  /** Let messages in. Behind one that closes this stream nothing is done any more. */
+  async #pause() {
+    await yieldToMessages()
+    if (this.#isClosed) await new Promise(() => {})
+  }
+
+  #keepSample() {
+    this.#samples.keep(this.#code, this.#decoder.finishMaps())
+    this.#code = null
   }
 
   /** Whether somebody waits for what there is, or no more will come. */
@@ -154,7 +179,7 @@ export class Session {
 
   /** Whether there is texture to be seen, or will be none: a first picture of one colour is none. */
   get #isWorthwhile() {
-    return this.#isShown || this.#isAll || knownShare(this.#decoder) > 0
+    return this.#isShown || this.#isAll || (!this.whole && knownShare(this.#decoder) > 0)
   }
 
   get #isDirty() {
@@ -163,6 +188,7 @@ export class Session {
 
   /** Read on for a slice; returns whether there is more. */
   #feed() {
+    if (this.whole && !this.#ended) return false
     const until = performance.now() + SLICE
     const decoder = this.#decoder
     const { bytes = Infinity, coefficients = 1 } = this.#limit
@@ -296,8 +322,11 @@ export class Session {
     const decoder = this.#decoder
     // Where no placement changes any more, reading goes on between the slices of painting.
     decoder.isHeld = decoder.placed
-    const between = decoder.placed ? () => this.#feed() : () => {}
-    const entries = await this.#textures.paint(decoder, this.#isSketching, between)
+    const pause = async () => {
+      await this.#pause()
+      if (decoder.placed) this.#feed()
+    }
+    const entries = await this.#textures.paint(decoder, this.#isSketching, pause)
     const alpha = this.#textures.alphaMode
     const mean = Array.from(decoder.meanRgba().subarray(0, 3), (x) => x / 255)
     decoder.isHeld = false

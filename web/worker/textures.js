@@ -2,7 +2,7 @@
 
 import { ChartPainting } from './painting.js'
 import { ChartRecipes } from './recipes.js'
-import { SLICE, yieldToMessages } from './schedule.js'
+import { SLICE } from './schedule.js'
 
 export class ChartTextures {
   #mesher
@@ -92,8 +92,8 @@ export class ChartTextures {
     return this.#painter?.alphaMode ?? 'opaque'
   }
 
-  /** Paint what is dirty; returns what the page must take over. A sketch has fewer texels. `between` is called between slices. */
-  async paint(decoder, isSketch, between) {
+  /** Paint what is dirty; returns what the page must take over. A sketch has fewer texels. `pause` lets messages in between slices. */
+  async paint(decoder, isSketch, pause) {
     const density = isSketch && !this.onPage ? this.#sketchDensity : this.#density
     if (density === this.#density) {
       for (const target of this.#sketched) this.markDirty(target)
@@ -113,8 +113,7 @@ export class ChartTextures {
       for (const chart of [...dirty].sort((a, b) => this.#nearness[b] - this.#nearness[a])) {
         if (!painter.paint(decoder, target, chart, entries)) this.paintHere()
         if (performance.now() > until) {
-          await yieldToMessages()
-          between()
+          await pause()
           until = performance.now() + SLICE
         }
       }
