@@ -125,7 +125,7 @@ def test_triangles_are_watertight_lie_on_the_faces_and_have_their_normals(files)
     assert [part.material for part in model.parts] == ["#ff0000", "#0000ff"]
     assert model.parts[0].instances == 2
     assert (mesh.neighbours >= 0).all()
-    ball = mesh.of_parts([1])
+    ball = mesh.part == 1
     centred = mesh.corners[ball] - (60, 0, 0)
     np.testing.assert_allclose(np.linalg.norm(centred, axis=2), 6, atol=1e-5)
     np.testing.assert_allclose(mesh.normals[ball], centred / 6, atol=1e-5)
@@ -329,7 +329,7 @@ def test_3dm_keeps_layers_colours_and_blocks(tmp_path):
     areas = [sum(face.area for face in body.faces) for body in found.bodies]
     np.testing.assert_allclose(areas, [100 * np.pi, 800 * np.pi + 200 * np.pi], rtol=1e-3)
     read = read_model(path)
-    globe = read.mesh.of_parts(read.fitting(["globe"]))
+    globe = np.isin(read.mesh.part, read.fitting(["globe"]))
     np.testing.assert_allclose(np.linalg.norm(read.mesh.corners[globe] - (10, 20, 30), axis=2), 5, atol=1e-4)
     assert (read.mesh.neighbours >= 0).all()
 
@@ -390,7 +390,7 @@ def test_plane_faces_have_one_direction_and_go_round_only_without_a_lattice(file
 def test_each_part_may_have_a_direction_of_its_own(files, tmp_path):
     model = read_model(files / "two.step")
     mesh = model.mesh
-    centres, ball = mesh.corners.mean(axis=1), mesh.of_parts(model.fitting(["ball*"]))
+    centres, ball = mesh.corners.mean(axis=1), np.isin(mesh.part, model.fitting(["ball*"]))
     asked = part_direction(model, {"Ball*": "0,1,0", "plate 1": "along"})
     found = asked(centres)
     np.testing.assert_allclose(found[ball], np.tile([0, 1, 0], (ball.sum(), 1)))

@@ -52,9 +52,6 @@ def test_a_reversed_face_has_its_points_mirrored():
 def test_derivatives_jump_where_they_do():
     assert FACE.breaks == ((), ())
     assert vase().faces[0].breaks == ((1, 2, 3, 4, 5, 6, 7, 8, 9), ())
-    part, row, column = vase().faces[0].smooth_part(3.25, 3.5, 1.0, 2.0)
-    assert (part.rows, part.columns, row, column) == (1, 4, 3, 0)
-    assert FACE.smooth_part(0, 1, 0, 1) == (FACE, 0, 0)
 
 
 def test_patches_have_numbers_and_places():

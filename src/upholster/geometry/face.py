@@ -14,9 +14,6 @@ from upholster.types import FloatArray
 
 __all__ = ["Face", "grid_face"]
 
-EPS = 1e-6
-"""Parameters closer than this are one."""
-
 INSIDE = np.linspace(0.1, 0.9, 5)
 """Where along two edges derivatives are compared: not at their ends, which may be poles."""
 
@@ -159,40 +156,6 @@ class Face:
             lines = np.flatnonzero(jumps.reshape(before.shape).any(axis=axis)) + 1
             found.append(tuple(lines.tolist()))
         return found[0], found[1]
-
-    def smooth_part(self, s0: float, s1: float, t0: float, t1: float) -> tuple["Face", int, int]:
-        """Return the patches round a rectangle of parameters, as far as derivatives go on without a jump.
-
-        Returns
-        -------
-        Face
-            At least the patches that the rectangle lies on.
-        int
-            Its first row on this face: parameter s here is s less this number there.
-        int
-            Its first column.
-        """
-        ends = []
-        for low, high, count, breaks in (
-            (s0, s1, self.rows, self.breaks[0]),
-            (t0, t1, self.columns, self.breaks[1]),
-        ):
-            first = max((line for line in breaks if line <= low + EPS), default=0)
-            last = min((line for line in breaks if line >= high - EPS), default=count)
-            ends.append((first, last))
-        (top, bottom), (left, right) = ends
-        if (top, bottom, left, right) == (0, self.rows, 0, self.columns):
-            return self, 0, 0
-        part = self._parts.get((top, bottom, left, right))
-        if part is None:
-            part = Face([row[left:right] for row in self.patches[top:bottom]])
-            self._parts[top, bottom, left, right] = part
-        return part, top, left
-
-    @cached_property
-    def _parts(self) -> dict[tuple[int, int, int, int], "Face"]:
-        # Those that `smooth_part` has made.
-        return {}
 
     def reverse(self, axis: int) -> "Face":
         """Return the face with s (axis 0) or t (axis 1) running the other way; its normals turn round.

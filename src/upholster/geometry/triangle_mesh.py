@@ -5,7 +5,6 @@ An *island* is to a mesh what a face is to a surface of patches: a piece of it l
 outside. Charts lie on rectangles of an island's parameters as they lie on a face's.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -127,10 +126,6 @@ class TriangleMesh(Shown):
         name a vertex twice count as if they were not there.
         """
         return frozen_array(edge_pairs(self.positions, self.triangles))
-
-    def of_parts(self, chosen: Sequence[int]) -> NDArray[np.bool_]:
-        """Return which triangles belong to some of the parts, (T,)."""
-        return np.isin(self.part, np.asarray(chosen, np.int32))
 
 
 @dataclass(frozen=True, eq=False)
