@@ -273,7 +273,8 @@ def test_a_strangers_page_gets_nothing(page):
         ("GET", "/facts/1"),
     ]
     routes += [
-        ("POST", path) for path in ("/state", "/blobs?name=x", "/sources", "/pick", "/save", "/keep", "/take")
+        ("POST", path)
+        for path in ("/state", "/blobs?name=x", "/sources", "/hints", "/pick", "/save", "/keep", "/take")
     ]
     for method, path in routes:
         assert page.ask(method, path, b"{}", Cookie="upholster-studio=x")[0] == 401
