@@ -67,7 +67,7 @@ def _change(page: Any, name: str, n: int) -> None:
     if name == "seed":
         page.get_by_role("button", name="Again").click()
         return
-    label, text = ("Angle", f"{10 * n}") if name == "direction" else ("Width of the sample", f"{40 + n}cm")
+    label, text = ("Angle", f"{10 * n + 10}") if name == "direction" else ("Width of the sample", f"{40 + n}cm")
     page.get_by_label(label).last.fill(text)
     page.keyboard.press("Enter")
 
