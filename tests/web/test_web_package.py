@@ -41,7 +41,9 @@ def site(tmp_path_factory: Any) -> Any:
     modules = folder / "node_modules"
     modules.mkdir()
     with tarfile.open(packed) as archive:
-        archive.extractall(folder, filter="data")
+        if hasattr(tarfile, "data_filter"):  # from Python 3.11.4 on
+            archive.extraction_filter = tarfile.data_filter
+        archive.extractall(folder)
     (folder / "package").rename(modules / "upholster")
     for module in (WEB / "node_modules").iterdir():
         (modules / module.name).symlink_to(module.resolve())
