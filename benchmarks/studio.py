@@ -67,7 +67,9 @@ def _change(page: Any, name: str, n: int) -> None:
     if name == "seed":
         page.get_by_role("button", name="Again").click()
         return
-    label, text = ("Angle", f"{10 * n + 10}") if name == "direction" else ("Width of the sample", f"{40 + n}cm")
+    # Not what is there already: nothing would change then.
+    texts = {"direction": ("Angle", f"{10 * n + 10}"), "size": ("Width of the sample", f"{40 + n}cm")}
+    label, text = texts[name]
     page.get_by_label(label).last.fill(text)
     page.keyboard.press("Enter")
 
