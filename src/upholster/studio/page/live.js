@@ -19,14 +19,14 @@ const STAGES = {
  * Events: `revision` {revision, command, python, notes}; `facts` {facts}; `look` {isFinal, seconds}; `problem` {error}; `status` {text, busy}.
  */
 export class Live extends EventTarget {
-  /** What the server told of the revision that is shown in its last look, and nothing is to follow; or null. */
+  /** What the server told of what is shown; null before its last look, and while a change is under way. */
   shown = null
   /** What the server told of the last state that it took. */
   told = null
   facts = null
   /** The streams that are shown. */
   streams = []
-  #final = null // the same, whatever is to follow
+  #final = null // the same, while a change is under way as well
   #store
   #viewer
   #wanted = false // the state has changed since it was sent
