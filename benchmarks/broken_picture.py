@@ -14,12 +14,13 @@ import numpy as np
 import upholster
 from benchmarks.fidelity_measures import statistics_error
 from benchmarks.lattice_samples import Image, lattice_sample
+from upholster.elements import Lattice, find_lattice
 from upholster.geometry import plane
 from upholster.image import resize_image, write_image
-from upholster.lattice import Lattice, find_lattice
 from upholster.measure import broken_elements, measure_image
-from upholster.measure.phase_cuts import cuts_inside
+from upholster.measure.broken import jumps_of
 from upholster.measure.samples import Window
+from upholster.measure.source_cuts import cuts_inside
 from upholster.measure.trace import Trace
 from upholster.options import SynthesisOptions
 from upholster.quilt import Quilt
@@ -71,9 +72,10 @@ def _doubled(image: Image) -> Image:
 def _marked(quilt: Quilt, lattice: Lattice, image: Image) -> Image:
     # The same, darker, with the cuts that break the lattice.
     out = _doubled((0.55 * image).astype(np.uint8))
-    for cuts in cuts_inside(Trace.of(quilt, Window(0, 0, 0, SHOWN, SHOWN)), lattice):
+    for cuts in cuts_inside(Trace.of(quilt, Window(0, 0, 0, SHOWN, SHOWN))):
+        jumps = jumps_of(cuts, lattice)
         for k, color in enumerate(COLORS):
-            for (r0, c0), (r1, c1) in cuts.ends[np.abs(cuts.jumps[:, k]) > 0.25].tolist():
+            for (r0, c0), (r1, c1) in cuts.ends[np.abs(jumps[:, k]) > 0.25].tolist():
                 out[max(0, 2 * r0 - 2) : 2 * r1 + 2, max(0, 2 * c0 - 2) : 2 * c1 + 2] = color
     return out
 

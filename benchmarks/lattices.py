@@ -29,9 +29,9 @@ from benchmarks.fidelity import EXAMPLES, exemplars
 from benchmarks.fidelity_sheet import Tile, write_sheet
 from benchmarks.lattice_samples import PATTERNS, lattice_sample
 from benchmarks.measure import Results, one_pixel_a_texel
+from upholster.elements import Lattice, find_lattice
 from upholster.geometry import RationalPatch, Surface, plane, surface_from_spec
 from upholster.geometry.face import Face
-from upholster.lattice import Lattice, find_lattice
 from upholster.measure import broken_elements, mapping
 from upholster.methods.synthesis import execute, prepare
 from upholster.options import SynthesisOptions, WriteOptions

@@ -9,8 +9,8 @@ import numpy as np
 from benchmarks.sheet_cases import Case
 from benchmarks.sheet_views import broken, find, flat_views, recurrence, views
 from upholster.charts.creases import CREASE
+from upholster.elements import find_lattice
 from upholster.image import read_exemplar, read_image, read_material
-from upholster.lattice import find_lattice
 from upholster.measure import patch_distance, sliced_wasserstein, structure, wrap_seams
 from upholster.measure.samples import bilinear
 from upholster.redrawn import ShownModel, shown_model

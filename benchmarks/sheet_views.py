@@ -12,7 +12,7 @@ from embreex.rtcore_scene import EmbreeScene
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
-from upholster.lattice import Lattice
+from upholster.elements import Lattice
 from upholster.measure.samples import SEED, bilinear, coded
 from upholster.redrawn import ShownModel
 from upholster.types import FloatArray, PixelArray

@@ -15,6 +15,7 @@ from upholster.charts.covered import Covered, CoveredLike, as_covered, covered_p
 from upholster.charts.directions import stroke_texts
 from upholster.charts.layout import LONGEST, texture_scale
 from upholster.charts.part_directions import is_by_part, part_direction, triangles_by_direction
+from upholster.elements import find_lattice
 from upholster.errors import FormatError, InputError
 from upholster.fitting import fitted
 from upholster.formats import is_model_name
@@ -24,7 +25,6 @@ from upholster.image import IMAGE_SUFFIXES, Material
 from upholster.image.roles import ROLES
 from upholster.image.source import Sample, Source, read_source, source_parts
 from upholster.joined import joined_model
-from upholster.lattice import find_lattice
 from upholster.lengths import read_length
 from upholster.methods import (
     Prepared,

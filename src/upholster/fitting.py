@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from upholster.charts.axis_directions import Round
-from upholster.lattice import Lattice
+from upholster.elements import Lattice
 
 __all__ = ["MOST_CHANGE", "fitted"]
 

@@ -5,14 +5,14 @@ import pytest
 from measured import grains, quilt_of, quilt_of_nearest, tiles
 
 from upholster.charts.charted import charted_surface
+from upholster.elements import Lattice, find_lattice
 from upholster.errors import InputError
 from upholster.geometry import MeshSurface, TriangleMesh, plane, surface_from_spec
-from upholster.lattice import Lattice, find_lattice
 from upholster.measure import broken_elements, measure_cover
 from upholster.measure.broken import longest_run
-from upholster.measure.phase_cuts import PhaseCuts, cuts_inside
 from upholster.measure.places import SeamPlaces
 from upholster.measure.samples import Window
+from upholster.measure.source_cuts import SourceCuts, cuts_inside
 from upholster.measure.trace import Trace
 from upholster.methods import synthesize
 from upholster.quilt import Chart
@@ -148,11 +148,12 @@ def test_runs_go_on_across_seams():
 def edges(*corners, chart=0):
     """Edges of one texel each, downward from these corners."""
     ends = np.array([[(r, c), (r + 1, c)] for r, c in corners], np.intp)
-    return PhaseCuts(np.zeros((len(ends), 1)), np.ones(len(ends)), np.full(len(ends), chart, np.intp), ends)
+    nowhere = np.zeros((len(ends), 2), np.int32)
+    return SourceCuts(nowhere, nowhere, np.ones(len(ends)), np.full(len(ends), chart, np.intp), ends)
 
 
 def test_edges_lie_between_the_texels_that_differ(lattice):
-    rows, columns = cuts_inside(Trace.of(side_by_side(4, 0), Window(0, 0, 0, 32, 32)), lattice)
+    rows, columns = cuts_inside(Trace.of(side_by_side(4, 0), Window(0, 0, 0, 32, 32)))
     assert not len(rows.ends)
     assert columns.ends.tolist() == [[[r, 16], [r + 1, 16]] for r in range(32)]
     assert (columns.lengths == 1).all()
@@ -160,7 +161,7 @@ def test_edges_lie_between_the_texels_that_differ(lattice):
 
 def test_runs_go_over_small_gaps_on_one_chart():
     def run(*parts):
-        cuts = PhaseCuts.joined(parts)
+        cuts = SourceCuts.joined(parts)
         return longest_run(cuts, np.ones(len(cuts.lengths), bool))
 
     assert run(edges((0, 0), (3, 0), (6, 2))) == 3  # two texels apart, down and aside
@@ -174,7 +175,7 @@ def test_runs_go_on_beyond_an_edge():
     seams = SeamPlaces.of(charted_surface(surface, charts)).of_texels()
     n = np.flatnonzero(seams.chart[:, 0] != seams.chart[:, 1])[0]
     one, other = (edges(seams.texel[n, k], chart=seams.chart[n, k]) for k in (0, 1))
-    cuts = PhaseCuts.joined([one, other])
+    cuts = SourceCuts.joined([one, other])
     assert longest_run(cuts, np.ones(2, bool)) == 1
     assert longest_run(cuts, np.ones(2, bool), seams) == 2
 

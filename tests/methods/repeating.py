@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from upholster.lattice import Lattice
+from upholster.elements import Lattice
 
 
 def repeating(height, width, waves, seed=0, noise=0.15):

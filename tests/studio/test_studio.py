@@ -18,9 +18,9 @@ import pytest
 from command_line import run_cli
 
 from upholster import InputError, Project, Sample, read_exemplar, read_project
+from upholster.elements import find_lattice
 from upholster.image import encode_image, from_linear
 from upholster.image.rectify import Rectification
-from upholster.lattice import find_lattice
 from upholster.server import serving
 from upholster.stream import StreamDecoder
 

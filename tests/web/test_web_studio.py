@@ -13,10 +13,10 @@ import pytest
 from browser import BRICKS, ROOT
 
 from upholster import Project, Sample, read_exemplar
+from upholster.elements import find_lattice
 from upholster.image import from_linear, write_image
 from upholster.image.perspective import proposed_corners
 from upholster.image.rectify import Rectification
-from upholster.lattice import find_lattice
 from upholster.studio.app import Studio, make_studio
 
 pytestmark = pytest.mark.browser

@@ -5,6 +5,7 @@ from upholster.measure.copies import Copies, copies
 from upholster.measure.cuts import cut_seam_ratio, matched_cut_ratio
 from upholster.measure.edges import MeshSeams, matched_edge_ratio, mesh_seams
 from upholster.measure.fidelity import sliced_wasserstein
+from upholster.measure.joint_ends import JointEnds, joint_ends
 from upholster.measure.landmarks import Landmarks, landmark_recurrence
 from upholster.measure.mapping import MappingReport, mapping, mesh_mapping
 from upholster.measure.patch_distance import PatchDistance, patch_distance, undistorted_views
@@ -17,6 +18,7 @@ from upholster.measure.structure import Peak, Structure, structure
 __all__ = [
     "BrokenElements",
     "Copies",
+    "JointEnds",
     "Landmarks",
     "MappingReport",
     "Measures",
@@ -33,6 +35,7 @@ __all__ = [
     "copies",
     "cut_seam_ratio",
     "edge_seam_ratio",
+    "joint_ends",
     "landmark_recurrence",
     "mapping",
     "matched_cut_ratio",

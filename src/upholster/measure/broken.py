@@ -7,15 +7,15 @@ from numpy.typing import NDArray
 
 from upholster.charts.charted import charted_surface
 from upholster.charts.creases import CREASE
+from upholster.elements import Lattice
 from upholster.errors import InputError
 from upholster.geometry import AnySurface
-from upholster.lattice import Lattice
-from upholster.measure.phase_cuts import PhaseCuts, cuts_at_seams, cuts_inside
-from upholster.measure.places import SeamPlaces, smooth_steps
-from upholster.measure.trace import Trace, quilt_windows
+from upholster.measure.places import SeamPlaces
+from upholster.measure.source_cuts import SourceCuts, cuts_of
 from upholster.quilt import Quilt
+from upholster.types import FloatArray, IntArray
 
-__all__ = ["BrokenElements", "broken_elements"]
+__all__ = ["BrokenElements", "broken_elements", "jumps_of"]
 
 QUARTER = 0.25
 """Turns by which a lattice must jump at a cut to be broken there."""
@@ -28,9 +28,6 @@ REACH = 2
 
 _CHART, _ROW, _PAD = 42, 21, 64
 """In a corner's number: bits below its chart's, bits below its row, and what is added to rows and columns."""
-
-EVERY = 8
-"""Texels each way of which one tells the area."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,7 +68,7 @@ def broken_elements(
     quilt
         The result of a synthesis.
     lattice
-        Of its sample, see `upholster.lattice.find_lattice`.
+        Of its sample, see `upholster.elements.find_lattice`.
     surface
         What the charts lie on. With it seams are looked at as well, and runs go on across them. Only texels
         on it count: nobody sees what blocks do in the margins of a mesh's charts. Nor do cuts along its
@@ -96,20 +93,9 @@ def broken_elements(
             f"allowed: the quilt's, {width}×{height}"
         )
     charted = None if surface is None else charted_surface(surface, quilt.charts)
-    found: list[PhaseCuts] = []
-    area = 0.0
-    for window in quilt_windows(quilt):
-        trace = Trace.of(quilt, window)
-        shown = None if charted is None else smooth_steps(charted, window, crease)
-        found += cuts_inside(trace, lattice, shown)
-        area += _area(trace, shown)
-    seams = None if charted is None else SeamPlaces.of(charted, crease=crease)
-    if seams is not None:
-        seams = seams.of_texels()
-        found += cuts_at_seams(quilt, lattice, seams)
-    cuts = PhaseCuts.joined(found)
+    cuts, seams, area = cuts_of(quilt, charted, crease)
     periods = 1.0 / np.hypot(*lattice.waves.T)
-    broken = np.abs(cuts.jumps) > QUARTER
+    broken = np.abs(jumps_of(cuts, lattice)) > QUARTER
     lengths = (broken * cuts.lengths[:, None]).sum(axis=0)
     total = float(cuts.lengths.sum())
     runs = [longest_run(cuts, broken[:, k], seams) for k in range(len(periods))]
@@ -121,19 +107,23 @@ def broken_elements(
     )
 
 
-def _area(trace: Trace, shown: NDArray[np.bool_] | None) -> float:
-    # Of the texels that are shown, in square pixels of the sample.
-    if shown is None:
-        shown = np.ones(trace.owners.shape, bool)
-    rows, columns = np.nonzero(shown[::EVERY, ::EVERY])
-    if not len(rows):
-        return 0.0
-    places = (EVERY * at + first for at, first in ((rows, trace.window.row), (columns, trace.window.column)))
-    matrices = trace.field.at(*(place.astype(np.float64) for place in places))
-    return float(np.abs(np.linalg.det(matrices)).mean()) * int(np.count_nonzero(shown))
+def jumps_of(cuts: SourceCuts, lattice: Lattice) -> FloatArray:
+    """Return by how much the phases of waves jump at cuts: (n, waves), in turns, -½ to ½."""
+    jumps: FloatArray = _turns(lattice, cuts.found.T) - _turns(lattice, cuts.onward.T)
+    return jumps - np.rint(jumps)
 
 
-def longest_run(cuts: PhaseCuts, chosen: NDArray[np.bool_], seams: SeamPlaces | None = None) -> float:
+def _turns(lattice: Lattice, place: IntArray) -> FloatArray:
+    # The sample's phases (n, waves), in turns, at places (2, n); beyond its edges they go on evenly.
+    height, width = lattice.phases.shape[1:]
+    rows, columns = place
+    r, c = np.clip((rows + 8) >> 4, 0, height - 1), np.clip((columns + 8) >> 4, 0, width - 1)
+    rest = np.stack([rows / 16 - r, columns / 16 - c], axis=1)
+    turns: FloatArray = lattice.phases[:, r, c].T / 65536 + (rest[:, :, None] * lattice.waves.T).sum(axis=1)
+    return turns
+
+
+def longest_run(cuts: SourceCuts, chosen: NDArray[np.bool_], seams: SeamPlaces | None = None) -> float:
     """Return the length of the longest connected run of some cuts, in pixels of the sample.
 
     Two belong together if ends of theirs lie within `REACH` texels of one another, on one chart or across a

@@ -8,16 +8,17 @@ import numpy as np
 
 from upholster.charts.creases import CREASE
 from upholster.charts.directions import Direction, parse_direction
+from upholster.elements import find_joints, find_lattice
 from upholster.errors import InputError
 from upholster.geometry import AnySurface, Surface
 from upholster.image import check_exemplar
-from upholster.lattice import find_lattice
 from upholster.measure.broken import BrokenElements, broken_elements
 from upholster.measure.copies import Copies, copies
 from upholster.measure.crossings import Crossings, crossings
 from upholster.measure.cuts import cut_seam_ratio, matched_cut_ratio
 from upholster.measure.edges import mesh_seams
 from upholster.measure.fidelity import sliced_wasserstein
+from upholster.measure.joint_ends import JointEnds, joint_ends
 from upholster.measure.landmarks import Landmarks, landmark_recurrence
 from upholster.measure.mapping import MappingReport, mapping
 from upholster.measure.patch_distance import PatchDistance, patch_distance, undistorted_views
@@ -76,6 +77,8 @@ class Measures:
         `wrap_seams`, for a flat image that is meant to be tiled, else None.
     broken
         `broken_elements`; None for a flat image, and where the exemplar has no sure lattice.
+    joints
+        `joint_ends`; None for a flat image, and where the exemplar has no sure joints.
     patches
         `patch_distance`; None where nothing is as large as a patch.
     landmarks
@@ -92,6 +95,7 @@ class Measures:
     mapping: MappingReport | None = None
     wrap: WrapSeams | None = None
     broken: BrokenElements | None = None
+    joints: JointEnds | None = None
     patches: PatchDistance | None = None
     landmarks: Landmarks | None = None
     crossings: Crossings | None = None
@@ -141,6 +145,11 @@ class Measures:
             ]
         if self.broken is not None:
             rows += _broken_rows(self.broken)
+        if self.joints is not None:
+            rows += [
+                ("joints that end nowhere", f"{100 * self.joints.share:.1f} %", "of the cuts"),
+                ("  per 1,000 square pixels", _figure(self.joints.per_area), "pixels; 0: none"),
+            ]
         if self.mapping is not None:
             rows += _mapping_rows(self.mapping)
         if self.scale is not None:
@@ -237,7 +246,8 @@ def measure_cover(
     if direction is not None:
         wanted = parse_direction(direction, patches=isinstance(surface, Surface))
     with keeping():
-        lattice, edges = find_lattice(exemplar), mesh_seams(surface, quilt, texels, exemplar, crease=crease)
+        lattice, joints = find_lattice(exemplar), find_joints(exemplar)
+        edges = mesh_seams(surface, quilt, texels, exemplar, crease=crease)
         return Measures(
             wasserstein=sliced_wasserstein(texels.arrays, exemplar),
             structure=structure(texels.arrays, exemplar),
@@ -253,6 +263,7 @@ def measure_cover(
             copies=copies(quilt),
             mapping=mapping(surface, quilt, scale=scale, direction=wanted),
             broken=None if lattice is None else broken_elements(quilt, lattice, surface, crease=crease),
+            joints=None if joints is None else joint_ends(quilt, joints, surface, crease=crease),
             patches=patch_distance(undistorted_views(quilt, texels), exemplar),
             landmarks=landmark_recurrence(surface, quilt, exemplar),
             crossings=crossings(surface, quilt),

@@ -30,11 +30,11 @@ from upholster.charts.mesh_layout import mesh_charts
 from upholster.charts.phases import phase_field
 from upholster.charts.turns import chart_turns
 from upholster.charts.warp_fields import triangle_frames, warp_fields
+from upholster.elements import Lattice, find_lattice
 from upholster.errors import InputError
 from upholster.geometry import AnySurface, MeshSurface, Surface
 from upholster.image import Material, check_exemplar
 from upholster.image.source import Sample, Source, as_exemplar
-from upholster.lattice import Lattice, find_lattice
 from upholster.lengths import parse_length
 from upholster.methods.paper.coefficients import keep_coefficients
 from upholster.methods.paper.method import PaperOptions, synthesize_paper

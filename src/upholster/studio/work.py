@@ -23,6 +23,7 @@ from typing import Any
 import numpy as np
 
 from upholster.coverings import Covering, settled
+from upholster.elements import find_lattice
 from upholster.errors import CancelledError, InputError, UpholsterError
 from upholster.formats import split_name
 from upholster.geometry import MeshSurface, TriangleMesh
@@ -33,7 +34,6 @@ from upholster.image.perspective import proposed_corners
 from upholster.image.preparing import resampled
 from upholster.image.source import Sample, read_source, source_parts
 from upholster.image.write import encode_image
-from upholster.lattice import find_lattice
 from upholster.options import WriteOptions
 from upholster.project import Look, Preview, Project, project_of, read_project, save_project, told_of
 from upholster.project.preview import Previews

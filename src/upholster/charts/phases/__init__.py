@@ -1,6 +1,6 @@
 """The phase of a repeating texture over a surface: where in its period it shall be, so that courses close.
 
-A *wave* is one generator of the sample's lattice (`upholster.lattice`): cycles per exemplar pixel. The
+A *wave* is one generator of the sample's lattice (`upholster.elements`): cycles per exemplar pixel. The
 surface is cut into *cells*, and *links* between neighbouring cells tell how far each wave goes on from one to
 the next. `solving` finds the phases that follow all links best; `cells` makes cells and links, and tells the
 wanted phase anywhere.

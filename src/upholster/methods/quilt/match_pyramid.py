@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.lattice import Lattice
+from upholster.elements import Joints, Lattice
 from upholster.methods.quilt._block_kernels import MatchImage
 from upholster.methods.quilt._search_kernels import mean_boxes
 from upholster.methods.quilt.features import pca_features
@@ -60,10 +60,20 @@ class MatchPyramid:
 
 
 @stage
-def match_pyramid(exemplar: PixelArray, last: int = 0, lattice: Lattice | None = None) -> MatchPyramid:
-    """Make the levels of an exemplar (H, W, C), from 0 to `last`, with its phases where they count."""
+def match_pyramid(
+    exemplar: PixelArray, last: int = 0, lattice: Lattice | None = None, joints: Joints | None = None
+) -> MatchPyramid:
+    """Make the levels of an exemplar (H, W, C), from 0 to `last`.
+
+    Its phases and its joints are told where they count; how far pixels are from joints is one more channel.
+    """
     shown = shown_waves(lattice)
-    form, variance = pca_features(exemplar)
+    form, variance = pca_features(exemplar, most=4 if joints is None else 3)
+    if joints is not None:
+        # At half the range of the first colour: joints meet, and colours count.
+        near = joints.distances >> 1
+        form = np.concatenate([form, near[..., None]], axis=2)
+        variance += float(near.astype(np.float64).var())
     image = form
     levels = []
     for level in range(last + 1):

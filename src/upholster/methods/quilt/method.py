@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from upholster.charts.charted import ChartedSurface
+from upholster.elements import find_joints
 from upholster.methods.quilt._block_kernels import LayNumbers, LayWeights
 from upholster.methods.quilt._phase_kernels import MISFIT
 from upholster.methods.quilt.emit import LabelPiece, emitted_quilt, label_pieces
@@ -177,7 +178,8 @@ def _numbers(
     shape = exemplar.shape[:2]
     last = max(0, int(np.log2(min(shape) / 16)))
     number = min(max(0, int(np.floor(np.log2(scale / _density(surface)) + 0.5))), last)
-    pyramid = match_pyramid(exemplar, number, None if phases is None else phases.lattice)
+    lattice = None if phases is None else phases.lattice
+    pyramid = match_pyramid(exemplar, number, lattice, find_joints(exemplar))
     level = pyramid.levels[number]
     cell = 4 if options.block >> number >= _COARSE else 2
     wanted = min(options.block, _SHARE * min(shape)) / 2**number

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.charts.phases import TURN, PhaseField
-from upholster.lattice import Lattice
+from upholster.elements import Lattice
 from upholster.quilt.placement import SYMMETRIES
 from upholster.types import FloatArray
 

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.lattice import find_lattice
+from upholster.elements import find_lattice
 from upholster.methods.quilt.features import pca_features
 from upholster.methods.working_form import working_form
 from upholster.stages import stage
@@ -49,9 +49,9 @@ def block_size(exemplar: PixelArray) -> int:
 
     It grows with the size of the texture's elements: the distance at which the autocorrelation of the main
     colour, averaged over all directions, has fallen to 0.2. Where the texture repeats, a block also holds a
-    whole cell of its lattice: that of its waves, see `upholster.lattice`, and that of the two shortest of the
-    autocorrelation's high peaks that are not parallel. Sums are exact: the same exemplar gives the same size
-    on every machine.
+    whole cell of its lattice: that of its waves, see `upholster.elements`, and that of the two shortest of
+    the autocorrelation's high peaks that are not parallel. Sums are exact: the same exemplar gives the same
+    size on every machine.
 
     Parameters
     ----------

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.lattice.peaks import Peak
+from upholster.elements.peaks import Peak
 from upholster.types import FloatArray
 
 __all__ = ["TOLERANCE", "chosen_waves"]

@@ -7,10 +7,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.lattice.choice import TOLERANCE, chosen_waves
-from upholster.lattice.following import Followed, follow, pixel_phases
-from upholster.lattice.peaks import LEAST_PERIODS, Peak, periods, spectrum_peaks
-from upholster.lattice.planes import Plane, planes, reduced
+from upholster.elements.choice import TOLERANCE, chosen_waves
+from upholster.elements.following import Followed, follow, pixel_phases
+from upholster.elements.peaks import LEAST_PERIODS, Peak, periods, spectrum_peaks
+from upholster.elements.planes import Plane, planes, reduced
 from upholster.stages import stage
 from upholster.types import FloatArray, PixelArray, frozen_array
 

@@ -1,4 +1,4 @@
-"""Cuts, and by how much a lattice's phase jumps at each."""
+"""Cuts, and what of the sample meets at each."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -6,14 +6,17 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.lattice import Lattice
-from upholster.measure.places import SeamPlaces
-from upholster.measure.trace import Trace, step_sources
+from upholster.charts.charted import ChartedSurface
+from upholster.measure.places import SeamPlaces, smooth_steps
+from upholster.measure.trace import Trace, quilt_windows, step_sources
 from upholster.quilt import Quilt
 from upholster.quilt.placement import SYMMETRIES
 from upholster.types import FloatArray, IntArray
 
-__all__ = ["PhaseCuts", "cuts_at_seams", "cuts_inside"]
+__all__ = ["SourceCuts", "cuts_at_seams", "cuts_inside", "cuts_of"]
+
+EVERY = 8
+"""Texels each way of which one tells the area."""
 
 CONTINUED = 16
 """A texel beyond a seam continues the other within so many 1/16 pixels: charts are unfolded, not exact."""
@@ -22,13 +25,14 @@ Index = NDArray[np.intp]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class PhaseCuts:
+class SourceCuts:
     """Edges of texels at which two sources meet that do not continue one another.
 
     Attributes
     ----------
-    jumps
-        (n, waves) by how much phases jump, in turns, -½ to ½.
+    onward, found
+        (n, 2) rows and columns in the sample, in 1/16 pixel: where the second texel would lie if the first
+        one's source went on, and where it lies.
     lengths
         (n,) in pixels of the sample.
     charts
@@ -37,20 +41,41 @@ class PhaseCuts:
         (n, 2, 2) rows and columns of each edge's ends: corner (r, c) is the upper left one of texel (r, c).
     """
 
-    jumps: FloatArray
+    onward: IntArray
+    found: IntArray
     lengths: FloatArray
     charts: Index
     ends: Index
 
     @classmethod
-    def joined(cls, parts: Sequence["PhaseCuts"]) -> "PhaseCuts":
+    def joined(cls, parts: Sequence["SourceCuts"]) -> "SourceCuts":
         """Return all parts as one."""
         return cls(*(np.concatenate([getattr(part, name) for part in parts]) for name in cls.__slots__))
 
 
-def cuts_inside(
-    trace: Trace, lattice: Lattice, shown: NDArray[np.bool_] | None = None
-) -> Iterator[PhaseCuts]:
+def cuts_of(
+    quilt: Quilt, charted: ChartedSurface | None, crease: float
+) -> tuple[SourceCuts, SeamPlaces | None, float]:
+    """Return the cuts of a quilt; the places of its seams, if it is known what it lies on; and its area.
+
+    Only texels on the surface count, and no cuts along its creases, see `broken_elements`. The area is in
+    square pixels of the sample.
+    """
+    found: list[SourceCuts] = []
+    area = 0.0
+    for window in quilt_windows(quilt):
+        trace = Trace.of(quilt, window)
+        shown = None if charted is None else smooth_steps(charted, window, crease)
+        found += cuts_inside(trace, shown)
+        area += _area(trace, shown)
+    seams = None if charted is None else SeamPlaces.of(charted, crease=crease)
+    if seams is not None:
+        seams = seams.of_texels()
+        found += cuts_at_seams(quilt, seams)
+    return SourceCuts.joined(found), seams, area
+
+
+def cuts_inside(trace: Trace, shown: NDArray[np.bool_] | None = None) -> Iterator[SourceCuts]:
     """Yield the cuts inside a window of a chart: those between rows, and those between columns.
 
     Of `shown` (rows, columns of the window) both texels must be, where it is given.
@@ -71,10 +96,10 @@ def cuts_inside(
         ends[:, 1, 1 - axis] += 1
         along = trace.field.at(rows, columns)[:, :, 1 - axis]
         charts = np.full(len(rows), trace.window.index, np.intp)
-        yield PhaseCuts(_jumps(lattice, first, second), np.hypot(*along.T), charts, ends)
+        yield SourceCuts(first.T, second.T, np.hypot(*along.T), charts, ends)
 
 
-def cuts_at_seams(quilt: Quilt, lattice: Lattice, seams: SeamPlaces) -> Iterator[PhaseCuts]:
+def cuts_at_seams(quilt: Quilt, seams: SeamPlaces) -> Iterator[SourceCuts]:
     """Yield the cuts along seams: where the texel beyond does not go on."""
     for a, b in np.unique(seams.chart, axis=0).tolist():
         own = np.flatnonzero((seams.chart == (a, b)).all(axis=1))
@@ -82,17 +107,16 @@ def cuts_at_seams(quilt: Quilt, lattice: Lattice, seams: SeamPlaces) -> Iterator
         ends = texel[:, :1].repeat(2, axis=1)
         # A texel's edge that the seam follows: along the rows where the other texel lies above or below.
         ends[np.arange(len(own)), 1, np.abs(step).argmin(axis=1)] += 1
-        yield _met(quilt, lattice, (a, texel[:, 0]), (b, texel[:, 1]), step, ends)
+        yield _met(quilt, (a, texel[:, 0]), (b, texel[:, 1]), step, ends)
 
 
 def _met(
     quilt: Quilt,
-    lattice: Lattice,
     here: tuple[int, Index],
     there: tuple[int, Index],
     step: FloatArray,
     ends: Index,
-) -> PhaseCuts:
+) -> SourceCuts:
     # Cuts between texels (n, 2) of two charts, the second ones a `step` (n, 2) of the first one's texels on.
     (first, place), (second, found) = (_sources(quilt, *side) for side in (here, there))
     matrices = quilt.fields[here[0]].at(*here[1].T)
@@ -102,8 +126,9 @@ def _met(
     cut &= np.abs(onward - found).max(axis=0, initial=0) > CONTINUED
     along = (ends[:, 1] - ends[:, 0])[:, :, None].astype(np.float64)
     lengths = np.hypot(*(matrices @ along)[:, :, 0].T)
-    jumps = _jumps(lattice, onward, found)
-    return PhaseCuts(jumps[cut], lengths[cut], np.full(int(cut.sum()), here[0], np.intp), ends[cut])
+    return SourceCuts(
+        onward.T[cut], found.T[cut], lengths[cut], np.full(int(cut.sum()), here[0], np.intp), ends[cut]
+    )
 
 
 def _sources(quilt: Quilt, chart: int, texel: Index) -> tuple[NDArray[np.void], IntArray]:
@@ -116,16 +141,13 @@ def _sources(quilt: Quilt, chart: int, texel: Index) -> tuple[NDArray[np.void], 
     return owner, step_sources(quilt.fields[chart], owner, *texel.T)
 
 
-def _jumps(lattice: Lattice, one: IntArray, other: IntArray) -> FloatArray:
-    jumps: FloatArray = _turns(lattice, other) - _turns(lattice, one)
-    return jumps - np.rint(jumps)
-
-
-def _turns(lattice: Lattice, place: IntArray) -> FloatArray:
-    # The sample's phases (n, waves), in turns, at places (2, n); beyond its edges they go on evenly.
-    height, width = lattice.phases.shape[1:]
-    rows, columns = place
-    r, c = np.clip((rows + 8) >> 4, 0, height - 1), np.clip((columns + 8) >> 4, 0, width - 1)
-    rest = np.stack([rows / 16 - r, columns / 16 - c], axis=1)
-    turns: FloatArray = lattice.phases[:, r, c].T / 65536 + (rest[:, :, None] * lattice.waves.T).sum(axis=1)
-    return turns
+def _area(trace: Trace, shown: NDArray[np.bool_] | None) -> float:
+    # Of the texels that are shown, in square pixels of the sample.
+    if shown is None:
+        shown = np.ones(trace.owners.shape, bool)
+    rows, columns = np.nonzero(shown[::EVERY, ::EVERY])
+    if not len(rows):
+        return 0.0
+    places = (EVERY * at + first for at, first in ((rows, trace.window.row), (columns, trace.window.column)))
+    matrices = trace.field.at(*(place.astype(np.float64) for place in places))
+    return float(np.abs(np.linalg.det(matrices)).mean()) * int(np.count_nonzero(shown))

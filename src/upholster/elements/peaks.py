@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from upholster.lattice.planes import Plane
+from upholster.elements.planes import Plane
 from upholster.types import FloatArray
 
 __all__ = ["LEAST_PERIODS", "Peak", "periods", "spectrum_peaks"]

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.lattice._kernels import add_beats, interpolate_phases, smooth_nodes
-from upholster.lattice.planes import Plane
+from upholster.elements._lattice_kernels import add_beats, interpolate_phases, smooth_nodes
+from upholster.elements.planes import Plane
 from upholster.types import FloatArray
 
 __all__ = ["Followed", "follow", "pixel_phases"]

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from benchmarks.lattice_samples import PATTERNS, lattice_sample
 
+from upholster.elements import Lattice, find_lattice
+from upholster.elements._lattice_kernels import add_beats, interpolate_phases, smooth_nodes
 from upholster.image import read_exemplar
-from upholster.lattice import Lattice, find_lattice
-from upholster.lattice._kernels import add_beats, interpolate_phases, smooth_nodes
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 

@@ -1,0 +1,138 @@
+"""The joints of a sample: thin lines that part its elements, and how far each pixel is from them."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from upholster.elements._joint_kernels import (
+    filter_plane,
+    measure_distances,
+    measure_ridges,
+    thin_ridges,
+    trace_lines,
+)
+from upholster.elements.planes import reduced
+from upholster.stages import stage
+from upholster.types import FloatArray, PixelArray, frozen_array
+
+__all__ = ["Joints", "find_joints"]
+
+_LOOKED_AT = 192
+"""Pixels of the shorter side that are looked at, and less than twice as many: larger samples are reduced."""
+
+_LEAST_SIDE = 32
+
+_WIDTHS = (1.5, 2.5, 4.0)
+"""Standard deviations, in pixels, of the Gaussians that joints of different widths are looked for with."""
+
+_UNIT = 256
+"""Of taps, which are whole numbers."""
+
+_USUAL, _WEAK, _STRONG = 0.97, 0.25, 0.6
+"""A line is above the second share of what so many pixels are below, and somewhere above the third."""
+
+_LONG = 10
+"""Widths that a line spans, to be a joint."""
+
+_FAR = 0.9
+"""Of all pixels, those nearer to a joint are told apart."""
+
+_SURE = 4.5
+"""Certainty from which on joints are told."""
+
+
+@dataclass(frozen=True, eq=False)
+class Joints:
+    """The joints of a sample.
+
+    Attributes
+    ----------
+    distances
+        (H, W) uint8: how far each pixel is from the nearest joint, 0 to 255: a tenth of all pixels are as
+        far as that or farther.
+    certainty
+        How much stronger joints are than other lines, times the share of lines that are long: 4.5 or more.
+    """
+
+    distances: NDArray[np.uint8]
+    certainty: float
+
+    def __post_init__(self) -> None:
+        frozen_array(self.distances)
+
+
+@stage
+def find_joints(exemplar: PixelArray) -> Joints | None:
+    """Find thin long lines, dark or light, that part a sample's elements: stones, boards, tiles.
+
+    Lines are the crests of the larger eigenvalue of the brightness's Hessian, at three widths, dark and light
+    ones apart; those kind and width are taken whose lines are longest and stand out most.
+
+    Parameters
+    ----------
+    exemplar
+        (H, W, C), any number of channels; uint8, uint16 or float32.
+
+    Returns
+    -------
+    Joints or None
+        None where there are no sure ones.
+
+    References
+    ----------
+    Steger: An unbiased detector of curvilinear structures, PAMI 20 (1998), on lines by the Hessian.
+    """
+    height, width = exemplar.shape[:2]
+    if min(height, width) < _LEAST_SIDE:
+        return None
+    by = max(1, min(height, width) // _LOOKED_AT)
+    plane = reduced(exemplar, by)[..., :3].sum(axis=2).astype(np.float64)
+    found = [
+        _lines(derivatives, sign, deviation)
+        for deviation in _WIDTHS
+        for derivatives in (_derivatives(plane, deviation),)
+        for sign in (1.0, -1.0)
+    ]
+    certainty, distances = max(found, key=lambda one: one[0])
+    if certainty < _SURE:
+        return None
+    far = max(3.0, float(np.quantile(distances, _FAR)))
+    near = np.minimum(np.rint(distances * (255 / far)), 255).astype(np.uint8)
+    rows = np.minimum(np.arange(height) // by, near.shape[0] - 1)
+    columns = np.minimum(np.arange(width) // by, near.shape[1] - 1)
+    return Joints(near[rows[:, None], columns], certainty)
+
+
+def _derivatives(plane: FloatArray, deviation: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+    # Second derivatives of a plane under a Gaussian: down the rows, along them, and mixed.
+    reach = int(4 * deviation + 0.5)
+    places = np.arange(-reach, reach + 1) / deviation
+    even = _UNIT * np.exp(-0.5 * places**2)
+    smooth, once, twice = np.rint(even), np.rint(places * even), np.rint((places**2 - 1) * even)
+    twice -= np.rint(twice.sum() / len(twice))
+    scratch = np.empty_like(plane)
+    out = tuple(np.empty_like(plane) for _ in range(3))
+    for (down, right), filtered in zip(((twice, smooth), (smooth, twice), (once, once)), out, strict=True):
+        filter_plane(plane, down, right, scratch, filtered)
+    return out  # type: ignore[return-value]
+
+
+def _lines(
+    derivatives: tuple[FloatArray, FloatArray, FloatArray], sign: float, deviation: float
+) -> tuple[float, NDArray[np.int32]]:
+    # How sure lines of one kind are, and how far each pixel is from the nearest.
+    shape = derivatives[0].shape
+    ridges, across, thin = np.empty(shape), np.empty(shape, np.int8), np.empty(shape, np.uint8)
+    measure_ridges(*derivatives, sign, ridges, across)
+    usual = float(np.quantile(ridges, _USUAL))
+    thin_ridges(ridges, across, _WEAK * usual, thin)
+    trace_lines(ridges, thin, _STRONG * usual, int(_LONG * deviation), np.empty(ridges.size, np.int32))
+    distances = np.empty(shape, np.int32)
+    measure_distances((thin == 2).astype(np.uint8), distances)
+    beyond = distances > 7.5 * deviation
+    if not (thin == 2).any() or not beyond.any():
+        return 0.0, distances
+    share = ridges[thin == 2].sum() / ridges[thin > 0].sum()
+    contrast = ridges[thin == 2].mean() / max(float(ridges[beyond].mean()), 1e-9)
+    return round(float(share * contrast), 3), distances
