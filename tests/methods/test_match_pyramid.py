@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from upholster.methods.quilt.features import pca_features
+from upholster.elements import Joints
+from upholster.methods.quilt.features import match_features
 from upholster.methods.quilt.match_pyramid import match_pyramid
 from upholster.quilt.pyramid import halved
 
@@ -16,8 +17,8 @@ def picture(height, width, channels=3):
 def test_levels_are_the_pyramids(shape):
     exemplar = picture(*shape)
     pyramid = match_pyramid(exemplar, 2)
-    image, variance = pca_features(exemplar)
-    assert pyramid.variance == variance
+    image = match_features(exemplar)
+    assert pyramid.variance == pytest.approx(image.reshape(-1, image.shape[2]).var(axis=0).sum())
     assert len(pyramid.levels) == 3
     for match_level in pyramid.levels:
         height, width, channels = image.shape
@@ -28,6 +29,14 @@ def test_levels_are_the_pyramids(shape):
         assert match_level.match.plane.dtype == np.float32
         image = halved(image)
     assert len(match_pyramid(exemplar).levels) == 1
+
+
+def test_distances_to_joints_are_the_last_channel():
+    exemplar = picture(40, 56)
+    joints = Joints(np.random.default_rng(1).integers(0, 256, (40, 56), dtype=np.uint8), 9.0)
+    form = match_pyramid(exemplar, 0, None, joints).form
+    assert (form[..., :-1] == match_features(exemplar, most=3)).all()
+    assert (form[..., -1] == joints.distances // 2).all()
 
 
 @pytest.mark.parametrize(("height", "width"), [(1, 1), (30, 64), (256, 256), (257, 40), (900, 20)])

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from upholster.elements import Joints, Lattice
 from upholster.methods.quilt._block_kernels import MatchImage
 from upholster.methods.quilt._search_kernels import mean_boxes
-from upholster.methods.quilt.features import pca_features
+from upholster.methods.quilt.features import match_features
 from upholster.methods.quilt.phases import level_phases, shown_waves
 from upholster.quilt.pyramid import halved
 from upholster.stages import stage
@@ -36,9 +36,9 @@ class MatchPyramid:
     levels
         From the finest on.
     form
-        The finest level's main colours, (H, W, K).
+        What the finest level's pixels are compared by, (H, W, K).
     variance
-        Of the finest level's pixels, see `pca_features`.
+        Mean squared distance of the finest level's pixels from their mean.
     usage_step
         Pixels of the finest level between two points of the usage grid, on which usage is counted.
     """
@@ -68,12 +68,12 @@ def match_pyramid(
     Its phases and its joints are told where they count; how far pixels are from joints is one more channel.
     """
     shown = shown_waves(lattice)
-    form, variance = pca_features(exemplar, most=4 if joints is None else 3)
+    form = match_features(exemplar, most=4 if joints is None else 3)
     if joints is not None:
         # At half the range of the first colour: joints meet, and colours count.
         near = joints.distances >> 1
         form = np.concatenate([form, near[..., None]], axis=2)
-        variance += float(near.astype(np.float64).var())
+    variance = float(form.astype(np.float64).var(axis=(0, 1)).sum())
     image = form
     levels = []
     for level in range(last + 1):

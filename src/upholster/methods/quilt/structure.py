@@ -71,7 +71,7 @@ def block_size(exemplar: PixelArray) -> int:
     """
     shorter = min(exemplar.shape[:2])
     by = -(-shorter // _LOOKED_AT)
-    plane = pca_features(_reduced(exemplar, by), most=1)[0][:_LONGEST, :_LONGEST, 0].astype(np.int64)
+    plane = pca_features(_reduced(exemplar, by), most=1)[:_LONGEST, :_LONGEST, 0].astype(np.int64)
     plane -= int(plane.sum()) // plane.size
     reach = min(plane.shape) // 2
     # Whole numbers far below 2^53: rounding takes back what the transform lost.
