@@ -133,3 +133,15 @@ def test_texels_follow_the_sample_up_to_a_ceiling_that_is_told(tmp_path, monkeyp
     (note,) = run().notes
     assert "a texel is" in note
     assert "--texels" in note
+
+
+def test_a_sample_of_few_stones_is_told(tmp_path):
+    rows, columns = np.mgrid[:192, :192]
+    noise = np.random.default_rng(1).normal(0, 4, (192, 192))
+    for side, told in ((64, True), (24, False)):
+        joint = np.minimum((rows + side // 2) % side, (columns + side // 2) % side) < 4
+        pixels = np.clip(np.where(joint, 60, 130) + noise, 0, 255).astype(np.uint8)
+        write_image(tmp_path / "stones.png", pixels[:, :, None])
+        words = str(tmp_path / "stones.png"), "plane", [str(tmp_path / "x.npz")]
+        notes = cover(*words, synthesis={"texels": 10_000}).notes
+        assert any("tiles across" in note for note in notes) is told

@@ -10,10 +10,10 @@ from upholster.errors import InputError
 from upholster.files import outputs
 from upholster.image import IMAGE_SUFFIXES, from_linear, read_exemplar, read_image, resize_image, to_linear
 from upholster.image.drawing import Drawing
-from upholster.image.even_light import UNEVEN, light_range
 from upholster.image.perspective import proposed_corners
 from upholster.image.write import write_image
 from upholster.options import SampleOptions
+from upholster.reports import sample_notes
 from upholster.types import PixelArray
 
 __all__ = ["PreparedReport", "prepare_sample"]
@@ -88,9 +88,7 @@ def prepare_sample(
 
 def _hints(sample: PixelArray, options: SampleOptions) -> list[str]:
     """Return which options would help."""
-    found = []
-    if (uneven := light_range(sample)) > UNEVEN:
-        found.append(f"the light varies by a factor of {uneven:.1f}; --even-light takes that out")
+    found = sample_notes(sample)
     if options.rectify is None and options.crop is None and options.resize is None:
         corners = proposed_corners(sample)
         if corners is not None:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from upholster.charts.layout import MOST_TEXELS
+from upholster.elements import find_joints
 from upholster.geometry import AnySurface, MeshSurface, Surface
 from upholster.image.even_light import UNEVEN, light_range
 from upholster.image.sameness import differing_region
@@ -32,6 +33,7 @@ __all__ = [
     "notes_before",
     "page_counts",
     "peak_memory",
+    "sample_notes",
     "settled_words",
     "timed",
     "totalled",
@@ -39,6 +41,9 @@ __all__ = [
 
 _SOFT, _COARSE = 0.6, 1.2
 """Pixels of the sample to a texel below which a texture looks soft, and above which the sample shows more."""
+
+_FEW = 4
+"""Elements across a sample below which that is told."""
 
 _STRETCHED = 0.01
 """From here on a tile's better size is told."""
@@ -164,6 +169,27 @@ def _settled_by_paper(options: PaperOptions, surface: Surface) -> dict[str, str]
     return found
 
 
+def sample_notes(sample: PixelArray) -> list[str]:
+    """Return why a sample (H, W, C) may be no good one, and what would help."""
+    if region := differing_region(sample):
+        return [
+            f"the sample does not look like one texture: {region} has another colour than the rest; "
+            "--crop or --rectify takes a part of it"
+        ]
+    found = []
+    if (uneven := light_range(sample)) > UNEVEN:
+        found.append(
+            f"the light on the sample varies by a factor of {uneven:.1f}; --even-light takes that out"
+        )
+    joints = find_joints(sample)
+    if joints is not None and joints.across < _FEW:
+        found.append(
+            f"the sample is about {joints.across:.1f} stones, boards or tiles across; with fewer than {_FEW} "
+            "the same ones show again and again: a larger piece of the material has more"
+        )
+    return found
+
+
 def notes_before(surface: AnySurface, prepared: Prepared, sample: PixelArray, maps: int) -> list[str]:
     """Return what the user should know before the work begins; `maps` are those whose texels are kept."""
     found = []
@@ -173,15 +199,7 @@ def notes_before(surface: AnySurface, prepared: Prepared, sample: PixelArray, ma
             f"{count} edges nearly meet, but are farther apart than the tolerance of {surface.tolerance:g} "
             f"times the surface's size; a tolerance of {tolerance:g} would join them"
         )
-    if region := differing_region(sample):
-        found.append(
-            f"the sample does not look like one texture: {region} has another colour than the rest; "
-            "--crop or --rectify takes a part of it"
-        )
-    elif (uneven := light_range(sample)) > UNEVEN:
-        found.append(
-            f"the light on the sample varies by a factor of {uneven:.1f}; --even-light takes that out"
-        )
+    found += sample_notes(sample)
     if prepared.scale is not None and prepared.scale.scale < _SOFT * prepared.scale.density:
         pixels = prepared.scale.scale / prepared.scale.density
         found.append(

@@ -109,3 +109,13 @@ def test_long_lines_are_told_from_short_ones():
     assert (thin[5, 2:28] == 2).all()
     assert (thin[12, 4:9] == 1).all()
     assert thin.sum() == 26 * 2 + 5
+
+
+def test_stones_in_a_row_are_counted():
+    rows, columns = np.mgrid[:240, :240]
+    for across in (3, 5, 8):
+        side = 240 / across
+        joint = np.minimum((rows + side / 2) % side, (columns + side / 2) % side) < 4
+        image = np.where(joint, 60, 130) + np.random.default_rng(1).normal(0, 4, (240, 240))
+        joints = find_joints(np.clip(image, 0, 255).astype(np.uint8)[..., None])
+        assert joints.across == pytest.approx(across, abs=0.6)

@@ -90,3 +90,13 @@ def test_the_kernel_is_the_formula() -> None:
             expected += (count[used] * (sums / count[used] - middle) ** 2).sum() / (used.sum() - 1) / 2
         assert found == pytest.approx(expected)
     assert out[5] == 0
+
+
+def test_a_slanted_pattern_is_no_perspective() -> None:
+    """Rows of hexagons run at 60 degrees: parallel lines, seen from the front."""
+    rng = np.random.default_rng(5)
+    x, y = np.meshgrid(np.arange(WIDTH), np.arange(HEIGHT))
+    place = np.stack([x - y / np.tan(np.radians(60)), y / np.sin(np.radians(60))]) / 50
+    joint = (np.abs(place - np.round(place)) < 0.06).any(axis=0)
+    photo = np.where(joint, 200, 100) + rng.normal(0, 12, joint.shape)
+    assert proposed_corners(np.clip(photo, 0, 255).astype(np.uint8)[:, :, None]) is None

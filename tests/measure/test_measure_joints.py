@@ -16,7 +16,7 @@ def test_a_joint_that_meets_a_stone_is_counted():
     # A joint in columns 20 to 23 of the sample, all else far from it.
     distances = np.full((64, 64), 255, np.uint8)
     distances[:, 20:24] = 0
-    joints = Joints(distances, 9.0)
+    joints = Joints(distances, 9.0, 5.0)
     same = quilt_of([(16, 8, 32, 16, 20, 20, 0), (16, 24, 32, 16, 20, 36, 0)])
     assert joint_ends(same, joints).share == 0
     # The right block begins at the joint; the left one would go on with stone.

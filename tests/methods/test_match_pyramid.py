@@ -33,7 +33,7 @@ def test_levels_are_the_pyramids(shape):
 
 def test_distances_to_joints_are_the_last_channel():
     exemplar = picture(40, 56)
-    joints = Joints(np.random.default_rng(1).integers(0, 256, (40, 56), dtype=np.uint8), 9.0)
+    joints = Joints(np.random.default_rng(1).integers(0, 256, (40, 56), dtype=np.uint8), 9.0, 5.0)
     form = match_pyramid(exemplar, 0, None, joints).form
     assert (form[..., :-1] == match_features(exemplar, most=3)).all()
     assert (form[..., -1] == joints.distances // 2).all()

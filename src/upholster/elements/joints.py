@@ -38,6 +38,9 @@ _LONG = 10
 _FAR = 0.9
 """Of all pixels, those nearer to a joint are told apart."""
 
+_ON = 40
+"""A pixel whose distance is less lies on a joint."""
+
 _SURE = 4.5
 """Certainty from which on joints are told."""
 
@@ -53,10 +56,14 @@ class Joints:
         far as that or farther.
     certainty
         How much stronger joints are than other lines, times the share of lines that are long: 4.5 or more.
+    across
+        How many joints a line through the sample crosses in the mean, down or across, whichever are more: as
+        many elements lie in a row.
     """
 
     distances: NDArray[np.uint8]
     certainty: float
+    across: float
 
     def __post_init__(self) -> None:
         frozen_array(self.distances)
@@ -101,7 +108,13 @@ def find_joints(exemplar: PixelArray) -> Joints | None:
     near = np.minimum(np.rint(distances * (255 / far)), 255).astype(np.uint8)
     rows = np.minimum(np.arange(height) // by, near.shape[0] - 1)
     columns = np.minimum(np.arange(width) // by, near.shape[1] - 1)
-    return Joints(near[rows[:, None], columns], certainty)
+    return Joints(near[rows[:, None], columns], certainty, _crossed(near < _ON))
+
+
+def _crossed(on: NDArray[np.bool_]) -> float:
+    # How many joints rows or columns cross in the mean.
+    down, right = (np.diff(on, axis=axis).sum() / 2 / on.shape[1 - axis] for axis in (0, 1))
+    return round(float(max(down, right)), 3)
 
 
 def _derivatives(plane: FloatArray, deviation: float) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -50,8 +50,12 @@ def proposed_corners(photo: PixelArray) -> Corners | None:
     if rows is None or columns is None:
         return None
     turned = max(abs(rows[1]), abs(columns[0]))
-    if turned < np.sin(_FACING[0]) and max(abs(rows[2]), abs(columns[2])) < _FACING[1]:
-        return None
+    slanted = abs(
+        rows[:2] @ columns[:2]
+    )  # parallel lines that are not square belong to the pattern: hexagons
+    if turned < np.sin(_FACING[0]) or slanted > np.sin(3 * _FACING[0]):
+        if max(abs(rows[2]), abs(columns[2])) < _FACING[1]:
+            return None
     wall = np.stack([rows, columns, [0.0, 0.0, 1.0]], axis=1)  # from the wall, whose middle is the photo's
     half = np.array([width, height]) / max(width, height)
     corners = _largest_rectangle(wall, half)
