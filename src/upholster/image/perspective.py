@@ -50,12 +50,11 @@ def proposed_corners(photo: PixelArray) -> Corners | None:
     if rows is None or columns is None:
         return None
     turned = max(abs(rows[1]), abs(columns[0]))
-    slanted = abs(
-        rows[:2] @ columns[:2]
-    )  # parallel lines that are not square belong to the pattern: hexagons
-    if turned < np.sin(_FACING[0]) or slanted > np.sin(3 * _FACING[0]):
-        if max(abs(rows[2]), abs(columns[2])) < _FACING[1]:
-            return None
+    # Parallel lines that are not square are a pattern's own: hexagons.
+    slanted = abs(rows[:2] @ columns[:2]) > np.sin(3 * _FACING[0])
+    parallel = max(abs(rows[2]), abs(columns[2])) < _FACING[1]
+    if parallel and (slanted or turned < np.sin(_FACING[0])):
+        return None
     wall = np.stack([rows, columns, [0.0, 0.0, 1.0]], axis=1)  # from the wall, whose middle is the photo's
     half = np.array([width, height]) / max(width, height)
     corners = _largest_rectangle(wall, half)
