@@ -387,6 +387,10 @@ def test_open_land_has_smooth_directions_and_other_meshes_level_ones() -> None:
     assert default_direction(box((30.0, 30.0, 5.5))) == "level"
     assert default_direction(box((30.0, 30.0, 1.0))) == "smooth"
     assert default_direction(height_field(4)) == "smooth"
+    # On a ring that lies level lines close; on one that stands they end, and those round its girth close.
+    lying = torus()
+    assert default_direction(lying) == "level"
+    assert default_direction(TriangleMesh(lying.positions[:, [2, 0, 1]], lying.triangles)) == "curvature"
     land = height_field(16, 0.1)
     np.testing.assert_array_equal(
         direction_field(land).face_vectors, direction_field(land, "smooth").face_vectors

@@ -108,16 +108,31 @@ class DirectionField(Shown):
 
 @stage
 def default_direction(mesh: TriangleMesh) -> str:
-    """Return ``level``, or ``smooth`` where a mesh is mostly ground, or what slopes is open land.
+    """Return ``level``, ``smooth`` where a mesh is mostly ground or open land, or ``curvature`` on a tube.
 
     On land lines of equal height wind round every top and hollow; and ground, which is flat, would follow
-    each small thing that stands on it. Else what is flat has no say: a house on a lawn is level.
+    each small thing that stands on it. Else what is flat has no say: a house on a lawn is level. A tube is
+    closed in itself, a knot or a ring: where level lines end on it, and those round its girth nowhere do,
+    it has these.
     """
     upright = np.abs(mesh.flat_normals[:, 2])
     if float((upright * mesh.areas).sum()) > _GROUND * float(mesh.areas.sum()):
         return "smooth"
     share = mesh.areas * asked_of_slopes(upright)
-    return "smooth" if float((upright * share).sum()) >= _LAND * float(share.sum()) else "level"
+    if float((upright * share).sum()) >= _LAND * float(share.sum()):
+        return "smooth"
+    return "curvature" if _is_tube(mesh) else "level"
+
+
+def _is_tube(mesh: TriangleMesh) -> bool:
+    # Whether directions of curvature have no singular point, and level ones some. Only a closed mesh whose
+    # Euler characteristic is 0 can have a field without one.
+    corners = len(np.unique(mesh.triangles))
+    if (mesh.neighbours < 0).any() or 2 * corners != len(mesh.triangles):
+        return False
+    return (
+        len(direction_field(mesh, "curvature").singular) == 0 < len(direction_field(mesh, "level").singular)
+    )
 
 
 @stage
