@@ -38,14 +38,15 @@ def filter_plane(
                 scratch[i, j] += tap * plane[at, j]
     for i in range(height):
         for j in range(width):
-            total = 0.0
-            if j >= reach and j < width - reach:
-                for k in range(-reach, reach + 1):
-                    total += right[k + reach] * scratch[i, j + k]
-            else:
-                for k in range(-reach, reach + 1):
-                    total += right[k + reach] * scratch[i, _mirrored(j + k, width)]
-            out[i, j] = total
+            out[i, j] = 0.0
+        for k in range(-reach, reach + 1):
+            tap, first, last = right[k + reach], max(0, -k), min(width, width - k)
+            for j in range(first, last):
+                out[i, j] += tap * scratch[i, j + k]
+            for j in range(first):
+                out[i, j] += tap * scratch[i, _mirrored(j + k, width)]
+            for j in range(last, width):
+                out[i, j] += tap * scratch[i, _mirrored(j + k, width)]
 
 
 @kernel

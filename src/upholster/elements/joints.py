@@ -1,6 +1,7 @@
 """The joints of a sample: thin lines that part its elements, and how far each pixel is from them."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +24,7 @@ _LOOKED_AT = 192
 
 _LEAST_SIDE = 32
 
-_WIDTHS = (1.5, 2.5, 4.0)
+_WIDTHS = (1.5, 2.5)
 """Standard deviations, in pixels, of the Gaussians that joints of different widths are looked for with."""
 
 _UNIT = 256
@@ -73,7 +74,7 @@ class Joints:
 def find_joints(exemplar: PixelArray) -> Joints | None:
     """Find thin long lines, dark or light, that part a sample's elements: stones, boards, tiles.
 
-    Lines are the crests of the larger eigenvalue of the brightness's Hessian, at three widths, dark and light
+    Lines are the crests of the larger eigenvalue of the brightness's Hessian, at two widths, dark and light
     ones apart; those kind and width are taken whose lines are longest and stand out most.
 
     Parameters
@@ -104,7 +105,7 @@ def find_joints(exemplar: PixelArray) -> Joints | None:
     certainty, distances = max(found, key=lambda one: one[0])
     if certainty < _SURE:
         return None
-    far = max(3.0, float(np.quantile(distances, _FAR)))
+    far = max(3.0, _below(distances, _FAR))
     near = np.minimum(np.rint(distances * (255 / far)), 255).astype(np.uint8)
     rows = np.minimum(np.arange(height) // by, near.shape[0] - 1)
     columns = np.minimum(np.arange(width) // by, near.shape[1] - 1)
@@ -115,6 +116,12 @@ def _crossed(on: NDArray[np.bool_]) -> float:
     # How many joints rows or columns cross in the mean.
     down, right = (np.diff(on, axis=axis).sum() / 2 / on.shape[1 - axis] for axis in (0, 1))
     return round(float(max(down, right)), 3)
+
+
+def _below(values: NDArray[Any], share: float) -> float:
+    # What a share of all values is below.
+    n = int(share * values.size)
+    return float(np.partition(values.reshape(-1), n)[n])
 
 
 def _derivatives(plane: FloatArray, deviation: float) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -138,7 +145,7 @@ def _lines(
     shape = derivatives[0].shape
     ridges, across, thin = np.empty(shape), np.empty(shape, np.int8), np.empty(shape, np.uint8)
     measure_ridges(*derivatives, sign, ridges, across)
-    usual = float(np.quantile(ridges, _USUAL))
+    usual = _below(ridges, _USUAL)
     thin_ridges(ridges, across, _WEAK * usual, thin)
     trace_lines(ridges, thin, _STRONG * usual, int(_LONG * deviation), np.empty(ridges.size, np.int32))
     distances = np.empty(shape, np.int32)
