@@ -9,6 +9,7 @@ from benchmarks.lattice_samples import PATTERNS, lattice_sample
 from upholster.elements import Lattice, find_lattice
 from upholster.elements._lattice_kernels import add_beats, interpolate_phases, smooth_nodes
 from upholster.image import read_exemplar
+from upholster.image.resize import resize_image
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
@@ -47,6 +48,20 @@ def test_lattices_may_be_slanted(angle):
     lattice = find_lattice(sample.image)
     assert lattice is not None
     assert abs(round(np.linalg.det(change_of_basis(lattice, sample)))) == 1
+
+
+@pytest.mark.parametrize(("pattern", "unit"), [("herringbone", 32), ("running_bond", 40)])
+def test_the_same_picture_has_the_same_lattice_at_every_size(pattern, unit):
+    # Where grain is strong, most of the spectrum's maxima are its own.
+    sample = lattice_sample(pattern, side=512, unit=unit)
+    grain = 60 * np.random.default_rng(1).normal(size=(512, 512, 1))
+    image = np.rint((sample.image + grain).clip(0, 255)).astype(np.uint8)
+    for side in (96, 128, 192, 256, 300, 384, 512):
+        lattice = find_lattice(resize_image(image, height=side, width=side))
+        assert lattice is not None, side
+        change = lattice.waves * (side / 512) @ np.linalg.inv(sample.waves)
+        assert np.abs(change - np.rint(change)).max() < 0.15, side
+        assert abs(round(np.linalg.det(np.rint(change)))) == 1, side
 
 
 def test_a_large_sample_is_reduced_and_has_phases_at_every_pixel():

@@ -36,7 +36,7 @@ _COMBINED = 6
 _MULTIPLES = np.array([-5, -4, -3, -2, -1, 1, 2, 3, 4, 5])
 """Of a wave: they say nothing that the wave does not."""
 
-_SURE = 0.55
+_SURE = 0.6
 """Certainty below which a wave is left out."""
 
 
