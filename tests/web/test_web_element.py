@@ -246,7 +246,7 @@ def test_the_built_scripts_show_every_stream_as_the_sources_do(chromium: Any) ->
                 found.append({})
                 for path in vectors.glob("*.uph"):
                     tab.call("viewer.open(argument)", f"/vectors/{path.name}")
-                    tab.complete().settle()
+                    tab.complete().settle_shape()  # until it is as fine as the view takes, too
                     told = tab.call("return [viewer.model.texels, viewer.model.roles, viewer.model.sphere]")
                     found[-1][path.name] = (told, tab.texels())
     assert len(found[0]) > 10
