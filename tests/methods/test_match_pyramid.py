@@ -31,12 +31,18 @@ def test_levels_are_the_pyramids(shape):
     assert len(match_pyramid(exemplar).levels) == 1
 
 
-def test_distances_to_joints_are_the_last_channel():
-    exemplar = picture(40, 56)
-    joints = Joints(np.random.default_rng(1).integers(0, 256, (40, 56), dtype=np.uint8), 9.0, 5.0)
-    form = match_pyramid(exemplar, 0, None, joints).form
-    assert (form[..., :-1] == match_features(exemplar, most=3)).all()
-    assert (form[..., -1] == joints.distances // 2).all()
+@pytest.mark.parametrize("dark", [True, False])
+def test_candidates_are_found_by_joints_before_colours(dark):
+    distances = np.random.default_rng(1).integers(0, 256, (40, 56), dtype=np.uint8)
+    exemplar = picture(40, 56) // 8
+    exemplar += (distances // 2 if dark else 127 - distances // 2)[..., None]
+    form = match_pyramid(exemplar, 0, None, Joints(distances, 9.0, 5.0)).form
+    colors = match_features(exemplar, most=3)
+    assert (form[..., 1:] == colors).all()
+    # Whichever sign the first component has, it and the joints do not cancel.
+    both = form[..., 0].ravel().astype(float)
+    assert abs(np.corrcoef(both, distances.ravel())[0, 1]) > 0.95
+    assert np.corrcoef(both, colors[..., 0].ravel())[0, 1] > 0.95
 
 
 @pytest.mark.parametrize(("height", "width"), [(1, 1), (30, 64), (256, 256), (257, 40), (900, 20)])

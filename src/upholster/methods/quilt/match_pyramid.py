@@ -65,14 +65,12 @@ def match_pyramid(
 ) -> MatchPyramid:
     """Make the levels of an exemplar (H, W, C), from 0 to `last`.
 
-    Its phases and its joints are told where they count; how far pixels are from joints is one more channel.
+    Its phases and its joints are told where they count: see `_with_joints`.
     """
     shown = shown_waves(lattice)
     form = match_features(exemplar, most=4 if joints is None else 3)
     if joints is not None:
-        # At half the range of the first colour: joints meet, and colours count.
-        near = joints.distances >> 1
-        form = np.concatenate([form, near[..., None]], axis=2)
+        form = np.concatenate([_with_joints(form[..., 0], joints)[..., None], form], axis=2)
     variance = float(form.astype(np.float64).var(axis=(0, 1)).sum())
     image = form
     levels = []
@@ -89,6 +87,15 @@ def match_pyramid(
     while max(form.shape[:2]) > 64 * usage_step:
         usage_step *= 2
     return MatchPyramid(tuple(levels), form, variance, usage_step)
+
+
+def _with_joints(first: NDArray[np.uint8], joints: Joints) -> NDArray[np.uint8]:
+    # The channel by which candidates are found: two parts of how far pixels are from joints, or how near, one
+    # of the first colour, whichever way the two agree.
+    color, far = first.astype(np.int64), joints.distances.astype(np.int64)
+    if ((color - int(color.mean())) * (far - int(far.mean()))).sum() < 0:
+        far = 255 - far
+    return ((color + 2 * far) // 3).astype(np.uint8)
 
 
 def _as_pixels(image: NDArray[np.uint8]) -> NDArray[np.int32]:
