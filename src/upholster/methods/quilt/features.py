@@ -50,7 +50,7 @@ def match_features(image: PixelArray, *, most: int = 4) -> NDArray[np.uint8]:
     share of the variance: the eye sees them sooner than as large a step in fine detail.
     """
     parts = _components(image, most)
-    parts += np.rint(_COARSE_WEIGHT * _averaged(parts))
+    _weight_shades(parts)
     parts[..., 1:] *= _HUE_WEIGHT
     return _in_bytes(parts)
 
@@ -84,10 +84,10 @@ def _in_bytes(parts: FloatArray) -> NDArray[np.uint8]:
     return np.clip(np.floor(parts, out=parts), 0, 255, out=parts).astype(np.uint8)
 
 
-def _averaged(parts: FloatArray) -> FloatArray:
-    # Means (H, W, K) of whole numbers round each pixel, under a pyramid: a box filter twice each way, over
-    # squares of pixels where there are many.
-    height, width = parts.shape[:2]
+def _weight_shades(parts: FloatArray) -> None:
+    # Adds the weighted mean round each pixel of (H, W, K), in place and in whole numbers: under a pyramid,
+    # which is a box filter twice each way, over squares of pixels where there are many.
+    height, width, channels = parts.shape
     by = max(1, min(height, width) // _LOOKED_AT)
     rows, columns = (np.arange(0, side, by) for side in (height, width))
     sums = np.add.reduceat(np.add.reduceat(parts, rows, axis=0), columns, axis=1).astype(np.int64)
@@ -99,5 +99,6 @@ def _averaged(parts: FloatArray) -> FloatArray:
         run = np.pad(sums, ends, mode="edge").cumsum(axis=axis)
         size = sums.shape[axis]
         sums = np.take(run, range(across, across + size), axis) - np.take(run, range(size), axis)
-    means: FloatArray = (sums / across**4)[np.arange(height)[:, None] // by, np.arange(width) // by]
-    return means
+    shades = np.rint(_COARSE_WEIGHT * (sums / across**4))
+    for k in range(channels):
+        parts[..., k] += shades[..., k].repeat(by, axis=0)[:height].repeat(by, axis=1)[:, :width]
