@@ -90,12 +90,12 @@ def match_pyramid(
 
 
 def _with_joints(first: NDArray[np.uint8], joints: Joints) -> NDArray[np.uint8]:
-    # The channel by which candidates are found: two parts of how far pixels are from joints, or how near, one
-    # of the first colour, whichever way the two agree.
+    # The channel by which candidates are found: the mean of the first colour and of how far pixels are from
+    # joints, or how near, whichever agrees with the colour.
     color, far = first.astype(np.int64), joints.distances.astype(np.int64)
     if ((color - int(color.mean())) * (far - int(far.mean()))).sum() < 0:
         far = 255 - far
-    return ((color + 2 * far) // 3).astype(np.uint8)
+    return ((color + far) // 2).astype(np.uint8)
 
 
 def _as_pixels(image: NDArray[np.uint8]) -> NDArray[np.int32]:
