@@ -23,7 +23,7 @@ from upholster.geometry import AnySurface, MeshSurface, Surface
 from upholster.geometry.mesh_files import ModelFile
 from upholster.image import IMAGE_SUFFIXES, Material
 from upholster.image.roles import ROLES
-from upholster.image.source import Sample, Source, read_source, source_parts
+from upholster.image.source import Sample, Source, read_source, source_parts, used_pixels
 from upholster.joined import joined_model
 from upholster.lengths import read_length
 from upholster.methods import (
@@ -201,7 +201,8 @@ class Covering:
     def prepared(self) -> Prepared:
         """What will be done, settled; InputError if something is out of range."""
         with _naming(self.name):
-            return prepare(self.seen, self.surface, self.asked, largest=self.largest)
+            used = used_pixels(self.source)
+            return prepare(self.seen, self.surface, self.asked, largest=self.largest, used=used)
 
     @property
     def charts(self) -> tuple[Chart, ...]:

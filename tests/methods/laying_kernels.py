@@ -37,12 +37,12 @@ def draw_first(match: Any, numbers: Any, state: Any, span: Any, choice: Any, out
 
 
 @kernel
-def count_use(usage: Any, step: int, places: Any, size: int, first: int, evenness: float, out: Any) -> None:
+def count_use(usage: Any, step: int, places: Any, size: int, first: int, weights: Any, out: Any) -> None:
     """Count blocks at `places` (n, 2) as used, and write what places then cost."""
     part = usage[first : first + out.shape[0]]
     for n in range(places.shape[0]):
         splat_tent(part, step, places[n, 0], places[n, 1], size, size, 1.0)
-    penalise_used(usage, first, evenness, out)
+    penalise_used(usage, first, weights, out)
 
 
 @kernel

@@ -73,7 +73,10 @@ def judged(differences: np.ndarray, start: int, limit: int) -> int:
 
 @dataclass
 class PlainChoice:
-    """What a block's source is chosen by: the exemplar (H, W, K), the frame, and what places cost."""
+    """What a block's source is chosen by: the exemplar (H, W, K), the frame, and what places cost.
+
+    `allowed` (H, W) tells which places there are; None: all of the span.
+    """
 
     image: np.ndarray
     numbers: Any
@@ -86,6 +89,7 @@ class PlainChoice:
     penalties: np.ndarray
     phases: np.ndarray
     wanted: np.ndarray
+    allowed: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         self.image, self.old = self.image.astype(np.int64), self.old.astype(np.int64)
@@ -96,6 +100,10 @@ class PlainChoice:
         step = self.numbers.usage_step
         i, j = (np.minimum(at // step, n - 1) for at, n in zip((y, x), self.penalties.shape, strict=True))
         return self.penalties[i, j], self.weights.phase * self.misfit[y, x]
+
+    def is_allowed(self, y: int, x: int) -> bool:
+        """Tell whether a block may read there."""
+        return self.allowed is None or bool(self.allowed[y, x])
 
     def boxes(self) -> list[tuple[int, int, int]]:
         """Return where boxes that are laid entirely lie from the source, and their means."""
@@ -114,6 +122,9 @@ class PlainChoice:
         """Return the candidates that differ least in their boxes' means."""
         span, boxes, most = self.span, self.boxes(), self.numbers.shortlist
         if not boxes and not len(self.phases):
+            if self.allowed is not None:
+                places = np.argwhere(self.allowed).tolist()
+                return [tuple(places[draws.below(len(places))]) for _ in range(most)]
             found = []
             for _ in range(most):
                 y = span.first_y + draws.below(span.last_y - span.first_y + 1)
@@ -122,6 +133,7 @@ class PlainChoice:
         rows = slice(span.first_y, span.last_y + 1, self.numbers.step)
         columns = slice(span.first_x, span.last_x + 1, self.numbers.step)
         y, x = np.mgrid[rows, columns].reshape(2, -1)
+        y, x = (at[[self.is_allowed(*place) for place in zip(y, x, strict=True)]] for at in (y, x))
         cost, means = sum(self.costs(y, x)) * max(1, len(boxes)), box_means(self.image)
         for dy, dx, value in boxes:
             cost = cost + (means[y + dy, x + dx] - value) ** 2
@@ -152,7 +164,7 @@ class PlainChoice:
                 y, x = found[m]
                 for a in range(max(y - near, span.first_y), min(y + near, span.last_y) + 1):
                     columns = range(max(x - near, span.first_x), min(x + near, span.last_x) + 1)
-                    found += [(a, b) for b in columns if (a, b) != (y, x)]
+                    found += [(a, b) for b in columns if (a, b) != (y, x) and self.is_allowed(a, b)]
         good = [n for n, total in enumerate(totals) if total <= limit]
         chosen = good[draws.below(len(good))]
         return (*found[chosen], totals[chosen])

@@ -57,7 +57,7 @@ class Frame:
             height, width, 0, self.level.step, more.get("shortlist", 32), self.pyramid.stride(0), 1, size, 2
         )
         # Costs are multiples of 1/4: then sums are exact in the search's float32, in any order.
-        self.weights = LayWeights(0.0, 0.0, more.get("tolerance", 1.1), 0.25 if lattice else 0.0)
+        self.weights = LayWeights(0.0, 0.0, more.get("tolerance", 1.1), 0.25 if lattice else 0.0, 1.0)
         self.image = self.match.image.view(np.uint8).reshape(height, width, 4)
         turn, (i, j) = SYMMETRIES[symmetry], np.mgrid[:size, :size] - size // 2
         self.pixels = FramePixels.of(size)
@@ -67,6 +67,16 @@ class Frame:
             *(int(-ys.min()), int(height - 1 - ys.max()), int(-xs.min()), int(width - 1 - xs.max())),
             *(int(ys.min()), int(ys.max()), int(xs.min()), int(xs.max())),
         )
+        self.allowed = None
+        if "allowed" in more:  # a part of all places, and one square of them at least
+            self.allowed = np.zeros((height, width), bool)
+            self.allowed[self.span.first_y : self.span.last_y, self.span.first_x : self.span.last_x] = True
+            self.allowed &= rng.random((height, width)) < more["allowed"]
+            y, x = self.span.first_y + 3, self.span.first_x + 5
+            self.allowed[y : y + 4, x : x + 4] = True
+            self.match = self.match._replace(
+                allowed=self.allowed.view(np.uint8).reshape(-1), places=np.flatnonzero(self.allowed)
+            )
         self.choice = ChoiceScratch.of(self.numbers, self.pyramid.empty_usage())
         self.choice.penalties[:] = rng.integers(0, more.get("dear", 400), self.choice.penalties.shape)
         self.choice.wanted[:] = [(0, 1, 12345), (1, -1, -2345)]
@@ -89,7 +99,7 @@ class Frame:
         pixels, phases = self.pixels, self.match.phases.reshape(-1, *self.image.shape[:2])
         return PlainChoice(
             self.image, self.numbers, self.weights, self.span, pixels.marks, self.old, pixels.ys, pixels.xs,
-            self.choice.penalties, phases, self.choice.wanted,
+            self.choice.penalties, phases, self.choice.wanted, self.allowed,
         )  # fmt: skip
 
 
@@ -105,6 +115,10 @@ CASES: dict[str, tuple[Any, ...]] = {
     "transposed": (texture(60, 70), 20, 4, {}),
     "mirrored": (texture(80, 70), 20, 5, {}),
     "too little laid": (texture(), 16, 0, {"laid": False}),
+    "a tenth is allowed": (texture(80, 90), 20, 0, {"allowed": 0.1}),
+    "few are allowed": (texture(400, 390), 28, 1, {"allowed": 0.0}),
+    "few are allowed, too little laid": (texture(), 16, 0, {"allowed": 0.02, "laid": False}),
+    "few are allowed, in phase": (*WAVES[:1], 20, 0, {"lattice": WAVES[1], "allowed": 0.02}),
     "in phase": (*WAVES[:1], 20, 0, {"lattice": WAVES[1]}),
     "in phase, turned": (*WAVES[:1], 20, 2, {"lattice": WAVES[1]}),
     "in phase, too little laid": (*WAVES[:1], 20, 0, {"lattice": WAVES[1], "laid": False}),
@@ -139,16 +153,35 @@ def test_the_first_block_is_drawn_from_all_sources_or_from_those_in_phase() -> N
     assert len(np.unique(out, axis=0)) > 1
 
 
+@pytest.mark.parametrize("lattice", [None, WAVES[1]])
+def test_the_first_block_is_drawn_from_what_is_allowed(lattice: Any) -> None:
+    frame = Frame(WAVES[0], 20, 0, 1, lattice, allowed=0.1)
+    out = np.zeros((400, 2), np.int64)
+    draw_first(frame.match, frame.numbers, np.array([7], np.uint64), frame.span, frame.choice, out)
+    assert frame.allowed is not None
+    assert frame.allowed[tuple(out.T)].all()
+    drawn = {tuple(place) for place in out.tolist()}
+    if lattice is None:
+        assert len(drawn) > 0.6 * min(400, frame.allowed.sum())
+        return
+    off = misfits(frame.match.phases.reshape(2, *frame.image.shape[:2]), frame.choice.wanted)
+    best = frame.allowed & (off <= off[frame.allowed].min() + 2**14 // 32)
+    assert drawn == {tuple(place) for place in np.argwhere(best).tolist()}
+
+
 def test_use_is_counted_by_tents_and_what_is_used_more_costs_more() -> None:
     usage, out = np.zeros((2 * 9, 12)), np.zeros((9, 12))
     places = np.random.default_rng(3).integers(0, (36, 48), (20, 2))
-    count_use(usage, 4, places, 14, 9, 3.0, out)
+    count_use(usage, 4, places, 14, 9, LayWeights(3.0, 0.0, 1.1, 0.0, 1.0), out)
     wanted = np.zeros((9, 12))
     for place in places:
         add_tent(wanted, 4, place, 14)
     np.testing.assert_allclose(usage, np.concatenate([0 * wanted, wanted]))
     # The mean is that of both symmetries.
     np.testing.assert_allclose(out, 3.0 * np.maximum(0, wanted / (wanted.mean() / 2) - 1))
+    # Of a quarter of the sample that is used alone.
+    count_use(usage, 4, places[:0], 14, 9, LayWeights(3.0, 0.0, 1.1, 0.0, 0.25), out)
+    np.testing.assert_allclose(out, 3.0 * np.maximum(0, wanted / (2 * wanted.mean()) - 1))
 
 
 @pytest.mark.parametrize("cell", [2, 4])

@@ -8,6 +8,7 @@ import numpy as np
 
 from upholster.errors import InputError, nearest
 from upholster.image.color import alpha_channel, from_linear
+from upholster.image.masks import Used, filled
 from upholster.image.numbers import COLORS, as_depth, to_unit, top_of
 from upholster.image.read import check_exemplar
 from upholster.image.roles import ROLES
@@ -51,15 +52,20 @@ class Material:
         y upward and z outward from −1 to 1, coded as (v + 1)/2.
     notes
         What the user should know of how it was read, in words.
+    used
+        (H, W) bool, which pixels are used; None: all. What maps hold elsewhere is replaced by a smooth mean
+        of what is nearest and used.
 
     Raises
     ------
     InputError
-        If the albedo is missing, a role unknown, an array no image, or a shape another than the albedo's.
+        If the albedo is missing, a role unknown, an array no image, or a shape another than the albedo's; if
+        nothing is used.
     """
 
     maps: Mapping[str, PixelArray]
     notes: tuple[str, ...] = ()
+    used: Used | None = None
 
     def __post_init__(self) -> None:
         if not isinstance(self.maps, Mapping):
@@ -85,7 +91,11 @@ class Material:
                     f"with C of {', '.join(map(str, allowed))}"
                 )
             checked[role] = frozen_array(array)
+        used = None if self.used is None else _checked_used(self.used, checked["albedo"].shape[:2])
+        if used is not None:
+            checked = {role: frozen_array(filled(array, used)) for role, array in checked.items()}
         object.__setattr__(self, "maps", MappingProxyType(checked))
+        object.__setattr__(self, "used", used)
 
     def __repr__(self) -> str:
         height, width = self.shape
@@ -151,3 +161,13 @@ class Material:
             scale = (used.get(role, 1.0) / largest) ** 0.5
             parts.append(np.rint(65535 * (0.5 + scale * (to_unit(pixels) - 0.5))).astype(np.uint16))
         return np.concatenate(parts, axis=2)
+
+
+def _checked_used(used: object, shape: tuple[int, ...]) -> Used | None:
+    """Return which pixels are used, None where all are."""
+    if not isinstance(used, np.ndarray) or used.dtype != np.bool_ or used.shape != shape:
+        what = f"shape {used.shape}, {used.dtype}" if isinstance(used, np.ndarray) else type(used).__name__
+        raise InputError(f"used is {what}; allowed: shape {shape}, bool")
+    if not used.any():
+        raise InputError("used leaves nothing of the sample; allowed: some pixels")
+    return None if used.all() else frozen_array(used.copy())

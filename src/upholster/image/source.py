@@ -10,6 +10,7 @@ from typing import Any, cast
 import numpy as np
 
 from upholster.errors import InputError
+from upholster.image.masks import Used
 from upholster.image.material import Material
 from upholster.image.material_files import FilesByRole, read_material
 from upholster.image.packages import is_zip
@@ -22,7 +23,16 @@ from upholster.shown import on_a_line
 from upholster.stages import file_stage
 from upholster.types import PixelArray
 
-__all__ = ["Sample", "Source", "as_exemplar", "read_source", "source_files", "source_names", "source_parts"]
+__all__ = [
+    "Sample",
+    "Source",
+    "as_exemplar",
+    "read_source",
+    "source_files",
+    "source_names",
+    "source_parts",
+    "used_pixels",
+]
 
 Source = (
     PixelArray
@@ -210,6 +220,11 @@ def source_parts(exemplar: PixelArray | Material) -> dict[str, PixelArray]:
         return {"albedo": exemplar}
     others = {role: pixels for role, pixels in exemplar.maps.items() if role not in ("albedo", "opacity")}
     return {"albedo": exemplar.color(), **others}
+
+
+def used_pixels(exemplar: PixelArray | Material) -> Used | None:
+    """Return which pixels of an exemplar are used, (H, W); None: all."""
+    return exemplar.used if isinstance(exemplar, Material) else None
 
 
 def source_names(source: "Source | Sample") -> Any:

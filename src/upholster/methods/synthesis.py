@@ -34,17 +34,19 @@ from upholster.elements import Lattice, find_lattice
 from upholster.errors import InputError
 from upholster.geometry import AnySurface, MeshSurface, Surface
 from upholster.image import Material, check_exemplar
-from upholster.image.source import Sample, Source, as_exemplar
+from upholster.image.masks import Used
+from upholster.image.source import Sample, Source, as_exemplar, used_pixels
 from upholster.lengths import parse_length
 from upholster.methods.paper.coefficients import keep_coefficients
 from upholster.methods.paper.method import PaperOptions, synthesize_paper
 from upholster.methods.pixel.method import PixelOptions, check_sample, synthesize_pixel
 from upholster.methods.quilt.laying import LayPlan
-from upholster.methods.quilt.method import laid_quilt, planned
+from upholster.methods.quilt.method import laid_quilt, planned, step_level
 from upholster.methods.quilt.options import QuiltOptions
 from upholster.methods.quilt.phases import WantedPhases
 from upholster.methods.quilt.sizes import block_side, turning_of
 from upholster.methods.quilt.structure import block_size
+from upholster.methods.quilt.usable import check_level, check_used, largest_block, usable_side
 from upholster.options import SynthesisOptions, chosen, settled
 from upholster.parallel import check_running
 from upholster.quilt.chart import MAX_CHART, Chart
@@ -102,6 +104,8 @@ class Prepared:
         (T, 3, 3) which way the sample's rows run at its triangles' corners.
     density
         Texels for a step of the charts, each way: a power of two.
+    used
+        (H, W) which pixels of the sample blocks show; None: all.
     """
 
     charts: tuple[Chart, ...]
@@ -115,6 +119,7 @@ class Prepared:
     charted: ChartedSurface | None = None
     vectors: FloatArray | None = None
     density: float = 1.0
+    used: Used | None = None
 
     @property
     def painted(self) -> tuple[Chart, ...]:
@@ -144,7 +149,8 @@ def _kept(
 ) -> PixelArray | Material:
     how: dict[str, Any] = {"levels": levels, "threshold": threshold, "coefficients": coefficients}
     if isinstance(exemplar, Material):
-        return Material({role: keep_coefficients(image, **how) for role, image in exemplar.maps.items()})
+        kept = {role: keep_coefficients(image, **how) for role, image in exemplar.maps.items()}
+        return Material(kept, used=exemplar.used)
     return keep_coefficients(check_exemplar(exemplar), **how)
 
 
@@ -201,19 +207,26 @@ def _color(material: Material) -> PixelArray:
 
 @stage
 def prepare(
-    exemplar: PixelArray, surface: AnySurface, options: SynthesisOptions, *, largest: int = LONGEST
+    exemplar: PixelArray,
+    surface: AnySurface,
+    options: SynthesisOptions,
+    *,
+    largest: int = LONGEST,
+    used: Used | None = None,
 ) -> Prepared:
     """Settle what `synthesize` will do; parameters as there.
 
-    On patches no chart of method "quilt" is longer than `largest` texels.
+    On patches no chart of method "quilt" is longer than `largest` texels. Blocks show pixels alone that are
+    `used`, (H, W) bool; None: all.
 
     Raises
     ------
     InputError
         If something is out of range on this surface, or with this exemplar.
     """
+    check_used(used, options.method)
     if isinstance(surface, MeshSurface):
-        return _prepare_mesh(exemplar, surface, options)
+        return _prepare_mesh(exemplar, surface, options, used)
     if options.method == "paper":
         charts = uniform_layout(surface, chart=options.chart)
         return Prepared(charts, (), None, "", settled(options, PaperOptions))
@@ -222,8 +235,8 @@ def prepare(
         charts = uniform_layout(surface, chart=options.chart)
         return Prepared(charts, (), None, "", settled(options, PixelOptions))
     if isinstance(options.texels, tuple):
-        return _prepare_flat(exemplar, _flat_chart(surface, *options.texels), options)
-    scale = _scale(exemplar, surface, options, None)
+        return _prepare_flat(exemplar, _flat_chart(surface, *options.texels), options, used)
+    scale = _scale(exemplar, surface, options, None, used)
     density = _texels_a_step(scale)
     steps = scale.density / density
     charts = density_layout(surface, density=steps, largest=max(1, int(largest / density)))
@@ -232,10 +245,12 @@ def prepare(
     if asked is None:
         asked = "smooth" if options.stroke else default_on_patches(surface, charted)
     wanted = told_on_patches(surface, charted, parse_direction(cast(str, asked), patches=True))
-    return _on_charts(exemplar, charted, options, scale, density, wanted)
+    return _on_charts(exemplar, charted, options, scale, density, wanted, used)
 
 
-def _prepare_flat(exemplar: PixelArray, chart: Chart, options: SynthesisOptions) -> Prepared:
+def _prepare_flat(
+    exemplar: PixelArray, chart: Chart, options: SynthesisOptions, used: Used | None
+) -> Prepared:
     # A flat texture: a step is a pixel, rows run along rows.
     for name in ("crease", "stroke"):
         if getattr(options, name) is not None:
@@ -246,9 +261,10 @@ def _prepare_flat(exemplar: PixelArray, chart: Chart, options: SynthesisOptions)
     phases = None
     if lattice is not None:
         phases = WantedPhases(lattice, phase_field(charted, vectors, 1.0, lattice.waves), weight)
-    own = settled(options, QuiltOptions, block=_wanted_block(exemplar, options))
+    own = settled(options, QuiltOptions, block=_wanted_block(exemplar, options, used))
     turns = np.zeros(len(vectors), np.int32)
-    return Prepared((chart,), (WarpField.identity(),), None, "", own, None, phases, turns, charted, vectors)
+    fields = (WarpField.identity(),)
+    return Prepared((chart,), fields, None, "", own, None, phases, turns, charted, vectors, used=used)
 
 
 def _on_charts(
@@ -258,8 +274,10 @@ def _on_charts(
     scale: TextureScale,
     density: float,
     direction: Direction,
+    used: Used | None,
 ) -> Prepared:
     mesh = charted.mesh
+    check_level(used, step_level(exemplar.shape[:2], charted, scale.scale))
     lattice, weight = _lattice(exemplar, options, _SURFACE_PHASE)
     field = direction_field(
         mesh,
@@ -278,7 +296,7 @@ def _on_charts(
     if block is None:
         across = float(np.sqrt(scale.texels)) / scale.density * scale.scale
         turning = turning_of(charted, field.corner_vectors, field.fold) / scale.scale
-        block = block_side(exemplar, across, turning, surface_phases)
+        block = usable_side(block_side(exemplar, across, turning, surface_phases), used)
     own = settled(options, QuiltOptions, block=block)
     text = "strokes" if options.stroke and options.direction is None else direction.text
     return Prepared(
@@ -293,6 +311,7 @@ def _on_charts(
         charted,
         field.corner_vectors,
         density=density,
+        used=used,
     )
 
 
@@ -302,19 +321,22 @@ def _lattice(exemplar: PixelArray, options: SynthesisOptions, weight: float) -> 
     return find_lattice(exemplar) if weight > 0 else None, weight
 
 
-def _prepare_mesh(exemplar: PixelArray, surface: MeshSurface, options: SynthesisOptions) -> Prepared:
+def _prepare_mesh(
+    exemplar: PixelArray, surface: MeshSurface, options: SynthesisOptions, used: Used | None
+) -> Prepared:
     if options.method != "quilt":
         raise InputError(f"method is {options.method!r} on a mesh; allowed there: 'quilt'")
     if isinstance(options.texels, tuple):
         width, height = options.texels
         raise InputError(f"texels is {width}x{height} on a mesh; allowed there: a number")
-    scale = _scale(exemplar, surface, options, surface.mesh.metres)
+    scale = _scale(exemplar, surface, options, surface.mesh.metres, used)
     density = _texels_a_step(scale)
     charted = charted_mesh(surface, mesh_charts(surface, scale.density / density))
     asked = options.direction
     if asked is None:
         asked = "smooth" if options.stroke else default_direction(surface.mesh)
-    return _on_charts(exemplar, charted, options, scale, density, parse_direction(cast(str, asked)))
+    wanted = parse_direction(cast(str, asked))
+    return _on_charts(exemplar, charted, options, scale, density, wanted, used)
 
 
 @stage
@@ -354,15 +376,23 @@ def _texels_a_step(scale: TextureScale) -> float:
     return 2.0 ** min(max(octaves, 0), _MOST_OCTAVES)
 
 
-def _wanted_block(exemplar: PixelArray, options: SynthesisOptions) -> int:
+def _wanted_block(exemplar: PixelArray, options: SynthesisOptions, used: Used | None) -> int:
     most = min(512, 3 * min(exemplar.shape[:2]) // 4)  # beyond that there is nothing to choose from
+    most = most if used is None else min(most, largest_block(used))
     if options.block is not None and not 8 <= options.block <= most:
-        raise InputError(f"block is {options.block}; allowed: 8 to {most} in a sample of {_size(exemplar)}")
-    return block_size(exemplar) if options.block is None else options.block
+        masked = "" if used is None else ", as far as it is used"
+        raise InputError(
+            f"block is {options.block}; allowed: 8 to {most} in a sample of {_size(exemplar)}{masked}"
+        )
+    return usable_side(block_size(exemplar), used) if options.block is None else options.block
 
 
 def _scale(
-    exemplar: PixelArray, surface: AnySurface, options: SynthesisOptions, metres: float | None
+    exemplar: PixelArray,
+    surface: AnySurface,
+    options: SynthesisOptions,
+    metres: float | None,
+    used: Used | None,
 ) -> TextureScale:
     """Return sizes of texels and sample on a surface whose unit may be known."""
     return texture_scale(
@@ -371,7 +401,7 @@ def _scale(
         sample_size=sample_width(exemplar, options, metres),
         density=options.density,
         texels=cast(int | None, options.texels),
-        block=_wanted_block(exemplar, options),
+        block=_wanted_block(exemplar, options, used),
     )
 
 
@@ -453,6 +483,7 @@ def lay_plan(prepared: Prepared, exemplar: PixelArray, *, seed: int = 0) -> LayP
         turns=prepared.turns,
         options=prepared.options,
         phases=prepared.phases,
+        used=prepared.used,
         seed=seed,
     )
 
@@ -474,7 +505,7 @@ def synthesize(
     exemplar
         (H, W) or (H, W, C) with 1 to 4 channels, 32×32 to 4096×4096; uint8, uint16 or float. Or a
         material: its maps are matched together, by methods "paper" and "pixel" its base colour alone. Or the
-        path of an image, or of a material's folder.
+        path of an image, or of a material's folder; or a `Sample`, which may name a mask.
     surface
         The surface to cover; or its text form, ``"torus:R=2,r=0.7"``, or the path of its file. Or a mesh,
         which is laid out flat first; or one that has been, see `upholster.charts.unwrap`.
@@ -512,9 +543,10 @@ def synthesize(
         wanted = replace(wanted, sample_size=exemplar.size, element_size=None)
     check_running(threads, progress)
     seed, surface = settled_seed(seed), as_covered(surface, patches=needs_patches(wanted)).surface
-    checked = matched_image(kept_sample(as_exemplar(exemplar), wanted), wanted)
+    source = kept_sample(as_exemplar(exemplar), wanted)
+    checked, used = matched_image(source, wanted), used_pixels(source)
     with keeping():
-        prepared = prepare(checked, surface, wanted)
+        prepared = prepare(checked, surface, wanted, used=used)
         return execute(prepared, checked, surface, seed=seed, threads=threads, progress=progress)
 
 

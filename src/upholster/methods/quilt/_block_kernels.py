@@ -45,12 +45,15 @@ class MatchImage(NamedTuple):
     A pixel of `image` (H · W) is a number of four channels, 8 bits each: see `squared_difference`. `phases`
     (n, H · W) are its waves' phases, n = 0 where none are looked at; and `shown` (8, n) tells for each
     symmetry which wave is seen in a wave's place: k + 1 for wave k, -k - 1 for its opposite, 0 for none.
+    `allowed` (H · W) is 1 where a block may have its source, and `places` are these pixels; (0,): everywhere.
     """
 
     image: NDArray[np.int32]
     plane: NDArray[np.float32]
     phases: NDArray[np.int16]
     shown: NDArray[np.int8]
+    allowed: NDArray[np.uint8]
+    places: NDArray[np.int64]
 
 
 class LayNumbers(NamedTuple):
@@ -76,13 +79,14 @@ class LayNumbers(NamedTuple):
 class LayWeights(NamedTuple):
     """Evenness and variety, each times the exemplar's variance, and how much worse than the best may do.
 
-    `phase` is what a sample pays for a unit of `misfit`.
+    `phase` is what a sample pays for a unit of `misfit`; `used` the part of the exemplar that is used.
     """
 
     evenness: float
     variety: float
     tolerance: float
     phase: float
+    used: float
 
 
 class Span(NamedTuple):

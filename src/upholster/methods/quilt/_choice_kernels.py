@@ -1,8 +1,8 @@
 """Choosing a block's source: candidates by boxes' means, judged by texels, refined; one of the best is drawn.
 
-Candidates are every `step`-th pixel at which the block reads inside the exemplar. Those that differ least in
-boxes' means are judged by the texels themselves (every other one, as on a chessboard), then the pixels round
-the best ones.
+Candidates are every `step`-th pixel at which the block reads inside the exemplar, and what of it is used.
+Those that differ least in boxes' means are judged by the texels themselves (every other one, as on a
+chessboard), then the pixels round the best ones.
 """
 
 from typing import Any
@@ -35,21 +35,22 @@ _CLOSE = MISFIT // 32
 
 @inline
 def penalise_used(
-    usage: NDArray[np.float64], first: int, evenness: float, penalties: NDArray[np.float64]
+    usage: NDArray[np.float64], first: int, weights: LayWeights, penalties: NDArray[np.float64]
 ) -> None:
     """Write what each place costs: what is used more than the rest costs more.
 
-    Of all usage, that from row `first` on counts.
+    Of all usage, that from row `first` on counts. Where a part of the exemplar is never used, the mean is
+    that over all else.
     """
     mean = 0.0
     for i in range(usage.shape[0]):
         for j in range(usage.shape[1]):
             mean += usage[i, j]
-    mean /= usage.size
+    mean /= usage.size * weights.used
     for i in range(penalties.shape[0]):
         for j in range(penalties.shape[1]):
             more = max(0.0, usage[first + i, j] / mean - 1.0) if mean > 0.0 else 0.0
-            penalties[i, j] = evenness * more
+            penalties[i, j] = weights.evenness * more
 
 
 @inline
@@ -62,26 +63,47 @@ def first_of(numbers: LayNumbers, symmetry: int, rows: int) -> Any:
 
 
 @inline
+def _is_allowed(match: MatchImage, place: Any) -> Any:
+    # Whether a block may have its source at a pixel.
+    return match.allowed.shape[0] == 0 or match.allowed[place] != 0
+
+
+@inline
+def _misfit_at(match: MatchImage, choice: ChoiceScratch, place: Any) -> Any:
+    # How badly a pixel's phases fit; no other is as bad as one that is not allowed.
+    return misfit(match.phases, choice.wanted, place) if _is_allowed(match, place) else _BIG
+
+
+@inline
+def _draw_place(match: MatchImage, numbers: LayNumbers, state: NDArray[np.uint64], span: Span) -> Any:
+    # Draws a pixel of a span, or one of those that are allowed: any span has them all.
+    if match.places.shape[0]:
+        return match.places[draw(state, match.places.shape[0])]
+    y = span.first_y + draw(state, span.last_y - span.first_y + 1)
+    return y * numbers.width + span.first_x + draw(state, span.last_x - span.first_x + 1)
+
+
+@inline
 def draw_in_phase(
     match: MatchImage, numbers: LayNumbers, state: NDArray[np.uint64], span: Span, choice: ChoiceScratch
 ) -> tuple[Any, Any]:
-    """Draw a pixel of a span: of all, or of those whose phases fit about best."""
+    """Draw an allowed pixel of a span: of all, or of those whose phases fit about best."""
     if match.phases.shape[0] == 0:
-        y = span.first_y + draw(state, span.last_y - span.first_y + 1)
-        return y, span.first_x + draw(state, span.last_x - span.first_x + 1)
+        place = _draw_place(match, numbers, state, span)
+        return place // numbers.width, place % numbers.width
     least, good = _BIG, int64(0)
     for y in range(span.first_y, span.last_y + 1):
         for x in range(span.first_x, span.last_x + 1):
-            cost = misfit(match.phases, choice.wanted, y * numbers.width + x)
+            cost = _misfit_at(match, choice, y * numbers.width + x)
             if cost < least:
                 least = cost
     for y in range(span.first_y, span.last_y + 1):
         for x in range(span.first_x, span.last_x + 1):
-            good += misfit(match.phases, choice.wanted, y * numbers.width + x) <= least + _CLOSE
+            good += _misfit_at(match, choice, y * numbers.width + x) <= least + _CLOSE
     pick = draw(state, good)
     for y in range(span.first_y, span.last_y + 1):
         for x in range(span.first_x, span.last_x + 1):
-            if misfit(match.phases, choice.wanted, y * numbers.width + x) <= least + _CLOSE:
+            if _misfit_at(match, choice, y * numbers.width + x) <= least + _CLOSE:
                 if pick == 0:
                     return y, x
                 pick -= 1
@@ -195,8 +217,10 @@ def _judge(
 
 
 @inline
-def _list_refined(numbers: LayNumbers, span: Span, choice: ChoiceScratch, stop: int) -> int:
-    # Appends the pixels round the best of the candidates: cheapest first, the first of equals.
+def _list_refined(
+    match: MatchImage, numbers: LayNumbers, span: Span, choice: ChoiceScratch, stop: int
+) -> int:
+    # Appends the allowed pixels round the best of the candidates: cheapest first, the first of equals.
     kept, judged, reach = choice.kept, choice.judged, numbers.step // 2
     end = stop
     cost, place = int64(-1), int64(-1)
@@ -212,7 +236,7 @@ def _list_refined(numbers: LayNumbers, span: Span, choice: ChoiceScratch, stop: 
         y, x = kept[best] // numbers.width, kept[best] % numbers.width
         for i in range(max(y - reach, span.first_y), min(y + reach, span.last_y) + 1):
             for j in range(max(x - reach, span.first_x), min(x + reach, span.last_x) + 1):
-                if i != y or j != x:
+                if (i != y or j != x) and _is_allowed(match, i * numbers.width + j):
                     kept[end] = i * numbers.width + j
                     end += 1
     return end
@@ -254,11 +278,10 @@ def choose_source(
     else:  # too little is there to search by
         stop = int64(numbers.shortlist)
         for m in range(stop):
-            y = span.first_y + draw(state, span.last_y - span.first_y + 1)
-            choice.kept[m] = y * numbers.width + span.first_x + draw(state, span.last_x - span.first_x + 1)
+            choice.kept[m] = _draw_place(match, numbers, state, span)
     least = _judge(match, numbers, weights, choice, samples, (int64(0), stop), _BIG)
     if numbers.step > 1:
-        end = _list_refined(numbers, span, choice, stop)
+        end = _list_refined(match, numbers, span, choice, stop)
         least = _judge(match, numbers, weights, choice, samples, (stop, end), least)
         stop = end
     drawn = _draw_good(state, choice, stop, int64(least * weights.tolerance))

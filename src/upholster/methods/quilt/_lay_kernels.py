@@ -193,7 +193,7 @@ def _choose(
     for t in range(count):
         span = _turn_frame(numbers, tried[t], scratch.pixels)
         first = first_of(numbers, tried[t], choice.penalties.shape[0])
-        penalise_used(usage, first, weights.evenness, choice.penalties)
+        penalise_used(usage, first, weights, choice.penalties)
         if weights.variety > 0.0:
             _penalise_near(numbers, weights.variety, blocks, n, near, reach, choice.penalties)
         want_phases(match, record[PHASE:], tried[t], choice)

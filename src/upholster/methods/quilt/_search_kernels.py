@@ -63,7 +63,7 @@ def _keep(
     kept: NDArray[np.int64],
     size: int,
 ) -> int:
-    # Keeps the `most` least of all costs seen, as a heap with the greatest on top; returns how many.
+    # Keeps the `most` least of all finite costs seen, as a heap with the greatest on top; returns how many.
     for n in range(costs.shape[0]):
         value = costs[n]
         if size == most:
@@ -80,12 +80,14 @@ def _keep(
                     break
                 heap[at], kept[at] = heap[child], kept[child]
                 at = child
-        else:
+        elif value < np.inf:
             at = size
             size += 1
             while at > 0 and heap[(at - 1) // 2] < value:
                 heap[at], kept[at] = heap[(at - 1) // 2], kept[(at - 1) // 2]
                 at = (at - 1) // 2
+        else:
+            continue
         heap[at], kept[at] = value, first + n * step
     return size
 
@@ -168,8 +170,9 @@ def search(
 ) -> Any:
     """Find the candidates with the least sum of squared differences of boxes, and of penalties; how many.
 
-    Candidates are every `step`-th pixel of a span; the first `count` features are compared, for each of which
-    a candidate's penalty and phase count once. Without features these alone count. They go to `kept`.
+    Candidates are every `step`-th pixel of a span, if it is allowed; the first `count` features are compared,
+    for each of which a candidate's penalty and phase count once. Without features these alone count. They go
+    to `kept`.
     """
     step, features, penalties = numbers.step, choice.features, choice.penalties
     columns = (numbers.width + step - 1) // step
@@ -194,9 +197,13 @@ def search(
             part = choice.costs[(k - start) * columns : (k - start) * columns + size]
             for n in range(size):
                 part[n] = choice.line[n]
+            place = y * numbers.width + span.first_x
+            if match.allowed.shape[0]:
+                for n in range(size):
+                    if not match.allowed[place + n * step]:
+                        part[n] = np.float32(np.inf)
             if match.phases.shape[0]:
                 misfits = choice.misfits[:size]
-                place = y * numbers.width + span.first_x
                 list_misfits(match.phases, choice.wanted, place, step, misfits)
                 for n in range(size):
                     part[n] += np.float32(weights.phase * misfits[n] * times)

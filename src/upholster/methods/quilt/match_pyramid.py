@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.elements import Joints, Lattice
+from upholster.image.masks import Used
 from upholster.methods.quilt._block_kernels import MatchImage
 from upholster.methods.quilt._search_kernels import mean_boxes
 from upholster.methods.quilt.features import match_features
@@ -15,6 +16,9 @@ from upholster.stages import stage
 from upholster.types import PixelArray
 
 __all__ = ["MatchLevel", "MatchPyramid", "match_pyramid"]
+
+
+_EVERYWHERE = (np.empty(0, np.uint8), np.empty(0, np.int64))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -38,7 +42,7 @@ class MatchPyramid:
     form
         What the finest level's pixels are compared by, (H, W, K).
     variance
-        Mean squared distance of the finest level's pixels from their mean.
+        Mean squared distance of the finest level's pixels from their mean, of those that are used.
     usage_step
         Pixels of the finest level between two points of the usage grid, on which usage is counted.
     """
@@ -61,17 +65,23 @@ class MatchPyramid:
 
 @stage
 def match_pyramid(
-    exemplar: PixelArray, last: int = 0, lattice: Lattice | None = None, joints: Joints | None = None
+    exemplar: PixelArray,
+    last: int = 0,
+    lattice: Lattice | None = None,
+    joints: Joints | None = None,
+    used: Used | None = None,
 ) -> MatchPyramid:
     """Make the levels of an exemplar (H, W, C), from 0 to `last`.
 
     Its phases and its joints are told where they count: see `_with_joints`.
+    `used` (H, W) tells what of it varies; None: all.
     """
     shown = shown_waves(lattice)
     form = match_features(exemplar, most=4 if joints is None else 3)
     if joints is not None:
         form = np.concatenate([_with_joints(form[..., 0], joints)[..., None], form], axis=2)
-    variance = float(form.astype(np.float64).var(axis=(0, 1)).sum())
+    varying = form if used is None else form[used][None]
+    variance = float(varying.astype(np.float64).var(axis=(0, 1)).sum())
     image = form
     levels = []
     for level in range(last + 1):
@@ -81,7 +91,7 @@ def match_pyramid(
         step = _step(height, width)
         plane = mean_boxes(np.ascontiguousarray(image[..., 0]), step)
         phases = level_phases(lattice, level, height, width)
-        match = MatchImage(_as_pixels(image), plane, phases, shown)
+        match = MatchImage(_as_pixels(image), plane, phases, shown, *_EVERYWHERE)
         levels.append(MatchLevel(height, width, step, match))
     usage_step = max(4, 1 << (len(levels) - 1))
     while max(form.shape[:2]) > 64 * usage_step:

@@ -10,6 +10,7 @@ import numpy as np
 
 from upholster.charts.charted import ChartedSurface
 from upholster.elements import find_joints
+from upholster.image.masks import Used
 from upholster.methods.quilt._block_kernels import LayNumbers, LayWeights
 from upholster.methods.quilt._phase_kernels import MISFIT
 from upholster.methods.quilt.emit import LabelPiece, emitted_quilt, label_pieces
@@ -18,13 +19,14 @@ from upholster.methods.quilt.match_pyramid import MatchPyramid, match_pyramid
 from upholster.methods.quilt.options import QuiltOptions
 from upholster.methods.quilt.parcels import Parcels
 from upholster.methods.quilt.phases import WantedPhases
+from upholster.methods.quilt.usable import allowed_places, level_with_room, used_level
 from upholster.parallel import check_running, run_tasks, thread_count
 from upholster.quilt.model import Quilt
 from upholster.quilt.warp_field import WarpField
 from upholster.stages import stage
 from upholster.types import FloatArray, IntArray, PixelArray, Progress
 
-__all__ = ["laid_quilt", "planned", "synthesize_quilt"]
+__all__ = ["laid_quilt", "planned", "step_level", "synthesize_quilt"]
 
 _OVERLAP = 0.3
 """Of blocks, where it is not asked for."""
@@ -50,16 +52,22 @@ def planned(
     turns: IntArray | None = None,
     options: QuiltOptions,
     phases: WantedPhases | None = None,
+    used: Used | None = None,
     seed: int = 0,
 ) -> LayPlan:
     """Return what a surface is laid by; parameters as of `synthesize_quilt`."""
-    pyramid, numbers = _numbers(exemplar, surface, options, scale, phases)
+    pyramid, numbers = _numbers(exemplar, surface, options, scale, phases, used)
+    match = pyramid.levels[numbers.level].match
+    if used is not None:
+        allowed = allowed_places(used_level(used, numbers.level), numbers.size)
+        match = match._replace(allowed=allowed, places=np.flatnonzero(allowed))
     block = numbers.size * 2**numbers.level / scale
     weights = LayWeights(
         options.evenness * pyramid.variance,
         options.variety * pyramid.variance,
         options.tolerance,
         0.0 if phases is None else phases.weight * pyramid.variance / MISFIT,
+        1.0 if used is None else np.count_nonzero(used) / used.size,
     )
     density = _density(surface)
     rows, columns = pyramid.empty_usage(numbers.symmetries.bit_count()).shape
@@ -73,7 +81,7 @@ def planned(
         (exemplar.shape[0], exemplar.shape[1]),
         scale,
         density,
-        pyramid.levels[numbers.level].match,
+        match,
         numbers,
         weights,
         _OVERLAP if options.overlap is None else options.overlap / options.block,
@@ -115,6 +123,8 @@ def synthesize_quilt(
         Parameters of the method.
     phases
         Of a sample that repeats: its own phases; where it shall be is found here. None: not looked at.
+    used
+        (H, W) which pixels of the exemplar blocks may show, see `check_used`; None: all.
     seed
         0 to 2^63 − 1; the same seed gives the same quilt whatever the number of threads.
     threads, progress
@@ -167,22 +177,33 @@ def _density(surface: ChartedSurface) -> float:
     return float(np.sqrt(steps[kept].sum() / surface.mesh.areas[kept].sum()))
 
 
+def step_level(shape: tuple[int, ...], surface: ChartedSurface, scale: float) -> int:
+    """Return the level of a sample (H, W) whose pixels are about a step of a surface.
+
+    `scale` is exemplar pixels per model unit.
+    """
+    last = max(0, int(np.log2(min(shape) / 16)))
+    return min(max(0, int(np.floor(np.log2(scale / _density(surface)) + 0.5))), last)
+
+
 def _numbers(
     exemplar: PixelArray,
     surface: ChartedSurface,
     options: QuiltOptions,
     scale: float,
     phases: WantedPhases | None,
+    used: Used | None,
 ) -> tuple[MatchPyramid, LayNumbers]:
     # The exemplar's pyramid up to the level whose pixels are about a step, and sizes on that.
     shape = exemplar.shape[:2]
-    last = max(0, int(np.log2(min(shape) / 16)))
-    number = min(max(0, int(np.floor(np.log2(scale / _density(surface)) + 0.5))), last)
+    number, room = step_level(shape, surface, scale), _LARGEST_FRAME
+    if used is not None:
+        number, room = level_with_room(used, number, room)
     lattice = None if phases is None else phases.lattice
-    pyramid = match_pyramid(exemplar, number, lattice, find_joints(exemplar))
+    pyramid = match_pyramid(exemplar, number, lattice, find_joints(exemplar), used)
     level = pyramid.levels[number]
-    cell = 4 if options.block >> number >= _COARSE else 2
-    wanted = min(options.block, _SHARE * min(shape)) / 2**number
+    cell = 4 if min(options.block >> number, room) >= _COARSE else 2
+    wanted = min(min(options.block, _SHARE * min(shape)) / 2**number, room // cell * cell)
     size = cell * max(4, int(np.rint(min(max(wanted, 8), _LARGEST_FRAME) / cell)))
     turns = 0b1111 if options.rotate else 1
     symmetries = turns | (turns << 4 if options.rotate else _MIRRORED) if options.mirror else turns
