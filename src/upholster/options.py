@@ -6,6 +6,7 @@ Nothing heavy is imported here: ``upholster --help`` is made of these fields.
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import Field, dataclass, field, fields, replace
 from numbers import Integral, Real
+from os import PathLike, fspath
 from types import UnionType
 from typing import Any, Literal, TypeAlias, TypeVar, cast, get_args, get_origin
 
@@ -247,6 +248,15 @@ class SampleOptions:
             "Take vignette and slow shading out of the colours: what changes over half the sample or more.",
         ),
     )
+    use: str | None = field(
+        default=None,
+        metadata=_about(
+            _SAMPLE,
+            "Use no more of it than this image, as large as the photo, shows white: no window, no finger. Or "
+            "`alpha`: than the photo's own alpha does, which is no transparency then. Method quilt.",
+            metavar="MASK",
+        ),
+    )
     maps: dict[str, str] | None = field(
         default=None,
         metadata=_about(
@@ -269,6 +279,14 @@ class SampleOptions:
     def __post_init__(self) -> None:
         if self.maps is not None and not isinstance(self.maps, Mapping):
             raise InputError(f"maps is a {type(self.maps).__name__}; allowed: files by role")
+        if self.use is not None and not (isinstance(self.use, (str, PathLike)) and fspath(self.use)):
+            raise InputError(f"use is {on_a_line(self.use)}; allowed: an image's file, or 'alpha'")
+        object.__setattr__(self, "use", None if self.use is None else fspath(self.use))
+
+    @property
+    def mask(self) -> str | None:
+        """The file that tells which part is used; None where there is none."""
+        return None if self.use == "alpha" else self.use
 
     @property
     def preparing(self) -> dict[str, Any]:

@@ -8,9 +8,11 @@ import numpy as np
 
 from upholster.errors import InputError
 from upholster.files import outputs
-from upholster.image import IMAGE_SUFFIXES, from_linear, read_exemplar, read_image, resize_image, to_linear
+from upholster.image import IMAGE_SUFFIXES, from_linear, read_image, resize_image, to_linear
 from upholster.image.drawing import Drawing
+from upholster.image.masks import as_alpha
 from upholster.image.perspective import proposed_corners
+from upholster.image.read import read_photo
 from upholster.image.write import write_image
 from upholster.options import SampleOptions
 from upholster.reports import sample_notes
@@ -60,24 +62,31 @@ def prepare_sample(
     target
         The image to write; its suffix says which format.
     options
-        How the photo is prepared.
+        How the photo is prepared; with a mask, that is the sample's alpha.
     picture
         Where to write a picture of photo and sample side by side, the part that was used outlined.
 
     Raises
     ------
     InputError
-        As `upholster.read_exemplar`; for a file that cannot be written, or is the photo. Nothing is written
-        then.
+        As `upholster.image.read.read_photo`; for a mask and JPEG, which holds no alpha; for a file that can
+        not be written, or is the photo. Nothing is written then.
     """
     targets = [target] if picture is None else [target, picture]
     for file in targets:
         if Path(file).suffix.lower() not in IMAGE_SUFFIXES:
             raise InputError(f"output {os.fspath(file)!r} is no image; allowed: {', '.join(IMAGE_SUFFIXES)}")
+    if options.use is not None and IMAGE_SUFFIXES[Path(target).suffix.lower()] == "jpeg":
+        raise InputError(
+            f"output {os.fspath(target)!r} can not hold what is used; allowed: .png, .webp, .tif"
+        )
     notes: list[str] = []
-    with outputs(targets, inputs=[photo]) as files:
-        sample = read_exemplar(photo, **options.preparing, notes=notes)
+    with outputs(targets, inputs=[photo, *([options.mask] if options.mask else [])]) as files:
+        sample, used = read_photo(photo, options, notes=notes)
         notes += _hints(sample, options)
+        if used is not None:
+            sample = as_alpha(sample, used)
+            notes.append("the mask is the sample's alpha; `upholster cover` wants to be told: --use alpha")
         write_image(files.path(target), sample, quality=95)
         if picture is not None:
             write_image(files.path(picture), _side_by_side(read_image(photo, notes=[]), sample, options))

@@ -256,7 +256,9 @@ def uses_of(project: "Project", outputs: list[str]) -> list[str]:
     asked, reading = project.synthesis, project.sample.options if project.sample else None
     flat = asked.method == "quilt" and isinstance(asked.texels, tuple)
     material = any(
-        each.folders or len(each.files) > 1 or any(is_zip(name) for name in each.files)
+        each.folders
+        or len(each.files) > (1 if each.options.mask is None else 2)
+        or any(is_zip(name) for name in each.files)
         for each in project.samples
     )
     mesh = is_model_name(str(project.model))

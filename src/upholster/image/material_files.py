@@ -9,12 +9,14 @@ import numpy as np
 from upholster.errors import InputError, nearest
 from upholster.files import path_text
 from upholster.image.color import alpha_channel
+from upholster.image.masks import as_map, filled, is_white, on_shape
 from upholster.image.material import COLORS, Material, top_of
 from upholster.image.normal_convention import points_down
 from upholster.image.numbers import to_unit
 from upholster.image.packages import MapFile, folder_images, is_zip, map_file, zip_images
 from upholster.image.preparing import check_crop, check_resize, cut_out, finished, resampled
 from upholster.image.profiles import Notes
+from upholster.image.read import read_used
 from upholster.image.rectify import Corners
 from upholster.image.roles import LEFT_OUT, ROLES, family_of, find_maps, packed_parts, role_of
 from upholster.options import SampleOptions
@@ -37,6 +39,7 @@ def read_material(
     crop: tuple[int, int, int, int] | None = None,
     resize: int | str | tuple[int, int] | None = None,
     even_light: bool = False,
+    use: str | None = None,
     notes: Notes | None = None,
 ) -> Material:
     """Read a material from its maps' files.
@@ -56,6 +59,9 @@ def read_material(
     rectify, crop, resize, even_light, notes
         As for `upholster.read_exemplar`, in pixels of the albedo, for all maps alike; even light for the
         albedo alone. Normals turn and stretch with a rectified map.
+    use
+        A mask's file, as large as the albedo: what is used is white there, of all maps. Or "alpha": the
+        albedo's own tells, see `upholster.image.read.read_used`.
 
     Returns
     -------
@@ -69,7 +75,8 @@ def read_material(
     InputError
         If a file cannot be read, has an unknown role, the role of another one, or a shape that does not fit;
         if there is no albedo; for a crop or a size outside the limits of `read_exemplar`; for a zip file
-        outside the limits of `upholster.image.packages.zip_images`.
+        outside the limits of `upholster.image.packages.zip_images`; for a mask of another size than the
+        albedo, or that leaves nothing.
     """
     check_crop(crop)
     check_resize(resize)
@@ -77,6 +84,7 @@ def read_material(
         raise InputError(f"normal is {normal!r}; allowed: gl (green upward) or dx (green downward)")
     if maps is not None and not isinstance(maps, Mapping):
         raise InputError(f"maps is a {type(maps).__name__}; allowed: files by role")
+    options = SampleOptions(rectify=rectify, crop=crop, resize=resize, even_light=even_light, use=use)
     profiles = [] if notes is None else notes
     named, found, told = _files(source, maps or {})
     read = _parts(found, normal, told, profiles) | _parts(named, normal, told, profiles)
@@ -90,12 +98,18 @@ def read_material(
                 f"{role} is {pixels.shape[1]}x{pixels.shape[0]} pixels; "
                 f"allowed: {width}x{height} as the albedo, or a whole multiple or fraction of both"
             )
+    if options.use is not None:
+        read["albedo"], used = read_used(options.use, read["albedo"], notes=profiles)
+        shown = {role: on_shape(used, *pixels.shape[:2]) for role, pixels in read.items()}
+        read = {role: filled(pixels, shown[role]) for role, pixels in read.items()}
+        read["used"] = as_map(used)
     read = {role: resampled(role, pixels, height=height, width=width) for role, pixels in read.items()}
     if unsaid and "height" in read and points_down(read["normal"], read["height"]):
         read["normal"] = _green_turned(read["normal"])
         told.append("the normal map's green points down (DirectX), as the height map shows; else --normal gl")
-    options = SampleOptions(rectify=rectify, crop=crop, resize=resize, even_light=even_light)
-    return Material(finished(cut_out(read, options), options), tuple(told))
+    read = finished(cut_out(read, options), options)
+    white = read.pop("used", None)
+    return Material(read, tuple(told), None if white is None else is_white(white))
 
 
 def _files(

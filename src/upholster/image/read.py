@@ -18,6 +18,7 @@ from upholster.errors import InputError
 from upholster.files import path_text
 from upholster.image.color import alpha_channel
 from upholster.image.heif import heif_kind, read_heif
+from upholster.image.masks import Used, as_map, filled, is_white
 from upholster.image.native import scratch_file, silent
 from upholster.image.preparing import MAX_SIDE, MIN_SIDE, check_resize, cut_out, finished
 from upholster.image.profiles import PHOTOS, Notes, ink_samples, is_cmyk, tell, to_srgb
@@ -25,7 +26,15 @@ from upholster.image.rectify import Corners
 from upholster.options import SampleOptions
 from upholster.types import MAX_SAMPLE, PixelArray
 
-__all__ = ["check_exemplar", "check_white", "read_exemplar", "read_image", "read_image_data"]
+__all__ = [
+    "check_exemplar",
+    "check_white",
+    "read_exemplar",
+    "read_image",
+    "read_image_data",
+    "read_photo",
+    "read_used",
+]
 
 MAX_BYTES = 1 << 30
 """Size, uncompressed, of an image that is to be cropped or reduced: 200 megapixels of 8-bit RGB fit."""
@@ -93,19 +102,82 @@ def read_exemplar(
         missing.
     """
     options = SampleOptions(rectify=rectify, crop=crop, resize=resize, even_light=even_light)
+    return read_photo(path, options, notes=notes)[0]
+
+
+def read_photo(
+    path: str | os.PathLike[str], options: SampleOptions, *, notes: Notes | None = None
+) -> tuple[PixelArray, Used | None]:
+    """Read an exemplar as `read_exemplar` does, and which of its pixels are used; None: all.
+
+    What is not used is gone before anything is averaged.
+
+    Raises
+    ------
+    InputError
+        As there, and as `read_used`.
+    """
     name = _checked_file(Path(path_text(path, "image")))
-    check_resize(resize)
-    whole = rectify is None and crop is None and resize is None
+    check_resize(options.resize)
+    whole = options.rectify is None and options.crop is None and options.resize is None
     with silent():
         pixels = _upright(name, whole, True, notes)
-    if rectify is not None:  # which would spread a NaN and hide where it came from; so would resizing
+    if options.rectify is not None or options.use is not None:
+        # Which would spread a NaN and hide where it came from; so would resizing.
         _check_samples(pixels, repr(name))
-    maps = cut_out({"albedo": pixels}, options)
+    maps = {"albedo": pixels}
+    if options.use is not None:
+        pixels, used = read_used(options.use, pixels, notes=notes)
+        maps = {"albedo": filled(pixels, used), "used": as_map(used)}
+    maps = cut_out(maps, options)
     _check_samples(maps["albedo"], repr(name))
-    pixels = finished(maps, options)["albedo"]
+    maps = finished(maps, options)
+    pixels = maps["albedo"]
     _check_size(pixels.shape[1], pixels.shape[0], repr(name))
     check_white(pixels, repr(name))
-    return np.ascontiguousarray(pixels)
+    return np.ascontiguousarray(pixels), is_white(maps["used"]) if "used" in maps else None
+
+
+def read_used(use: str, pixels: PixelArray, *, notes: Notes | None = None) -> tuple[PixelArray, Used]:
+    """Read which pixels of a photo are used.
+
+    Parameters
+    ----------
+    use
+        A mask's file, white where they are; or "alpha": the photo's own, which then is no transparency.
+    pixels
+        (H, W, C), the upright photo.
+    notes
+        As for `read_exemplar`.
+
+    Returns
+    -------
+    pixels, used
+        The photo, without its alpha if that told; (H, W) bool.
+
+    Raises
+    ------
+    InputError
+        As `read_image`; if the mask has another height or width, or nothing is used; for "alpha" of a photo
+        that has none.
+    """
+    height, width = pixels.shape[:2]
+    if use == "alpha":
+        alpha = alpha_channel(pixels.shape[2])
+        if alpha is None:
+            raise InputError("use is 'alpha', and the sample has none; allowed: a mask's file")
+        used, pixels = is_white(pixels[:, :, alpha:]), pixels[:, :, :alpha]
+    else:
+        mask = read_image(use, colors=False, notes=notes)
+        if mask.shape[:2] != (height, width):
+            raise InputError(
+                f"mask {use!r} is {mask.shape[1]}x{mask.shape[0]} pixels; allowed: {width}x{height}, as the "
+                "upright photo"
+            )
+        used = is_white(mask)
+    if not used.any():
+        raise InputError(f"use {use!r} leaves nothing of the sample; allowed: a mask that is white somewhere")
+    return pixels, used
 
 
 def read_image(

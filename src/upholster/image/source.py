@@ -15,7 +15,7 @@ from upholster.image.material import Material
 from upholster.image.material_files import FilesByRole, read_material
 from upholster.image.packages import is_zip
 from upholster.image.profiles import Notes, tell
-from upholster.image.read import check_exemplar, read_exemplar
+from upholster.image.read import check_exemplar, read_photo
 from upholster.image.write import IMAGE_SUFFIXES
 from upholster.lengths import read_length
 from upholster.options import SampleOptions, chosen
@@ -75,8 +75,9 @@ class Sample:
 
     @property
     def files(self) -> list[str]:
-        """The files that it is read from: see `source_files`."""
-        return source_files(self.source, self.options.maps)
+        """The files that it is read from: see `source_files`; a mask's is the last."""
+        mask = self.options.mask
+        return [*source_files(self.source, self.options.maps), *([] if mask is None else [mask])]
 
     @property
     def folders(self) -> list[str]:
@@ -90,8 +91,8 @@ def read_source(source: "Source | Sample", *, notes: Notes | None = None) -> Pix
     Parameters
     ----------
     source
-        One image is a sample by itself, whatever its name says, or with maps the albedo; all else is a
-        material, see `read_material`. How it is read a `Sample` tells.
+        One image is a sample by itself, whatever its name says, or with maps the albedo; with a mask it is a
+        material of one map; all else is a material, see `read_material`. How it is read a `Sample` tells.
     notes
         As for `read_exemplar`.
 
@@ -149,7 +150,8 @@ def _read(sample: Sample, notes: Notes | None) -> PixelArray | Material:
             raise InputError(
                 f"normal is {options.normal!r}, but {os.fspath(source)!r} is no material; see --map"
             )
-        return read_exemplar(source, **options.preparing, notes=notes)
+        pixels, used = read_photo(source, options, notes=notes)
+        return pixels if used is None or used.all() else Material({"albedo": pixels}, used=used)
     try:
         return read_material(source, **asked, notes=notes)
     except InputError as error:

@@ -129,7 +129,10 @@ class _Reader:
         source, size = known.pop("source", None), known.pop("size", None)
         if maps := known.get("maps"):
             known["maps"] = {role: self.file(file) for role, file in _object(maps, f"maps of {what}").items()}
-        found = Sample(self.source(source, what), size, self.options(SampleOptions, known, what))
+        options = self.options(SampleOptions, known, what)
+        if options.mask is not None:
+            options = replace(options, use=self.file(options.mask))
+        found = Sample(self.source(source, what), size, options)
         for file in found.files:  # of a folder as well, in which links may lead elsewhere
             self.file(os.path.relpath(file, self.folders[0]))
         return found
@@ -255,6 +258,8 @@ class _Keeper:
         told = _told(sample.options)
         if sample.options.maps:
             told["maps"] = {role: self.kept(file) for role, file in sample.options.maps.items()}
+        if sample.options.mask is not None:
+            told["use"] = self.kept(sample.options.mask)
         size = {} if sample.size is None else {"size": sample.size}
         return {"source": self.source(sample), **size, **told}
 

@@ -97,6 +97,8 @@ def _flags(options: Options) -> Iterator[str]:
 
 
 def _texts(name: str, value: Any) -> list[str]:
+    if name == "use":
+        return [_name(value)]
     if isinstance(value, Mapping):
         return [f"{key}={one if name == 'direction' else _name(one)}" for key, one in value.items()]
     if isinstance(value, (tuple, list)):

@@ -73,7 +73,7 @@ function build(told) {
     else store.set({ sample: { source: path } })
   }
   const chooser = shelf(store, told, {
-    sample: (path) => store.set({ sample: { ...store.state.sample, source: path, crop: undefined, rectify: undefined } }),
+    sample: (path) => store.set({ sample: { ...store.state.sample, source: path, crop: undefined, rectify: undefined, use: undefined } }),
     model: (path) => store.set({ model: path, materials: {}, reading: {}, sample: store.state.sample && { ...store.state.sample, size: undefined } }),
     files: () => chooseFiles(use),
     table: () => openSampleTable(store).catch(fail),
