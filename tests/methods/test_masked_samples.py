@@ -8,10 +8,10 @@ import pytest
 from laying import texture
 from repeating import repeating
 
-from upholster import InputError, paint, synthesize
+from upholster import InputError, paint, surface_from_spec, synthesize
 from upholster.image import Material
 from upholster.measure.trace import charted_of
-from upholster.methods import coarser, prepare
+from upholster.methods import coarser, kept_sample, prepare
 from upholster.methods.quilt.usable import (
     allowed_places,
     check_level,
@@ -81,16 +81,12 @@ def test_no_texel_of_a_repeating_sample_reads_there_either() -> None:
     photo, _ = repeating(150, 150, [(1 / 18, 0), (0, 1 / 25)])
     used = window(150, 150)
     material = Material({"albedo": photo}, used=used)
-    prepared = prepare(material.color(), synthesized_on("torus"), SynthesisOptions(texels=40_000), used=used)
+    prepared = prepare(
+        material.color(), surface_from_spec("torus"), SynthesisOptions(texels=40_000), used=used
+    )
     assert prepared.phases is not None
     for on, options in (("plane", {"texels": (190, 160)}), ("torus", {"texels": 40_000, "sample_size": 7.0})):
         assert shares(synthesize(material, on, **options), used).max() == 0
-
-
-def synthesized_on(text: str) -> Any:
-    from upholster import surface_from_spec
-
-    return surface_from_spec(text)
 
 
 @pytest.mark.parametrize("name", ["plane", "tile", "torus", "chair"])
@@ -162,8 +158,18 @@ def test_texels_that_are_too_coarse_for_what_is_left_are_refused() -> None:
         synthesize(Material({"albedo": PHOTO}, used=used), "torus", texels=20_000, sample_size=1.2)
     # A quick look takes what there is.
     wanted = SynthesisOptions(texels=40_000, sample_size=7.0)
-    prepared = prepare(PHOTO, synthesized_on("torus"), wanted, used=used)
+    prepared = prepare(PHOTO, surface_from_spec("torus"), wanted, used=used)
     assert coarser(prepared, PHOTO, 3).used is used
+
+
+def test_a_sample_without_small_coefficients_keeps_its_mask() -> None:
+    used = window()
+    material = Material({"albedo": PHOTO}, used=used)
+    kept = kept_sample(material, SynthesisOptions(method="paper", threshold=20.0))
+    assert isinstance(kept, Material)
+    assert kept is not material
+    assert kept.used is not None
+    np.testing.assert_array_equal(kept.used, used)
 
 
 @pytest.mark.parametrize("method", ["paper", "pixel"])

@@ -45,6 +45,16 @@ def test_candidates_are_found_by_joints_before_colours(dark):
     assert np.corrcoef(both, colors[..., 0].ravel())[0, 1] > 0.95
 
 
+def test_what_is_not_used_does_not_vary():
+    exemplar = picture(40, 56)
+    used = np.zeros((40, 56), bool)
+    used[5:30, 10:40] = True
+    exemplar[~used] = exemplar[used].mean(axis=0)
+    found, image = match_pyramid(exemplar, used=used), match_features(exemplar)
+    assert found.variance == pytest.approx(image[used].var(axis=0).sum())
+    assert found.variance > 1.5 * match_pyramid(exemplar).variance
+
+
 @pytest.mark.parametrize(("height", "width"), [(1, 1), (30, 64), (256, 256), (257, 40), (900, 20)])
 def test_use_is_counted_on_a_lattice_of_at_most_64_points_each_way(height, width):
     for last in (0, 2, 4):
