@@ -81,7 +81,7 @@ def test_a_file_of_jobs_reaches_nothing_outside_its_folder(tmp_path: Path) -> No
         (folder / "jobs.toml").write_text(
             f'texels = "64x64"\n[[jobs]]\nsample = "{sample}"\non = "plane"\noutput = "{output}"\n'
         )
-        done = _batch(folder)
+        done = run_cli("batch", folder / "jobs.toml", "--workers", "1", *ALLOWED)
         assert (done.returncode, len(done.stderr.splitlines())) == (2, 1)
         assert "it refers to" in done.stderr
         assert "--allow DIR" in done.stderr
