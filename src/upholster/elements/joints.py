@@ -96,12 +96,10 @@ def find_joints(exemplar: PixelArray) -> Joints | None:
         return None
     by = max(1, min(height, width) // _LOOKED_AT)
     plane = reduced(exemplar, by)[..., :3].sum(axis=2).astype(np.float64)
-    found = [
-        _lines(derivatives, sign, deviation)
-        for deviation in _WIDTHS
-        for derivatives in (_derivatives(plane, deviation),)
-        for sign in (1.0, -1.0)
-    ]
+    found = []
+    for deviation in _WIDTHS:
+        derivatives = _derivatives(plane, deviation)
+        found += [_lines(derivatives, sign, deviation) for sign in (1.0, -1.0)]
     certainty, distances = max(found, key=lambda one: one[0])
     if certainty < _SURE:
         return None
@@ -131,11 +129,11 @@ def _derivatives(plane: FloatArray, deviation: float) -> tuple[FloatArray, Float
     even = _UNIT * np.exp(-0.5 * places**2)
     smooth, once, twice = np.rint(even), np.rint(places * even), np.rint((places**2 - 1) * even)
     twice -= np.rint(twice.sum() / len(twice))
-    scratch = np.empty_like(plane)
-    out = tuple(np.empty_like(plane) for _ in range(3))
-    for (down, right), filtered in zip(((twice, smooth), (smooth, twice), (once, once)), out, strict=True):
-        filter_plane(plane, down, right, scratch, filtered)
-    return out  # type: ignore[return-value]
+    scratch, upright, level, mixed = (np.empty_like(plane) for _ in range(4))
+    filter_plane(plane, twice, smooth, scratch, upright)
+    filter_plane(plane, smooth, twice, scratch, level)
+    filter_plane(plane, once, once, scratch, mixed)
+    return upright, level, mixed
 
 
 def _lines(
