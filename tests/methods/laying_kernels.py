@@ -4,7 +4,7 @@ from typing import Any
 
 from upholster.jit import kernel
 from upholster.methods.quilt._block_kernels import splat_tent
-from upholster.methods.quilt._choice_kernels import choose_source, draw_in_phase, penalise_used
+from upholster.methods.quilt._choice_kernels import choose_source, draw_fitting, penalise_used
 from upholster.methods.quilt._frame_kernels import look_at_frame, write_frame
 from upholster.methods.quilt._seed_kernels import cut_block
 from upholster.methods.quilt._sheet_kernels import fit_block, shown_at
@@ -29,10 +29,10 @@ def choose(
 
 
 @kernel
-def draw_first(match: Any, numbers: Any, state: Any, span: Any, choice: Any, out: Any) -> None:
-    """Write the row and the column that `draw_in_phase` draws, for each row of `out`."""
+def draw_first(match: Any, numbers: Any, weights: Any, state: Any, span: Any, choice: Any, out: Any) -> None:
+    """Write the row and the column that `draw_fitting` draws, for each row of `out`."""
     for n in range(out.shape[0]):
-        y, x = draw_in_phase(match, numbers, state, span, choice)
+        y, x = draw_fitting(match, numbers, weights, state, span, choice)
         out[n, 0], out[n, 1] = y, x
 
 
@@ -46,9 +46,9 @@ def count_use(usage: Any, step: int, places: Any, size: int, first: int, weights
 
 
 @kernel
-def cut(covered: Any, image: Any, numbers: Any, base: int, pixels: Any, scratch: Any, mask: Any) -> None:
+def cut(covered: Any, match: Any, numbers: Any, base: int, pixels: Any, scratch: Any, mask: Any) -> None:
     """Call `cut_block`."""
-    cut_block(covered, image, numbers, base, pixels, scratch, mask)
+    cut_block(covered, match, numbers, base, pixels, scratch, mask)
 
 
 @kernel
@@ -70,12 +70,12 @@ def unfold(
 
 @kernel
 def look(
-    canvases: Any, image: Any, records: Any, found: Any, count: int, inside: Any, covered: Any,
+    canvases: Any, match: Any, records: Any, found: Any, count: int, inside: Any, covered: Any,
     pixels: Any, symmetries: Any, sizes: Any,
 ) -> None:  # fmt: skip
     """Call `look_at_frame`; `sizes` receives how many pixels are laid and bare."""
     sizes[0], sizes[1] = look_at_frame(
-        canvases, image, records, found, count, inside, covered, pixels, symmetries
+        canvases, match, records, found, count, inside, covered, pixels, symmetries
     )
 
 

@@ -141,12 +141,14 @@ def test_the_source_is_the_twins(name: str, seed: int) -> None:
 def test_the_first_block_is_drawn_from_all_sources_or_from_those_in_phase() -> None:
     frame = Frame(texture(), 16, 0, 1)
     out, span = np.zeros((400, 2), np.int64), frame.span
-    draw_first(frame.match, frame.numbers, np.array([7], np.uint64), span, frame.choice, out)
+    draw_first(frame.match, frame.numbers, frame.weights, np.array([7], np.uint64), span, frame.choice, out)
     low, high = (span.first_y, span.first_x), (span.last_y, span.last_x)
     assert (out.min(axis=0) == low).all()
     assert (out.max(axis=0) == high).all()
     frame = Frame(WAVES[0], 20, 0, 1, WAVES[1])
-    draw_first(frame.match, frame.numbers, np.array([7], np.uint64), frame.span, frame.choice, out)
+    draw_first(
+        frame.match, frame.numbers, frame.weights, np.array([7], np.uint64), frame.span, frame.choice, out
+    )
     off = misfits(frame.match.phases.reshape(2, *frame.image.shape[:2]), frame.choice.wanted)
     fitting = off[frame.span.first_y : frame.span.last_y + 1, frame.span.first_x : frame.span.last_x + 1]
     assert (off[tuple(out.T)] <= fitting.min() + 2**14 // 32).all()
@@ -157,7 +159,9 @@ def test_the_first_block_is_drawn_from_all_sources_or_from_those_in_phase() -> N
 def test_the_first_block_is_drawn_from_what_is_allowed(lattice: Any) -> None:
     frame = Frame(WAVES[0], 20, 0, 1, lattice, allowed=0.1)
     out = np.zeros((400, 2), np.int64)
-    draw_first(frame.match, frame.numbers, np.array([7], np.uint64), frame.span, frame.choice, out)
+    draw_first(
+        frame.match, frame.numbers, frame.weights, np.array([7], np.uint64), frame.span, frame.choice, out
+    )
     assert frame.allowed is not None
     assert frame.allowed[tuple(out.T)].all()
     drawn = {tuple(place) for place in out.tolist()}
@@ -199,7 +203,7 @@ def test_a_cut_is_the_cheapest_that_shows_what_is_missing(cell: int, seed: int) 
         np.rot90(covered, side)[0] = rng.choice([0, 1, 2], 34)
     y, x = frame.span.first_y + 3, frame.span.first_x + 5
     scratch, mask = CutScratch.of(numbers), np.full((32 // cell) ** 2, 9, np.uint8)
-    cut(covered, frame.match.image, numbers, y * numbers.width + x, frame.pixels, scratch, mask)
+    cut(covered, frame.match, numbers, y * numbers.width + x, frame.pixels, scratch, mask)
     read = frame.image[y + frame.pixels.ys, x + frame.pixels.xs].astype(int)
     apart = ((read - frame.old) ** 2).sum(axis=2)
     wanted = plain_cut_block(apart, covered, marks, cell)

@@ -16,6 +16,7 @@ from upholster.methods.quilt._sheet_kernels import FIT, MOST_SHEETS, FieldArrays
 from upholster.methods.quilt._unfold_kernels import Footprint
 from upholster.methods.quilt._whole_kernels import CLEAR_CELL, ClearCells
 from upholster.methods.quilt.centres import Regions, centres_on
+from upholster.methods.quilt.match_pyramid import match_pyramid
 from upholster.quilt.warp_field import FIELD_STEP, WarpField
 
 
@@ -116,7 +117,8 @@ def test_a_frame_shows_what_is_laid_under_it(centre: tuple[int, int]) -> None:
     count = lie(ground.field, clear_cells(20, 20), np.array([0, *centre, 0, 0, 0.0]), 12.0, out, fits)
     colours, sizes = rng.integers(0, 2**30, 3600).astype(np.int32), np.zeros(2, np.int64)
     inside = np.zeros(len(ground.mesh.triangles), np.uint8)
-    look(canvases, colours, records, out, count, inside, covered, pixels, symmetries, sizes)
+    match = match_pyramid(np.zeros((60, 60, 3), np.uint8)).levels[0].match._replace(image=colours)
+    look(canvases, match, records, out, count, inside, covered, pixels, symmetries, sizes)
     # A step is a pixel: 1 where something is laid, 0 where nothing is, 2 beside the surface.
     around = np.full((shape[0] + 60, shape[1] + 60), 2)
     around[30:-30, 30:-30] = np.where(on, canvases.owners.reshape(shape) >= 0, 2)

@@ -40,6 +40,7 @@ from upholster.lengths import parse_length
 from upholster.methods.paper.coefficients import keep_coefficients
 from upholster.methods.paper.method import PaperOptions, synthesize_paper
 from upholster.methods.pixel.method import PixelOptions, check_sample, synthesize_pixel
+from upholster.methods.quilt.guides import Steering
 from upholster.methods.quilt.laying import LayPlan
 from upholster.methods.quilt.method import laid_quilt, planned, step_level
 from upholster.methods.quilt.options import QuiltOptions
@@ -106,6 +107,8 @@ class Prepared:
         Texels for a step of the charts, each way: a power of two.
     used
         (H, W) which pixels of the sample blocks show; None: all.
+    steering
+        What blocks are asked to show where; None: nothing.
     """
 
     charts: tuple[Chart, ...]
@@ -120,6 +123,7 @@ class Prepared:
     vectors: FloatArray | None = None
     density: float = 1.0
     used: Used | None = None
+    steering: Steering | None = None
 
     @property
     def painted(self) -> tuple[Chart, ...]:
@@ -367,6 +371,7 @@ def coarser(prepared: Prepared, exemplar: PixelArray, octaves: int) -> Prepared:
         fields=warp_fields(charted, along, down, scale, prepared.turns, prepared.vectors),
         options=replace(options, block=block, overlap=None),
         density=min(prepared.density * 2.0**octaves, PAINTED_DENSITIES[1]),
+        steering=prepared.steering and prepared.steering.on_charts(charted.charts),
     )
 
 
@@ -484,6 +489,7 @@ def lay_plan(prepared: Prepared, exemplar: PixelArray, *, seed: int = 0) -> LayP
         options=prepared.options,
         phases=prepared.phases,
         used=prepared.used,
+        steering=prepared.steering,
         seed=seed,
     )
 

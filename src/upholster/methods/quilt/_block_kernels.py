@@ -45,7 +45,9 @@ class MatchImage(NamedTuple):
     A pixel of `image` (H · W) is a number of four channels, 8 bits each: see `squared_difference`. `phases`
     (n, H · W) are its waves' phases, n = 0 where none are looked at; and `shown` (8, n) tells for each
     symmetry which wave is seen in a wave's place: k + 1 for wave k, -k - 1 for its opposite, 0 for none.
-    `allowed` (H · W) is 1 where a block may have its source, and `places` are these pixels; (0,): everywhere.
+    `allowed` (H · W) is not 0 where a block may have its source, but the number of the zone that lies there,
+    and `places` are these pixels; (0,): everywhere. `guides` (K, H · W) is what each pixel is by each of the
+    guides, and `costs` (K, 256) what a pixel pays that is off by so much.
     """
 
     image: NDArray[np.int32]
@@ -54,6 +56,8 @@ class MatchImage(NamedTuple):
     shown: NDArray[np.int8]
     allowed: NDArray[np.uint8]
     places: NDArray[np.int64]
+    guides: NDArray[np.uint8]
+    costs: NDArray[np.int32]
 
 
 class LayNumbers(NamedTuple):
@@ -106,23 +110,31 @@ class FramePixels(NamedTuple):
     """Scratch: the pixels of a block's frame.
 
     `marks` tells what there is at each, see `_frame_kernels`, and `old` what is laid; `ys`, `xs` tell where
-    pixels read, seen from the source.
+    pixels read, seen from the source. `wanted` (K, size, size) is what guides ask for, 0 where they ask
+    nothing, and `off` what is laid pays for that. `zones` (size, size) is which zone shall be there, 0 for
+    any; (0, 0): there are none.
     """
 
     marks: NDArray[np.uint8]
     old: NDArray[np.int32]
     ys: NDArray[np.int32]
     xs: NDArray[np.int32]
+    wanted: NDArray[np.uint8]
+    off: NDArray[np.int32]
+    zones: NDArray[np.uint8]
 
     @classmethod
-    def of(cls, size: int) -> "FramePixels":
-        """Return scratch for a frame."""
+    def of(cls, size: int, guides: int = 0, *, zones: bool = False) -> "FramePixels":
+        """Return scratch for a frame, with so many guides."""
         shape = (size, size)
         return cls(
             np.empty(shape, np.uint8),
             np.empty(shape, np.int32),
             np.empty(shape, np.int32),
             np.empty(shape, np.int32),
+            np.zeros((guides, size, size), np.uint8),
+            np.zeros(shape if guides else (0, 0), np.int32),
+            np.zeros(shape if zones else (0, 0), np.uint8),
         )
 
 
@@ -133,7 +145,8 @@ class ChoiceScratch(NamedTuple):
     `offsets` and `values` are pixels from a candidate and what should be there, in the order in which they
     are compared; `listed` (2, n) are the same in that in which they were found. `penalties` has the shape of
     usage for one symmetry. `wanted` (2, 3) tells for each wave which of the exemplar's shall have which
-    phase: its number (-1: none), 1 or -1 for its opposite, the phase. `kept` are candidates as row · width +
+    phase: its number (-1: none), 1 or -1 for its opposite, the phase. `zone` (1,) is the zone that the source
+    lies in, 0 for any. `kept` are candidates as row · width +
     column, `judged` what they cost. `heap`, `costs`, `line` and `misfits` are the search's.
     """
 
@@ -144,6 +157,7 @@ class ChoiceScratch(NamedTuple):
     listed: NDArray[np.int32]
     penalties: NDArray[np.float64]
     wanted: NDArray[np.int64]
+    zone: NDArray[np.int64]
     kept: NDArray[np.int64]
     judged: NDArray[np.int64]
     heap: NDArray[np.float32]
@@ -166,6 +180,7 @@ class ChoiceScratch(NamedTuple):
             np.empty((2, pixels), np.int32),
             np.empty((usage.shape[0] // numbers.symmetries.bit_count(), usage.shape[1])),
             np.zeros((2, 3), np.int64),
+            np.zeros(1, np.int64),
             np.empty(most, np.int64),
             np.empty(most, np.int64),
             np.empty(most, np.float32),
@@ -176,15 +191,18 @@ class ChoiceScratch(NamedTuple):
 
 
 class CutScratch(NamedTuple):
-    """Scratch by the cells of a block: `marks` and `missing` see `label_seeds`, the rest `cut_grid`.
+    """Scratch by the cells of a block: `marks`, `missing`, `barred` see `_label_seeds`, the rest `cut_grid`.
 
-    Only `differences` has the texels of a row.
+    `balance` is by how much a cell had rather be new, as guides ask. Only `differences` has the texels of a
+    row.
     """
 
     differences: NDArray[np.int32]
     errors: NDArray[np.int64]
     marks: NDArray[np.int32]
     missing: NDArray[np.int32]
+    barred: NDArray[np.int32]
+    balance: NDArray[np.int64]
     seeds: NDArray[np.int8]
     residual: NDArray[np.int64]
     work: NDArray[np.int32]
@@ -198,6 +216,8 @@ class CutScratch(NamedTuple):
             np.empty(cells, np.int64),
             np.empty(cells, np.int32),
             np.empty(cells, np.int32),
+            np.empty(cells, np.int32),
+            np.empty(cells, np.int64),
             np.empty(cells, np.int8),
             np.empty((4, cells), np.int64),
             np.empty((4, cells), np.int32),

@@ -25,12 +25,15 @@ from upholster.methods.quilt._phase_kernels import MISFIT, misfit
 from upholster.methods.quilt._search_kernels import draw, search
 from upholster.types import int64, uint64
 
-__all__ = ["choose_source", "draw_in_phase", "first_of", "penalise_used"]
+__all__ = ["choose_source", "draw_fitting", "first_of", "penalise_used"]
 
 _BIG = int64(2**60)
 
 _CLOSE = MISFIT // 32
 """A source drawn for a block on nothing has a misfit at most so much above the best."""
+
+_CLOSE_GUIDE = 16
+"""And is off what a guide asks for by at most so much more, of 254."""
 
 
 @inline
@@ -63,47 +66,79 @@ def first_of(numbers: LayNumbers, symmetry: int, rows: int) -> Any:
 
 
 @inline
-def _is_allowed(match: MatchImage, place: Any) -> Any:
+def _is_allowed(match: MatchImage, choice: ChoiceScratch, place: Any) -> Any:
     # Whether a block may have its source at a pixel.
-    return match.allowed.shape[0] == 0 or match.allowed[place] != 0
+    if match.allowed.shape[0] == 0:
+        return True
+    return match.allowed[place] != 0 and (choice.zone[0] == 0 or match.allowed[place] == choice.zone[0])
 
 
 @inline
-def _misfit_at(match: MatchImage, choice: ChoiceScratch, place: Any) -> Any:
-    # How badly a pixel's phases fit; no other is as bad as one that is not allowed.
-    return misfit(match.phases, choice.wanted, place) if _is_allowed(match, place) else _BIG
-
-
-@inline
-def _draw_place(match: MatchImage, numbers: LayNumbers, state: NDArray[np.uint64], span: Span) -> Any:
+def _draw_place(
+    match: MatchImage, numbers: LayNumbers, state: NDArray[np.uint64], span: Span, choice: ChoiceScratch
+) -> Any:
     # Draws a pixel of a span, or one of those that are allowed: any span has them all.
     if match.places.shape[0]:
-        return match.places[draw(state, match.places.shape[0])]
+        while True:
+            place = match.places[draw(state, match.places.shape[0])]
+            if _is_allowed(match, choice, place):
+                return place
     y = span.first_y + draw(state, span.last_y - span.first_y + 1)
     return y * numbers.width + span.first_x + draw(state, span.last_x - span.first_x + 1)
 
 
 @inline
-def draw_in_phase(
-    match: MatchImage, numbers: LayNumbers, state: NDArray[np.uint64], span: Span, choice: ChoiceScratch
+def _is_asked(match: MatchImage) -> Any:
+    # Whether some places fit better than others on nothing.
+    return match.phases.shape[0] > 0 or match.guides.shape[0] > 0
+
+
+@inline
+def _misfit_at(
+    match: MatchImage, numbers: LayNumbers, weights: LayWeights, choice: ChoiceScratch, place: Any
+) -> Any:
+    # How badly a pixel's phases fit, and what it is by guides; no other is as bad as one that is not allowed.
+    if not _is_allowed(match, choice, place):
+        return _BIG
+    found = int64(misfit(match.phases, choice.wanted, place))
+    if match.guides.shape[0] == 0:
+        return found
+    i = min(place // numbers.width // numbers.usage_step, choice.penalties.shape[0] - 1)
+    j = min(place % numbers.width // numbers.usage_step, choice.penalties.shape[1] - 1)
+    return int64(weights.phase * found + choice.penalties[i, j])
+
+
+@inline
+def draw_fitting(
+    match: MatchImage,
+    numbers: LayNumbers,
+    weights: LayWeights,
+    state: NDArray[np.uint64],
+    span: Span,
+    choice: ChoiceScratch,
 ) -> tuple[Any, Any]:
-    """Draw an allowed pixel of a span: of all, or of those whose phases fit about best."""
-    if match.phases.shape[0] == 0:
-        place = _draw_place(match, numbers, state, span)
+    """Draw an allowed pixel of a span: of all, or of those that fit phases and guides about best."""
+    if not _is_asked(match):
+        place = _draw_place(match, numbers, state, span, choice)
         return place // numbers.width, place % numbers.width
-    least, good = _BIG, int64(0)
+    close, least, good = int64(_CLOSE), _BIG, int64(0)
+    if match.guides.shape[0]:
+        close = int64(weights.phase * _CLOSE)
+        for k in range(match.guides.shape[0]):
+            close += match.costs[k, _CLOSE_GUIDE]
     for y in range(span.first_y, span.last_y + 1):
         for x in range(span.first_x, span.last_x + 1):
-            cost = _misfit_at(match, choice, y * numbers.width + x)
+            cost = _misfit_at(match, numbers, weights, choice, y * numbers.width + x)
             if cost < least:
                 least = cost
     for y in range(span.first_y, span.last_y + 1):
         for x in range(span.first_x, span.last_x + 1):
-            good += _misfit_at(match, choice, y * numbers.width + x) <= least + _CLOSE
+            cost = _misfit_at(match, numbers, weights, choice, y * numbers.width + x)
+            good += cost <= least + close
     pick = draw(state, good)
     for y in range(span.first_y, span.last_y + 1):
         for x in range(span.first_x, span.last_x + 1):
-            if _misfit_at(match, choice, y * numbers.width + x) <= least + _CLOSE:
+            if _misfit_at(match, numbers, weights, choice, y * numbers.width + x) <= least + close:
                 if pick == 0:
                     return y, x
                 pick -= 1
@@ -195,7 +230,7 @@ def _judge(
     # leaves no chance is not summed to its end. Returns the best one's cost.
     penalties, rounds, tolerance = choice.penalties, _rounds(samples), weights.tolerance
     last_row, last_column = penalties.shape[0] - 1, penalties.shape[1] - 1
-    times = max(samples, min(1, match.phases.shape[0]))
+    times = max(samples, 1 if _is_asked(match) else 0)
     limit = _BIG if least == _BIG else int64(least * tolerance)
     for m in range(part[0], part[1]):
         place = choice.kept[m]
@@ -236,7 +271,7 @@ def _list_refined(
         y, x = kept[best] // numbers.width, kept[best] % numbers.width
         for i in range(max(y - reach, span.first_y), min(y + reach, span.last_y) + 1):
             for j in range(max(x - reach, span.first_x), min(x + reach, span.last_x) + 1):
-                if (i != y or j != x) and _is_allowed(match, i * numbers.width + j):
+                if (i != y or j != x) and _is_allowed(match, choice, i * numbers.width + j):
                     kept[end] = i * numbers.width + j
                     end += 1
     return end
@@ -273,12 +308,12 @@ def choose_source(
     """
     count = _list_features(numbers, span, pixels, choice)
     samples = _list_samples(numbers, pixels, choice)
-    if count or match.phases.shape[0]:
+    if count or _is_asked(match):
         stop = search(match, numbers, weights, span, count, choice)
     else:  # too little is there to search by
         stop = int64(numbers.shortlist)
         for m in range(stop):
-            choice.kept[m] = _draw_place(match, numbers, state, span)
+            choice.kept[m] = _draw_place(match, numbers, state, span, choice)
     least = _judge(match, numbers, weights, choice, samples, (int64(0), stop), _BIG)
     if numbers.step > 1:
         end = _list_refined(match, numbers, span, choice, stop)

@@ -10,13 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.jit import inline, kernel
-from upholster.methods.quilt._block_kernels import SYMMETRY, FramePixels, LayNumbers
+from upholster.methods.quilt._block_kernels import SYMMETRY, FramePixels, LayNumbers, MatchImage
 from upholster.methods.quilt._unfold_kernels import Footprint, MeshArrays
 from upholster.quilt.placement import SYMMETRIES
 from upholster.types import FloatArray, IntArray, int64
 
 __all__ = [
     "BESIDE",
+    "FIXED",
+    "KEPT_SHEET",
     "LAID",
     "Canvases",
     "bound_places",
@@ -26,8 +28,12 @@ __all__ = [
     "write_frame",
 ]
 
-LAID, BESIDE = 1, 2
-"""Marks of a frame's pixel: something is laid there; it lies beside the surface or the block. 0: bare."""
+LAID, BESIDE, FIXED = 1, 2, 8
+"""Marks of a frame's pixel: something is laid there; it lies beside the surface or the block; and, with
+`LAID`, what is laid stays. 0: bare."""
+
+KEPT_SHEET = 255
+"""On a canvas, the sheet of what was there before: no block of this run."""
 
 _CLOSE = 0.75
 """Texels: a texel so near to a triangle belongs to it."""
@@ -38,7 +44,9 @@ class Canvases(NamedTuple):
 
     `owners` is the block that shows there, −1 for none, `sheets` on which of its sheets, and `sources` which
     pixel of the exemplar that is, row · width + column. `triangles` tells in which triangle a step's middle
-    lies, or right beside it, −1 for none. `heights` and `widths` are the charts'.
+    lies, or right beside it, −1 for none. `heights` and `widths` are the charts'. The first `fixed` blocks
+    stay as they are. `wanted` (K, steps) is what guides ask for, 0 where they ask nothing, and `zones`
+    (steps,) which zone of the exemplar shall show, 0 for any; (0,): there are none.
     """
 
     owners: IntArray
@@ -48,6 +56,9 @@ class Canvases(NamedTuple):
     firsts: NDArray[np.int64]
     heights: NDArray[np.int64]
     widths: NDArray[np.int64]
+    fixed: int
+    wanted: NDArray[np.uint8]
+    zones: NDArray[np.uint8]
 
 
 @inline
@@ -157,9 +168,24 @@ def nearest_steps(
 
 
 @inline
+def _ask(canvases: Canvases, match: MatchImage, at: int, i: int, j: int, pixels: FramePixels) -> None:
+    # Enters what is asked for at a step into a pixel of the frame, and what is laid there pays for it.
+    if pixels.zones.shape[0]:
+        pixels.zones[i, j] = canvases.zones[at]
+    off = np.int32(0)
+    for k in range(pixels.wanted.shape[0]):
+        wanted = canvases.wanted[k, at]
+        pixels.wanted[k, i, j] = wanted
+        if wanted > 0 and canvases.owners[at] >= 0:
+            off += match.costs[k, abs(int64(match.guides[k, canvases.sources[at]]) - int64(wanted))]
+    if pixels.wanted.shape[0]:
+        pixels.off[i, j] = off
+
+
+@inline
 def _draw(
     canvases: Canvases,
-    image: NDArray[np.int32],
+    match: MatchImage,
     records: IntArray,
     found: Footprint,
     n: int,
@@ -195,16 +221,18 @@ def _draw(
             if there < 0 or (t >= 0 and there != t and inside[there] == 0):
                 continue
             owner = canvases.owners[at]
-            covered[i, j] = LAID if owner >= 0 else 0
-            if owner >= 0 and 0 < i <= size and 0 < j <= size:
-                pixels.old[i - 1, j - 1] = image[canvases.sources[at]]
-                symmetries[records[owner, SYMMETRY]] += 1
+            covered[i, j] = 0 if owner < 0 else LAID if owner >= canvases.fixed else LAID | FIXED
+            if 0 < i <= size and 0 < j <= size:
+                _ask(canvases, match, at, i - 1, j - 1, pixels)
+                if owner >= 0:
+                    pixels.old[i - 1, j - 1] = match.image[canvases.sources[at]]
+                    symmetries[records[owner, SYMMETRY]] += 1
 
 
 @inline
 def look_at_frame(
     canvases: Canvases,
-    image: NDArray[np.int32],
+    match: MatchImage,
     records: IntArray,
     found: Footprint,
     count: int,
@@ -220,12 +248,13 @@ def look_at_frame(
     """
     size = covered.shape[0] - 2
     covered[:, :], symmetries[:] = BESIDE, 0
+    pixels.wanted[:, :, :], pixels.zones[:, :] = 0, 0
     for n in range(count):
         if found.triangles[n] >= 0:
             inside[found.triangles[n]] = found.sheets[n] >= 0
     for n in range(count):
         if found.sheets[n] >= 0:
-            _draw(canvases, image, records, found, n, inside, covered, pixels, symmetries)
+            _draw(canvases, match, records, found, n, inside, covered, pixels, symmetries)
     for n in range(count):
         if found.triangles[n] >= 0:
             inside[found.triangles[n]] = 0
@@ -234,7 +263,7 @@ def look_at_frame(
         for j in range(size):
             mark = covered[i + 1, j + 1]
             pixels.marks[i, j] = mark
-            laid += mark == LAID
+            laid += mark & LAID
             bare += mark == 0
     return laid, bare
 
@@ -279,6 +308,8 @@ def write_frame(
                 along = int64(np.floor(u[0, 1] + b * (u[1, 1] - u[0, 1]) + d * (u[2, 1] - u[0, 1]) + 0.5))
                 i, j = down + half, along + half
                 if i < 0 or j < 0 or i >= size or j >= size or mask[i // cell * across + j // cell] == 0:
+                    continue
+                if 0 <= canvases.owners[at] < canvases.fixed:
                     continue
                 row = min(max(record[0] + turn[0] * down + turn[1] * along, 0), numbers.height - 1)
                 column = min(max(record[1] + turn[2] * down + turn[3] * along, 0), numbers.width - 1)

@@ -6,12 +6,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.jit import inline, kernel
-from upholster.methods.quilt._frame_kernels import Canvases
+from upholster.methods.quilt._frame_kernels import KEPT_SHEET, Canvases
 from upholster.methods.quilt._sheet_kernels import MOST_SHEETS, FieldArrays, shown_at
 from upholster.methods.quilt._unfold_kernels import MeshArrays
 from upholster.types import FloatArray, IntArray, int64
 
-__all__ = ["fill_labels", "label_beyond", "label_cells", "list_sheets"]
+__all__ = ["KEPT", "fill_labels", "label_beyond", "label_cells", "list_sheets"]
+
+KEPT = -2
+"""Instead of a label: the cell shows what was there before."""
 
 _REACH = 2.0
 """Cells beyond a seam that are labelled by what lies there."""
@@ -31,9 +34,9 @@ def label_cells(
 ) -> None:
     """Write which block and sheet show in each cell of a chart, ``block · MOST_SHEETS + sheet``; −1: none.
 
-    Of its steps the one right after its middle counts, or the first one that shows something. `away` receives
-    0 where that lies in a triangle that is `own` (T,), −1 where it does not, and infinity where nothing
-    shows.
+    `KEPT`: what was there before. Of its steps the one right after its middle counts, or the first one that
+    shows something. `away` receives 0 where that lies in a triangle that is `own` (T,), −1 where it does not,
+    and infinity where nothing shows.
     """
     height, width, first = canvases.heights[chart], canvases.widths[chart], canvases.firsts[chart]
     for i in range(labels.shape[0]):
@@ -44,6 +47,9 @@ def label_cells(
                 r, c = (i - 1) * cell + down, (j - 1) * cell + right
                 if 0 <= r < height and 0 <= c < width:
                     at = first + r * width + c
+                    if canvases.owners[at] >= 0 and canvases.sheets[at] == KEPT_SHEET:
+                        labels[i, j], away[i, j] = KEPT, -1.0
+                        break
                     if canvases.owners[at] >= 0:
                         labels[i, j] = int64(canvases.owners[at]) * MOST_SHEETS + canvases.sheets[at]
                         away[i, j] = 0.0 if own[canvases.triangles[at]] else -1.0
@@ -62,13 +68,15 @@ def _goes_on(
     there: tuple[float, float],
 ) -> Any:
     # The block and sheet that show at a place of another chart, as it goes on at a place of this one; −1: it
-    # does not.
+    # does not; `KEPT`: what shows there was there before.
     r = min(max(int64(np.floor(there[0] + 0.5)), 0), canvases.heights[other] - 1)
     c = min(max(int64(np.floor(there[1] + 0.5)), 0), canvases.widths[other] - 1)
     at = canvases.firsts[other] + r * canvases.widths[other] + c
     block = int64(canvases.owners[at])
     if block < 0:
         return int64(-1)
+    if canvases.sheets[at] == KEPT_SHEET:
+        return int64(KEPT)
     wanted = shown_at(field, fits[firsts[block] + canvases.sheets[at]], there[0], there[1])
     best, least = int64(-1), _ALIKE * _ALIKE
     for row in range(firsts[block], firsts[block + 1]):
@@ -141,7 +149,7 @@ def label_beyond(
                     int64(mesh.chart[other]),
                     (there[0] + 0.0, there[1] + 0.0),
                 )
-                if found >= 0:
+                if found >= 0 or found == KEPT:
                     labels[i, j], away[i, j] = found, far
 
 
@@ -157,13 +165,13 @@ def list_sheets(
     """Give the sheets that cells show numbers, in raster order; return how many there are.
 
     `seen` and `away` are what `label_beyond` leaves; where `away` is negative nothing is told. `labels`
-    receives the numbers, −1 for none, and `keys` the sheets, as in `seen`. `firsts` (B + 1,) are blocks'
-    first sheets, and `ranks` is scratch, as many as there are sheets, all −1.
+    receives the numbers, −1 for none, `KEPT` where that is seen, and `keys` the sheets, as in `seen`.
+    `firsts` (B + 1,) are blocks' first sheets, and `ranks` is scratch, as many as there are sheets, all −1.
     """
     count = int64(0)
     for i in range(seen.shape[0]):
         for j in range(seen.shape[1]):
-            labels[i, j] = -1
+            labels[i, j] = KEPT if seen[i, j] == KEPT else -1
             if seen[i, j] < 0 or away[i, j] < 0.0:
                 continue
             at = firsts[seen[i, j] // MOST_SHEETS] + seen[i, j] % MOST_SHEETS

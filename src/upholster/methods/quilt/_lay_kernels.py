@@ -26,8 +26,9 @@ from upholster.methods.quilt._block_kernels import (
     Span,
     splat_tent,
 )
-from upholster.methods.quilt._choice_kernels import choose_source, draw_in_phase, first_of, penalise_used
+from upholster.methods.quilt._choice_kernels import choose_source, draw_fitting, first_of, penalise_used
 from upholster.methods.quilt._frame_kernels import Canvases, look_at_frame, write_frame
+from upholster.methods.quilt._guide_kernels import penalise_off, show_all
 from upholster.methods.quilt._phase_kernels import want_phases
 from upholster.methods.quilt._search_kernels import draw
 from upholster.methods.quilt._seed_kernels import cut_block
@@ -83,14 +84,16 @@ class LayScratch(NamedTuple):
     state: NDArray[np.uint64]
 
     @classmethod
-    def of(cls, numbers: LayNumbers, usage: FloatArray, vertices: int, triangles: int) -> "LayScratch":
-        """Return scratch for blocks on a mesh."""
+    def of(cls, ground: Ground, numbers: LayNumbers, usage: FloatArray) -> "LayScratch":
+        """Return scratch for blocks on some ground."""
         size = numbers.size
+        vertices, triangles = len(ground.mesh.first) - 1, len(ground.mesh.triangles)
+        guides, zones = len(ground.canvases.wanted), len(ground.canvases.zones) > 0
         return cls(
             UnfoldScratch.of(vertices, triangles),
             SheetScratch.of(triangles),
             Footprint.of(_MOST_TRIANGLES),
-            FramePixels.of(size),
+            FramePixels.of(size, guides, zones=zones),
             ChoiceScratch.of(numbers, usage),
             CutScratch.of(numbers),
             np.zeros((size // numbers.cell) ** 2, np.uint8),
@@ -196,6 +199,7 @@ def _choose(
         penalise_used(usage, first, weights, choice.penalties)
         if weights.variety > 0.0:
             _penalise_near(numbers, weights.variety, blocks, n, near, reach, choice.penalties)
+        penalise_off(match, numbers, scratch.pixels, choice.penalties)
         want_phases(match, record[PHASE:], tried[t], choice)
         y, x, cost = choose_source(match, numbers, weights, scratch.state, span, scratch.pixels, choice)
         if least < 0 or cost < least:
@@ -248,7 +252,7 @@ def _settle(
     record, pixels, canvases = blocks.records[n], scratch.pixels, ground.canvases
     laid, bare = look_at_frame(
         canvases,
-        match.image,
+        match,
         blocks.records,
         scratch.found,
         triangles,
@@ -257,8 +261,10 @@ def _settle(
         pixels,
         scratch.symmetries,
     )
-    if bare == 0 and canvases.owners[_centre(canvases, blocks.roots[n])] >= 0:
+    centre = _centre(canvases, blocks.roots[n])
+    if bare == 0 and canvases.owners[centre] >= 0:
         return
+    scratch.choice.zone[0] = canvases.zones[centre] if canvases.zones.shape[0] else 0
     count = _list_symmetries(numbers, scratch)
     record[LAID] = 1 if laid else 2
     if laid:
@@ -266,15 +272,15 @@ def _settle(
     else:
         span = _turn_frame(numbers, scratch.tried[0], pixels)
         want_phases(match, record[PHASE:], scratch.tried[0], scratch.choice)
-        y, x = draw_in_phase(match, numbers, scratch.state, span, scratch.choice)
+        scratch.choice.penalties[:, :] = 0.0
+        penalise_off(match, numbers, pixels, scratch.choice.penalties)
+        y, x = draw_fitting(match, numbers, weights, scratch.state, span, scratch.choice)
         record[SOURCE_ROW], record[SOURCE_COLUMN], record[SYMMETRY] = y, x, scratch.tried[0]
     y, x = int64(record[SOURCE_ROW]), int64(record[SOURCE_COLUMN])
     if laid:
-        cut_block(
-            scratch.covered, match.image, numbers, y * numbers.width + x, pixels, scratch.cut, scratch.mask
-        )
+        cut_block(scratch.covered, match, numbers, y * numbers.width + x, pixels, scratch.cut, scratch.mask)
     else:
-        scratch.mask[:] = 1
+        show_all(match, numbers, y * numbers.width + x, pixels, scratch.mask)
     _write(canvases, numbers, blocks, n, scratch.mask, triangles, scratch)
     rows = scratch.choice.penalties.shape[0]
     first = first_of(numbers, int64(record[SYMMETRY]), rows)

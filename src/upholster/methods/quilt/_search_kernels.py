@@ -199,8 +199,10 @@ def search(
                 part[n] = choice.line[n]
             place = y * numbers.width + span.first_x
             if match.allowed.shape[0]:
+                zone = choice.zone[0]
                 for n in range(size):
-                    if not match.allowed[place + n * step]:
+                    own = match.allowed[place + n * step]
+                    if own == 0 or (zone != 0 and own != zone):
                         part[n] = np.float32(np.inf)
             if match.phases.shape[0]:
                 misfits = choice.misfits[:size]

@@ -4,15 +4,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.jit import inline, shared
-from upholster.methods._cut_kernels import FREE, NEW, OLD, OUTSIDE, cut_grid
-from upholster.methods.quilt._block_kernels import CutScratch, FramePixels, LayNumbers, squared_difference
-from upholster.methods.quilt._frame_kernels import BESIDE, LAID
-from upholster.types import uint64
+from upholster.methods._cut_kernels import FREE, NEW, OLD, OUTSIDE, cut_grid, cut_weighted
+from upholster.methods.quilt._block_kernels import (
+    CutScratch,
+    FramePixels,
+    LayNumbers,
+    MatchImage,
+    squared_difference,
+)
+from upholster.methods.quilt._frame_kernels import BESIDE, FIXED, LAID
+from upholster.methods.quilt._guide_kernels import is_barred, prefer_cells
+from upholster.types import int64, uint64
 
 __all__ = ["cut_block"]
 
 _BARE = 4
 """Of a cell, beside the marks of a frame's pixels: some of its pixels are bare."""
+
+_HELD = int64(2**40)
+"""What it costs to take a cell from the side that it is held on."""
 
 
 @inline
@@ -33,10 +43,11 @@ def _differ(
 
 @inline
 def _compare(
-    image: NDArray[np.int32], numbers: LayNumbers, base: int, pixels: FramePixels, scratch: CutScratch
+    match: MatchImage, numbers: LayNumbers, base: int, pixels: FramePixels, scratch: CutScratch
 ) -> None:
     # Fills `errors`, squared differences between the source at pixel `base` and what is laid, summed over
     # each cell; `marks`, what a cell's pixels are; and `missing`, 1 where one is bare.
+    image = match.image
     cell, differences = numbers.cell, scratch.differences
     across = numbers.size // cell
     for at in range(scratch.errors.shape[0]):
@@ -54,6 +65,16 @@ def _compare(
                         scratch.missing[at] = 1
                 else:
                     scratch.errors[at] += differences[uint64(j)]
+
+
+@inline
+def _bar_cells(numbers: LayNumbers, zone: int, pixels: FramePixels, scratch: CutScratch) -> None:
+    # Cells that shall be of another zone stay as they are, old or bare.
+    across = numbers.size // numbers.cell
+    for at in range(scratch.barred.shape[0]):
+        scratch.barred[at] = is_barred(pixels, zone, numbers.cell, at // across, at % across)
+        if scratch.barred[at]:
+            scratch.missing[at] = 0
 
 
 @inline
@@ -95,6 +116,8 @@ def _label_seeds(covered: NDArray[np.uint8], cell: int, across: int, scratch: Cu
             kind = FREE
             if missing[at]:
                 kind = OUTSIDE
+            elif marks[at] & FIXED or (scratch.barred[at] and not marks[at] & _BARE):
+                kind = OLD
             elif marks[at] & _BARE:
                 # Bare, but where nobody needs it: beside the surface.
                 beside = _touches_missing(missing, across, across, a, b)
@@ -109,8 +132,8 @@ def _label_seeds(covered: NDArray[np.uint8], cell: int, across: int, scratch: Cu
 
 
 @inline
-def _cut(columns: int, scratch: CutScratch, mask: NDArray[np.uint8]) -> None:
-    # The minimum cut between cells held old and new; a step costs 1 at least, to keep it short.
+def _list_steps(columns: int, scratch: CutScratch) -> None:
+    # What it costs to cut between two cells: 1 at least, to keep the cut short.
     errors, seeds, residual = scratch.errors, scratch.seeds, scratch.residual
     for at in range(seeds.shape[0]):
         for side in range(4):
@@ -124,13 +147,25 @@ def _cut(columns: int, scratch: CutScratch, mask: NDArray[np.uint8]) -> None:
             if below < seeds.shape[0] and seeds[below] != OUTSIDE:
                 cost = errors[at] + errors[below] + 1
                 residual[1, at], residual[3, below] = cost, cost
-    cut_grid(residual, seeds, columns, scratch.work, mask)
+
+
+@inline
+def _cut_as_preferred(columns: int, scratch: CutScratch, mask: NDArray[np.uint8]) -> None:
+    # The minimum cut where cells prefer a side; no preference moves those that are held.
+    for at in range(scratch.seeds.shape[0]):
+        if scratch.seeds[at] == OUTSIDE:
+            scratch.balance[at] = 0
+        elif scratch.seeds[at] == OLD:
+            scratch.balance[at] = -_HELD
+        elif scratch.seeds[at] == NEW:
+            scratch.balance[at] = _HELD
+    cut_weighted(scratch.residual, scratch.balance, columns, scratch.work, mask)
 
 
 @shared
 def cut_block(
     covered: NDArray[np.uint8],
-    image: NDArray[np.int32],
+    match: MatchImage,
     numbers: LayNumbers,
     base: int,
     pixels: FramePixels,
@@ -140,16 +175,22 @@ def cut_block(
     """Cut a block against what is laid; `mask` receives its new cells.
 
     `covered` (size + 2, size + 2) tells what is laid on the frame and round it, `base` is the pixel that its
-    centre reads.
+    centre reads. Where guides ask for something, cells prefer the side that is less off.
     """
-    across = numbers.size // numbers.cell
-    _compare(image, numbers, base, pixels, scratch)
+    across, guided = numbers.size // numbers.cell, match.guides.shape[0] > 0
+    _compare(match, numbers, base, pixels, scratch)
+    _bar_cells(numbers, int64(match.allowed[base]) if pixels.zones.shape[0] else int64(0), pixels, scratch)
     kinds = _label_seeds(covered, numbers.cell, across, scratch)
-    both = kinds == 3
+    both = kinds == 3 or (guided and kinds != 0)
     if both:
-        _cut(across, scratch, mask)
+        _list_steps(across, scratch)
+    if both and guided:
+        prefer_cells(match, numbers, base, pixels, scratch)
+        _cut_as_preferred(across, scratch, mask)
+    elif both:
+        cut_grid(scratch.residual, scratch.seeds, across, scratch.work, mask)
     for at in range(mask.shape[0]):
         if scratch.seeds[at] == OUTSIDE:
-            mask[at] = 1
+            mask[at] = 0 if scratch.barred[at] else 1
         elif not both:  # all new, or nothing but what is bare
             mask[at] = 1 if kinds == 2 else 0

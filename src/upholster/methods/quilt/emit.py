@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from upholster.methods.quilt._block_kernels import BLOCK_COLUMNS, SOURCE_COLUMN, SOURCE_ROW, SYMMETRY
 from upholster.methods.quilt._emit_kernels import SettledArrays, ShownCells, settle_placements
-from upholster.methods.quilt._label_kernels import fill_labels, label_beyond, label_cells, list_sheets
+from upholster.methods.quilt._label_kernels import KEPT, fill_labels, label_beyond, label_cells, list_sheets
 from upholster.methods.quilt._sheet_kernels import FIT, MOST_SHEETS
 from upholster.methods.quilt.laying import Drawn, LayPlan
 from upholster.parallel import run_tasks
@@ -51,7 +51,8 @@ class LabelPiece:
     corner
         Row and column of the window's first cell.
     labels
-        (rows, columns) int32: which of the sheets below shows in a cell; −1: this parcel does not tell.
+        (rows, columns) int32: which of the sheets below shows in a cell; −1: this parcel does not tell;
+        `KEPT`: what was there before.
     away
         (rows, columns) float32: 0 where the surface lies, else how far beyond a seam a cell lies, in square
         steps.
@@ -116,7 +117,7 @@ def _piece(drawn: Drawn, chart: int, edges: NDArray[np.int64], cell: int, ranks:
     return LabelPiece(
         chart,
         first,
-        rank[labels],  # -1, the last one, stays
+        np.where(labels == KEPT, KEPT, rank[labels]).astype(np.int32),  # -1, the last one, stays
         away.astype(np.float32),
         numbers[order],
         drawn.records[block[order]],
@@ -163,8 +164,10 @@ def labelled(plan: LayPlan, number: int, pieces: Sequence[LabelPiece]) -> Labell
     """Return a chart's placements and labels, from all its pieces in the order of parcels."""
     chart, field, shape = plan.surface.charts[number], plan.fields[number], plan.shape
     cell = _cell_of(plan, number)
-    shown, sheets = _joined(label_shape(chart.height, chart.width, cell), pieces)
+    shown, sheets, kept = _joined(label_shape(chart.height, chart.width, cell), pieces)
     if not len(sheets.numbers):
+        if plan.before is not None:
+            return plan.before.on_chart(number), plan.before.labels[number][0]
         none = np.zeros(shown.shape, np.int32)
         return bare_placement(number, (chart.height, chart.width), shape), LabelMap(cell, none)
     placed = np.zeros(len(sheets.numbers), PLACEMENT)
@@ -178,11 +181,22 @@ def labelled(plan: LayPlan, number: int, pieces: Sequence[LabelPiece]) -> Labell
     placed["row"], placed["column"] = 16 * cell * (found.cells.T - 1) + 8 * cell
     placed["source_row"], placed["source_column"] = found.reads.T
     placed["offset"] = _offsets(found)
+    if plan.before is not None:
+        placed = np.concatenate([placed, _before(plan.before, number, kept, shown, len(placed))])
     fill_labels(shown, np.empty(shown.size, np.int64))
-    order = np.lexsort((found.cells[:, 1], found.cells[:, 0]))
+    order = np.lexsort((placed["column"], placed["row"]))
     rank = np.empty(len(order), np.int32)
     rank[order] = np.arange(len(order), dtype=np.int32)
     return placed[order], LabelMap(cell, rank[shown])
+
+
+def _before(
+    quilt: Quilt, number: int, kept: NDArray[np.bool_], shown: IntArray, first: int
+) -> NDArray[np.void]:
+    # The placements that cells show which are kept; they go into `shown`, numbered from `first` on.
+    used, which = np.unique(quilt.labels[number][0].labels[kept], return_inverse=True)
+    shown[kept] = first + which.reshape(-1)
+    return quilt.on_chart(number)[used]
 
 
 def _settled(plan: LayPlan, cells: ShownCells, field: WarpField) -> SettledArrays:
@@ -228,9 +242,12 @@ class _Sheets:
     fits: FloatArray
 
 
-def _joined(shape: tuple[int, int], pieces: Sequence[LabelPiece]) -> tuple[IntArray, _Sheets]:
-    # A chart's cells, which of its sheets each shows, −1 for none, and those sheets. Where two pieces tell of
-    # a cell, the nearer one counts, and of two as near the first.
+def _joined(
+    shape: tuple[int, int], pieces: Sequence[LabelPiece]
+) -> tuple[IntArray, _Sheets, NDArray[np.bool_]]:
+    # A chart's cells, which of its sheets each shows, −1 for none, those sheets, and which cells are kept.
+    # Where two pieces tell of a cell, the nearer one counts, and of two as near the first.
+    kept = np.zeros(shape, np.bool_)
     shown, nearest = np.full(shape, -1, np.int32), np.full(shape, np.inf, np.float32)
     numbers = np.concatenate([np.zeros(0, np.int64), *(piece.numbers for piece in pieces)])
     first = row = np.arange(len(numbers))
@@ -243,6 +260,7 @@ def _joined(shape: tuple[int, int], pieces: Sequence[LabelPiece]) -> tuple[IntAr
         nearer = (piece.labels >= 0) & (piece.away < nearest[window])
         shown[window][nearer] = row.reshape(-1)[start:][piece.labels[nearer]]
         nearest[window][nearer] = piece.away[nearer]
+        kept[window] |= piece.labels == KEPT
         start += len(piece.numbers)
     is_seen = np.zeros(len(numbers) + 1, np.bool_)
     is_seen[shown] = True
@@ -252,7 +270,7 @@ def _joined(shape: tuple[int, int], pieces: Sequence[LabelPiece]) -> tuple[IntAr
     records = np.concatenate([np.zeros((0, BLOCK_COLUMNS), np.int32), *(piece.records for piece in pieces)])
     fits = np.concatenate([np.zeros((0, FIT)), *(piece.fits for piece in pieces)])
     shown = rank[shown].astype(np.int32)
-    return shown, _Sheets(numbers[is_seen[:-1]], records[source], fits[source])
+    return shown, _Sheets(numbers[is_seen[:-1]], records[source], fits[source]), kept
 
 
 def _products() -> NDArray[np.uint8]:

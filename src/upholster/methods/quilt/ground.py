@@ -1,5 +1,6 @@
 """What blocks are laid on: a charted surface as kernels take it, its warp fields, and charts' canvases."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -13,11 +14,12 @@ from upholster.charts.charted import ChartedSurface
 from upholster.charts.directions._kernels import corner_fans
 from upholster.charts.subdivision import Subdivided, subdivided
 from upholster.charts.warp_fields import triangle_frames
-from upholster.methods.quilt._frame_kernels import Canvases, bound_places, locate_steps
+from upholster.methods.quilt._frame_kernels import KEPT_SHEET, Canvases, bound_places, locate_steps
 from upholster.methods.quilt._lay_kernels import Ground
 from upholster.methods.quilt._sheet_kernels import FieldArrays
 from upholster.methods.quilt._unfold_kernels import MeshArrays
 from upholster.methods.quilt._whole_kernels import CLEAR_CELL, ClearCells, mark_edges
+from upholster.methods.quilt.guides import Asked
 from upholster.parallel import check_cancelled, run_tasks, thread_count
 from upholster.quilt.warp_field import FIELD_STEP, UNIT, WarpField
 from upholster.stages import stage
@@ -53,8 +55,8 @@ class PlacedGround:
     sizes: NDArray[np.int64]
     parent: IntArray
 
-    def bare(self) -> "PlacedGround":
-        """Return the same with canvases of its own, on which nothing lies yet."""
+    def bare(self, asked: Asked | None = None) -> "PlacedGround":
+        """Return the same with canvases of its own, on which nothing lies but what is kept, as block 0."""
         own = self.ground.canvases
         count = len(own.triangles)
         canvases = own._replace(
@@ -62,7 +64,36 @@ class PlacedGround:
             sheets=np.zeros(count, np.uint8),
             sources=np.zeros(count, np.int32),
         )
+        if asked is not None:
+            canvases = self._asked(canvases, asked)
         return replace(self, ground=self.ground._replace(canvases=canvases))
+
+    def _asked(self, canvases: Canvases, asked: Asked) -> Canvases:
+        wanted = [part.reshape(len(part), math.prod(part.shape[1:])) for part in self._windows(asked.wanted)]
+        canvases = canvases._replace(wanted=np.concatenate(wanted, axis=1))
+        if asked.zones:
+            zones = np.concatenate([part.reshape(-1) for part in self._windows(asked.zones)])
+            canvases = canvases._replace(zones=zones)
+        if not asked.kept:
+            return canvases
+        kept = np.concatenate([part.reshape(-1) for part in self._windows(asked.kept)])
+        here = (kept >= 0) & (canvases.triangles >= 0)
+        canvases.owners[here], canvases.sheets[here], canvases.sources[here] = 0, KEPT_SHEET, kept[here]
+        return canvases._replace(fixed=1)
+
+    def _windows(self, arrays: Sequence[NDArray[Any]]) -> list[NDArray[Any]]:
+        # Of arrays over whole charts (…, height, width) what lies in the windows.
+        canvases = self.ground.canvases
+        return [
+            array[..., row : row + height, column : column + width]
+            for array, (row, column), height, width in zip(
+                arrays,
+                self.corners.tolist(),
+                canvases.heights.tolist(),
+                canvases.widths.tolist(),
+                strict=True,
+            )
+        ]
 
 
 @stage
@@ -209,6 +240,9 @@ def _canvases(shapes: NDArray[np.int64]) -> Canvases:
         firsts[:-1].astype(np.int64),
         heights.copy(),
         widths.copy(),
+        0,
+        np.zeros((0, 0), np.uint8),
+        np.zeros(0, np.uint8),
     )
 
 

@@ -31,8 +31,10 @@ from upholster.methods.quilt._lay_kernels import BlockArrays, LayScratch, lay_bl
 from upholster.methods.quilt._sheet_kernels import FIT, MOST_SHEETS, FieldArrays
 from upholster.methods.quilt.centres import Centres, Regions, centres_at, centres_on
 from upholster.methods.quilt.ground import PlacedGround, field_arrays, ground_of, whole_ground
+from upholster.methods.quilt.guides import Asked
 from upholster.methods.quilt.parcels import Parcels
 from upholster.parallel import run_tasks, stop_flag
+from upholster.quilt.model import Quilt
 from upholster.quilt.warp_field import WarpField
 from upholster.types import FloatArray, IntArray, Progress
 
@@ -85,6 +87,10 @@ class LayPlan:
         0 to 2^64 − 1.
     parcels
         In which the surface is laid.
+    asked
+        What blocks are asked to show where; None: nothing.
+    before
+        The quilt of which a part is kept; None: nothing is.
     """
 
     surface: ChartedSurface
@@ -104,6 +110,8 @@ class LayPlan:
     phases: PhaseField | None
     seed: int
     parcels: Parcels
+    asked: Asked | None = None
+    before: Quilt | None = None
 
     @property
     def pixels(self) -> float:
@@ -129,9 +137,9 @@ class LayPlan:
         how: dict[str, Any] = {"turns": self.turns, "fold": self.fold, "crease": self.crease}
         if box is None:
             whole = whole_ground(self.surface, self.vectors, self.field, longest, threads=threads, **how)
-            return whole.bare()
+            return whole.bare(self.asked)
         fine = subdivided_in(self.surface, self.vectors, longest, box)
-        return None if fine is None else ground_of(fine, self.field, threads=threads, **how).bare()
+        return None if fine is None else ground_of(fine, self.field, threads=threads, **how).bare(self.asked)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -271,12 +279,16 @@ class _Laying:
         self.bare = plan.parcels.last_of_points(middles, _BARE) == parcel
         tile = plan.surface.mesh.box if plan.surface.is_tile else None
         self.regions = Regions(plan.numbers.size / plan.pixels, tile)
-        self.centres = centres_at(placed, np.zeros((0, 3), np.int32))
-        self.numbers = np.zeros(0, np.int64)
-        self.records = np.zeros((0, BLOCK_COLUMNS), np.int32)
-        self.masks = np.zeros((0, (plan.numbers.size // plan.numbers.cell) ** 2), np.uint8)
+        # Whatever is kept is block 0, which lies nowhere.
+        fixed = placed.ground.canvases.fixed
+        self.centres = centres_at(placed, np.full((fixed, 3), (0, -1, -1), np.int32))
+        self.numbers = np.full(fixed, -1, np.int64)
+        self.records = np.zeros((fixed, BLOCK_COLUMNS), np.int32)
+        self.masks = np.zeros((fixed, (plan.numbers.size // plan.numbers.cell) ** 2), np.uint8)
         self.sheets: dict[int, tuple[NDArray[np.int64], FloatArray]] = {}
-        self.first, self.stop = 0, stop_flag()
+        if fixed:
+            self.sheets[0] = np.zeros(fixed, np.int64), np.zeros((0, FIT))
+        self.first, self.stop = fixed, stop_flag()
         self._free: list[LayScratch] = []
 
     def replay(self, blocks: ParcelBlocks, around: float) -> None:
@@ -284,9 +296,9 @@ class _Laying:
         box = self.plan.parcels.box(self.parcel, around)
         if box is not None:
             blocks = blocks.chosen(((blocks.spots >= box[0]) & (blocks.spots <= box[1])).all(axis=1))
-        count = self.first = len(blocks.numbers)
-        if not count:
+        if not len(blocks.numbers):
             return
+        count = self.first = len(blocks.numbers)
         by_region, _ = self.regions.enter(blocks.spots, 0)
         self._add(centres_at(self.placed, blocks.steps[by_region]), blocks.numbers[by_region])
         self.centres.spots[:] = blocks.spots[by_region]  # of those that are not on this ground as well
@@ -388,5 +400,4 @@ class _Laying:
         self.sheets[start] = counts, fits[np.arange(MOST_SHEETS) < counts[:, None]]
 
     def _scratch(self) -> LayScratch:
-        mesh = self.placed.ground.mesh
-        return LayScratch.of(self.plan.numbers, self.usage, len(mesh.first) - 1, len(mesh.triangles))
+        return LayScratch.of(self.placed.ground, self.plan.numbers, self.usage)

@@ -19,6 +19,7 @@ __all__ = ["MatchLevel", "MatchPyramid", "match_pyramid"]
 
 
 _EVERYWHERE = (np.empty(0, np.uint8), np.empty(0, np.int64))
+_UNGUIDED = (np.empty((0, 0), np.uint8), np.empty((0, 256), np.int32))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -91,7 +92,7 @@ def match_pyramid(
         step = _step(height, width)
         plane = mean_boxes(np.ascontiguousarray(image[..., 0]), step)
         phases = level_phases(lattice, level, height, width)
-        match = MatchImage(_as_pixels(image), plane, phases, shown, *_EVERYWHERE)
+        match = MatchImage(_as_pixels(image), plane, phases, shown, *_EVERYWHERE, *_UNGUIDED)
         levels.append(MatchLevel(height, width, step, match))
     usage_step = max(4, 1 << (len(levels) - 1))
     while max(form.shape[:2]) > 64 * usage_step:

@@ -7,6 +7,7 @@ from functools import partial
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from upholster.charts.charted import ChartedSurface
 from upholster.elements import find_joints
@@ -14,6 +15,7 @@ from upholster.image.masks import Used
 from upholster.methods.quilt._block_kernels import LayNumbers, LayWeights
 from upholster.methods.quilt._phase_kernels import MISFIT
 from upholster.methods.quilt.emit import LabelPiece, emitted_quilt, label_pieces
+from upholster.methods.quilt.guides import Asked, Steering, guide_costs, level_guides
 from upholster.methods.quilt.laying import LayPlan, ParcelBlocks, draw_parcel, lay_parcel
 from upholster.methods.quilt.match_pyramid import MatchPyramid, match_pyramid
 from upholster.methods.quilt.options import QuiltOptions
@@ -53,14 +55,24 @@ def planned(
     options: QuiltOptions,
     phases: WantedPhases | None = None,
     used: Used | None = None,
+    steering: Steering | None = None,
     seed: int = 0,
 ) -> LayPlan:
     """Return what a surface is laid by; parameters as of `synthesize_quilt`."""
     pyramid, numbers = _numbers(exemplar, surface, options, scale, phases, used)
     match = pyramid.levels[numbers.level].match
-    if used is not None:
-        allowed = allowed_places(used_level(used, numbers.level), numbers.size)
+    zones = None if steering is None or steering.zones is None else steering.zones.shown
+    if used is not None or zones is not None:
+        allowed = _allowed(exemplar.shape[:2], numbers, used, zones)
         match = match._replace(allowed=allowed, places=np.flatnonzero(allowed))
+    asked = None
+    if steering is not None:
+        level = numbers.height, numbers.width
+        asked = Asked.of(steering, surface.charts, numbers.level, level)
+        match = match._replace(
+            guides=level_guides(steering.guides, numbers.level, level),
+            costs=guide_costs(steering.guides, pyramid.variance),
+        )
     block = numbers.size * 2**numbers.level / scale
     weights = LayWeights(
         options.evenness * pyramid.variance,
@@ -89,7 +101,23 @@ def planned(
         None if phases is None else phases.surface,
         int(np.random.SeedSequence(seed).generate_state(1, np.uint64)[0]),
         Parcels.of(surface, vectors, block, density),
+        asked,
+        None if steering is None or steering.kept is None else steering.kept[0],
     )
+
+
+def _allowed(
+    shape: tuple[int, ...], numbers: LayNumbers, used: Used | None, zones: NDArray[np.uint8] | None
+) -> NDArray[np.uint8]:
+    # Where a block may have its source on its level, as the number of the zone that it shows there, or 1.
+    used = np.ones(shape, np.bool_) if used is None else used
+    if zones is None:
+        return allowed_places(used_level(used, numbers.level), numbers.size)
+    found = np.zeros(numbers.height * numbers.width, np.uint8)
+    for zone in range(1, int(zones.max()) + 1):
+        own = used_level(used & (zones == zone), numbers.level)
+        found[allowed_places(own, numbers.size) != 0] = zone
+    return found
 
 
 def synthesize_quilt(
@@ -125,6 +153,8 @@ def synthesize_quilt(
         Of a sample that repeats: its own phases; where it shall be is found here. None: not looked at.
     used
         (H, W) which pixels of the exemplar blocks may show, see `check_used`; None: all.
+    steering
+        What blocks are asked to show where; None: nothing.
     seed
         0 to 2^63 − 1; the same seed gives the same quilt whatever the number of threads.
     threads, progress
