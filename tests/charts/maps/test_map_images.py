@@ -136,3 +136,25 @@ def test_a_file_that_has_changed_is_read_again(tmp_path) -> None:
 def test_every_step_of_a_flat_texture_is_on_it() -> None:
     assert len(steps_of(on_flat(5, 7).charted)[0][0]) > 20
     assert not np.isnan(parse_map("height").values(on_flat(5, 7))[0]).any()
+
+
+def test_colours_of_vertices_are_means_between_them_and_labels_of_the_nearest() -> None:
+    mesh = height_field(4)
+    colors = np.random.default_rng(2).random((len(mesh.triangles), 3, 3)).astype(np.float32)
+    colors[:3] = np.nan
+    ground = on_mesh(mesh, colors=colors)
+    grey = at_steps(colors.mean(axis=2, keepdims=True), ground)[:, 0]
+    np.testing.assert_allclose(told("colors", ground), grey, atol=1e-6)
+    assert np.isnan(grey).any()
+    hexed = np.nan_to_num(np.rint(colors * 255)).astype(int) @ (1 << 16, 1 << 8, 1)
+    hexed[:3] = -1
+    codes = parse_map("colors").codes(ground)
+    for code, chart, (rows, columns, triangles, _) in zip(
+        codes, ground.charted.charts, steps_of(ground.charted), strict=True
+    ):
+        middles = np.stack([rows, columns], axis=1)[:, None] + 0.5
+        away = np.linalg.norm(ground.charted.places[triangles] - middles, axis=2)
+        np.testing.assert_array_equal(code[rows, columns], hexed[triangles, away.argmin(axis=1)])
+        assert code.shape == (chart.height, chart.width)
+    with pytest.raises(InputError, match="this surface has no colours"):
+        parse_map("colors").values(on_mesh(mesh))

@@ -9,6 +9,7 @@ WELL = (
     "mask.png",
     "folder/Mask.EXR",
     "part:Leg*",
+    "colors",
     "height",
     "Height",
     "slope",

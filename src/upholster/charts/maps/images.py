@@ -14,7 +14,7 @@ from upholster.geometry import Surface
 from upholster.image import alpha_channel, read_image
 from upholster.types import FloatArray, PixelArray
 
-__all__ = ["Image"]
+__all__ = ["Image", "VertexColors"]
 
 Coordinates = Callable[[Steps], FloatArray]
 """Steps to (u, v) on the image, (n, 2): 0 to 1, to the right and downward; NaN where there are none."""
@@ -65,6 +65,42 @@ class Image(Source):
             return out
 
         return at
+
+
+@dataclass(frozen=True)
+class VertexColors(Source):
+    """The colours of a model's vertices, as its file has them."""
+
+    def values(self, ground: MapGround, _: int | None, /) -> AtSteps:
+        """Return what tells values: means of red, green and blue."""
+        grey = _vertex_colors(ground).mean(axis=2, dtype=np.float64, keepdims=True)
+        return lambda steps: steps.mean_of(grey)[:, 0]
+
+    def codes(self, ground: MapGround, /) -> AtSteps:
+        """Return what tells labels: the nearest vertex's."""
+        colors = _vertex_colors(ground)
+        labels = np.nan_to_num(np.rint(colors * 255)).astype(np.int32) @ np.array(
+            [1 << 16, 1 << 8, 1], np.int32
+        )
+        labels[np.isnan(colors).any(axis=2)] = -1
+        return lambda steps: steps.nearest_of(labels)
+
+
+def _vertex_colors(ground: MapGround) -> NDArray[np.float32]:
+    """Return the colours at the triangles' corners, (T, 3, 3).
+
+    Raises
+    ------
+    InputError
+        If the model has none.
+    """
+    colors = None if ground.model is None else ground.model.colors
+    if colors is None or not np.isfinite(colors[ground.charted.chart >= 0]).any():
+        raise InputError(
+            "map 'colors' is what a model's vertices have, and this surface has no colours; "
+            "allowed: other maps"
+        )
+    return colors
 
 
 def _pixels(file: str) -> PixelArray:

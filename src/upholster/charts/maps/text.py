@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import PurePath
 
 from upholster.charts.directions import NUMBER
-from upholster.charts.maps.images import Image
+from upholster.charts.maps.images import Image, VertexColors
 from upholster.charts.maps.shapes import Ball, Facing, Height, Part, Slope
 from upholster.charts.maps.source import Source
 from upholster.charts.maps.surface_map import SurfaceMap
@@ -17,7 +17,7 @@ from upholster.lengths import Length, read_length
 __all__ = ["parse_map"]
 
 ALLOWED = (
-    "an image's file, part:PATTERN, height, slope, facing:z (another axis, -z, or a vector x,y,z), "
+    "an image's file, colors, part:PATTERN, height, slope, facing:z (another axis, -z, or a vector x,y,z), "
     "or a ball x,y,z:radius; 1- before it; >0.5 or <0.5 behind it"
 )
 
@@ -39,7 +39,7 @@ def parse_map(text: str) -> SurfaceMap:
     Parameters
     ----------
     text
-        The name of an image (``mask.png``), ``part:Seat``, ``height``, ``slope``, ``facing:z`` or
+        The name of an image (``mask.png``), ``colors``, ``part:Seat``, ``height``, ``slope``, ``facing:z`` or
         ``facing:0,1,1``, a ball ``x,y,z:radius``. Words may have capitals. ``1-`` before it inverts; then
         ``>0.5`` or ``<0.5`` behind it asks where that holds, so ``1-height>0.8`` is the same as
         ``height<0.2``. A file whose own name begins with ``1-`` is written ``./1-…``.
@@ -125,6 +125,7 @@ def _refused(text: str) -> InputError:
 _WORDS: dict[tuple[str, bool], Callable[[str, str], Source]] = {
     ("part", True): _part,
     ("height", False): lambda *_: Height(),
+    ("colors", False): lambda *_: VertexColors(),
     ("slope", False): lambda *_: Slope(),
     ("facing", True): _facing,
 }
