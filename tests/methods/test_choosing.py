@@ -26,7 +26,7 @@ from upholster.methods.quilt._block_kernels import (
     Span,
 )
 from upholster.methods.quilt._search_kernels import mean_boxes
-from upholster.methods.quilt.match_pyramid import match_pyramid
+from upholster.methods.quilt.match_pyramid import SamplePart, match_pyramid
 
 
 @pytest.mark.parametrize("step", [1, 2, 4])
@@ -49,7 +49,7 @@ class Frame:
     def __init__(
         self, exemplar: np.ndarray, size: int, symmetry: int, seed: int, lattice: Any = None, **more: Any
     ):
-        self.pyramid = match_pyramid(exemplar, 0, lattice)
+        self.pyramid = match_pyramid(exemplar, 0, [SamplePart.whole(exemplar, lattice)])
         self.level, rng = self.pyramid.levels[0], np.random.default_rng(seed)
         self.match, self.rng = self.level.match, rng
         height, width = exemplar.shape[:2]

@@ -17,7 +17,7 @@ from upholster.geometry import MeshSurface, TriangleMesh
 from upholster.measure.cuts import cut_seam_ratio
 from upholster.methods import synthesize
 from upholster.methods.quilt import laying
-from upholster.methods.quilt.match_pyramid import match_pyramid
+from upholster.methods.quilt.match_pyramid import SamplePart, match_pyramid
 from upholster.methods.quilt.method import synthesize_quilt
 from upholster.methods.quilt.options import QuiltOptions
 from upholster.methods.synthesis import lay_plan, prepare
@@ -215,7 +215,9 @@ def test_a_lattice_keeps_its_phases(surface: str) -> None:
         prepared = prepare(exemplar, as_covered(surface).surface, options)
         assert prepared.phases is not None
         run = Run.of(lay_plan(prepared, exemplar))
-        pyramid = match_pyramid(exemplar, run.numbers.level, prepared.phases.lattice)
+        pyramid = match_pyramid(
+            exemplar, run.numbers.level, [SamplePart.whole(exemplar, prepared.phases.lattice)]
+        )
         level = pyramid.levels[run.numbers.level]
         laid = run.laid.records[run.laid.records[:, 3] > 0]
         own = level.match.phases[:, laid[:, 0] * level.width + laid[:, 1]].astype(int)

@@ -5,7 +5,7 @@ import pytest
 
 from upholster.elements import Joints
 from upholster.methods.quilt.features import match_features
-from upholster.methods.quilt.match_pyramid import match_pyramid
+from upholster.methods.quilt.match_pyramid import SamplePart, match_pyramid
 from upholster.quilt.pyramid import halved
 
 
@@ -36,7 +36,7 @@ def test_candidates_are_found_by_joints_before_colours(dark):
     distances = np.random.default_rng(1).integers(0, 256, (40, 56), dtype=np.uint8)
     exemplar = picture(40, 56) // 8
     exemplar += (distances // 2 if dark else 127 - distances // 2)[..., None]
-    form = match_pyramid(exemplar, 0, None, Joints(distances, 9.0, 5.0)).form
+    form = match_pyramid(exemplar, 0, [SamplePart.whole(exemplar, None, Joints(distances, 9.0, 5.0))]).form
     colors = match_features(exemplar, most=3)
     assert (form[..., 1:] == colors).all()
     # Whichever sign the first component has, it and the joints do not cancel.
@@ -50,7 +50,7 @@ def test_what_is_not_used_does_not_vary():
     used = np.zeros((40, 56), bool)
     used[5:30, 10:40] = True
     exemplar[~used] = exemplar[used].mean(axis=0)
-    found, image = match_pyramid(exemplar, used=used), match_features(exemplar)
+    found, image = match_pyramid(exemplar, masks=[used]), match_features(exemplar)
     assert found.variance == pytest.approx(image[used].var(axis=0).sum())
     assert found.variance > 1.5 * match_pyramid(exemplar).variance
 

@@ -44,7 +44,8 @@ class MatchImage(NamedTuple):
 
     A pixel of `image` (H · W) is a number of four channels, 8 bits each: see `squared_difference`. `phases`
     (n, H · W) are its waves' phases, n = 0 where none are looked at; and `shown` (8, n) tells for each
-    symmetry which wave is seen in a wave's place: k + 1 for wave k, -k - 1 for its opposite, 0 for none.
+    symmetry which wave is seen in a wave's place: k + 1 for wave k, -k - 1 for its opposite, 0 for none; of
+    several zones those of one below the other.
     `allowed` (H · W) is not 0 where a block may have its source, but the number of the zone that lies there,
     and `places` are these pixels; (0,): everywhere. `guides` (K, H · W) is what each pixel is by each of the
     guides, and `costs` (K, 256) what a pixel pays that is off by so much.

@@ -9,7 +9,10 @@ from upholster.jit import inline
 from upholster.methods.quilt._block_kernels import CutScratch, FramePixels, LayNumbers, MatchImage
 from upholster.types import int64
 
-__all__ = ["is_barred", "penalise_off", "prefer_cells", "show_all"]
+__all__ = ["EITHER", "is_barred", "penalise_off", "prefer_cells", "show_all"]
+
+EITHER = 128
+"""A step's zone is less where that zone alone may show."""
 
 _POINTS = 6
 """A frame is compared with guides at so many points each way."""
@@ -64,7 +67,7 @@ def is_barred(pixels: FramePixels, zone: int, cell: int, a: int, b: int) -> Any:
     other = int64(0)
     for i in range(a * cell, a * cell + cell):
         for j in range(b * cell, b * cell + cell):
-            other += pixels.zones[i, j] != 0 and pixels.zones[i, j] != zone
+            other += 0 < pixels.zones[i, j] < EITHER and pixels.zones[i, j] != zone
     return 2 * other > cell * cell
 
 

@@ -28,7 +28,7 @@ from upholster.methods.quilt._block_kernels import (
 )
 from upholster.methods.quilt._choice_kernels import choose_source, draw_fitting, first_of, penalise_used
 from upholster.methods.quilt._frame_kernels import Canvases, look_at_frame, write_frame
-from upholster.methods.quilt._guide_kernels import penalise_off, show_all
+from upholster.methods.quilt._guide_kernels import EITHER, penalise_off, show_all
 from upholster.methods.quilt._phase_kernels import want_phases
 from upholster.methods.quilt._search_kernels import draw
 from upholster.methods.quilt._seed_kernels import cut_block
@@ -264,7 +264,7 @@ def _settle(
     centre = _centre(canvases, blocks.roots[n])
     if bare == 0 and canvases.owners[centre] >= 0:
         return
-    scratch.choice.zone[0] = canvases.zones[centre] if canvases.zones.shape[0] else 0
+    scratch.choice.zone[0] = canvases.zones[centre] % EITHER if canvases.zones.shape[0] else 0
     count = _list_symmetries(numbers, scratch)
     record[LAID] = 1 if laid else 2
     if laid:

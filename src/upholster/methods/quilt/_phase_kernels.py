@@ -23,8 +23,9 @@ _MISFITS = np.rint(MISFIT * (1 - np.cos(2 * np.pi * np.arange(_STEPS) / _STEPS))
 @inline
 def want_phases(match: MatchImage, phases: NDArray[np.int32], symmetry: int, choice: ChoiceScratch) -> None:
     """Enter what a block with a symmetry wants, whose centre shall have given phases in 1/65536 turn."""
+    row = 8 * max(0, choice.zone[0] - 1) + symmetry
     for k in range(match.phases.shape[0]):
-        seen = int64(match.shown[symmetry, k])
+        seen = int64(match.shown[row, k])
         choice.wanted[k, 0] = abs(seen) - 1
         choice.wanted[k, 1] = 1 if seen > 0 else -1
         choice.wanted[k, 2] = phases[k]

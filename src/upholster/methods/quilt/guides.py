@@ -11,12 +11,28 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from upholster.image.masks import Used
+from upholster.methods.quilt._guide_kernels import EITHER
+from upholster.methods.quilt.phases import WantedPhases
 from upholster.quilt.chart import Chart
 from upholster.quilt.model import Quilt
 from upholster.quilt.pyramid import halved
-from upholster.types import FloatArray, IntArray
+from upholster.stages import stage
+from upholster.types import FloatArray, IntArray, PixelArray
 
-__all__ = ["Asked", "Guide", "Steering", "Zones", "as_guide", "guide_costs", "level_guides"]
+__all__ = [
+    "EITHER",
+    "MOST_ZONES",
+    "Asked",
+    "Guide",
+    "Rectangle",
+    "Steering",
+    "Zones",
+    "as_guide",
+    "cropped",
+    "guide_costs",
+    "level_guides",
+]
 
 _WORTH = 8.0
 """What a guide of weight 1 costs a pixel that is off by all of its range, in variances of the sample."""
@@ -26,6 +42,11 @@ _RANGE = 254
 
 ChartBytes = tuple[NDArray[np.uint8], ...]
 """Of each chart (height, width)."""
+
+Rectangle = tuple[int, int, int, int]
+"""Row, column, height and width."""
+
+MOST_ZONES = 16
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -52,18 +73,31 @@ class Guide:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Zones:
-    """Which of several samples lies where.
+    """Which of several samples lies where. They are rectangles of one image.
 
     Attributes
     ----------
-    shown
-        (H, W) which zone each pixel of the sample is of, from 1 on; 0: none.
+    rectangles
+        Of each sample. Zone 1 is the first one's.
     wanted
-        Of each chart (height, width) which zone its steps shall show; 0: any.
+        Of each chart (height, width) which zone its steps shall show; with `EITHER` blocks of another may reach
+        in.
+    phases
+        Of each zone, where in its periods its sample shall be.
     """
 
-    shown: NDArray[np.uint8]
+    rectangles: tuple[Rectangle, ...]
     wanted: ChartBytes
+    phases: tuple[WantedPhases | None, ...] = ()
+
+    def masks(self, used: Used | None, shape: tuple[int, ...]) -> list[Used]:
+        """Return which pixels (H, W) of the image each zone may show."""
+        found = []
+        for row, column, height, width in self.rectangles:
+            mask = np.zeros(shape, np.bool_)
+            mask[row : row + height, column : column + width] = True
+            found.append(mask if used is None else mask & used)
+        return found
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -127,6 +161,13 @@ class Asked:
                 for source, stay in zip(quilt.sources(), stays, strict=True)
             )
         return cls(tuple(wanted), zones, kept)
+
+
+@stage
+def cropped(image: PixelArray, rectangle: Rectangle) -> PixelArray:
+    """Return a rectangle of an image: one of the samples in it."""
+    row, column, height, width = rectangle
+    return np.ascontiguousarray(image[row : row + height, column : column + width])
 
 
 def as_guide(values: FloatArray | NDArray[np.float32]) -> NDArray[np.uint8]:

@@ -31,7 +31,7 @@ from upholster.methods.quilt._lay_kernels import BlockArrays, LayScratch, lay_bl
 from upholster.methods.quilt._sheet_kernels import FIT, MOST_SHEETS, FieldArrays
 from upholster.methods.quilt.centres import Centres, Regions, centres_at, centres_on
 from upholster.methods.quilt.ground import PlacedGround, field_arrays, ground_of, whole_ground
-from upholster.methods.quilt.guides import Asked
+from upholster.methods.quilt.guides import EITHER, Asked
 from upholster.methods.quilt.parcels import Parcels
 from upholster.parallel import run_tasks, stop_flag
 from upholster.quilt.model import Quilt
@@ -82,7 +82,7 @@ class LayPlan:
     usage
         Rows and columns of the counts of how much each part of the exemplar is used.
     phases
-        Where in its periods the texture shall be; None: that is not looked at.
+        Of each zone, or the only sample, where in its periods it shall be; None: that is not looked at.
     seed
         0 to 2^64 − 1.
     parcels
@@ -107,7 +107,7 @@ class LayPlan:
     weights: LayWeights
     overlap: float
     usage: tuple[int, int]
-    phases: PhaseField | None
+    phases: tuple[PhaseField | None, ...]
     seed: int
     parcels: Parcels
     asked: Asked | None = None
@@ -367,14 +367,26 @@ class _Laying:
 
     def _add(self, centres: Centres, numbers: NDArray[np.int64]) -> None:
         records = np.zeros((len(numbers), BLOCK_COLUMNS), np.int32)
-        if self.plan.phases is not None:
-            wanted = self.plan.phases.at(self.placed.parent[centres.triangles], centres.spots)
-            records[:, PHASE : PHASE + len(wanted)] = wanted.T
+        zones = self._zones_at(centres)
+        for zone, phases in enumerate(self.plan.phases, 1):
+            mine = np.flatnonzero(zones == zone)
+            if phases is not None and len(mine):
+                wanted = phases.at(self.placed.parent[centres.triangles[mine]], centres.spots[mine])
+                records[mine, PHASE : PHASE + len(wanted)] = wanted.T
         masks = np.zeros((len(numbers), self.masks.shape[1]), np.uint8)
         self.centres = self.centres.with_more(centres)
         self.numbers = np.concatenate([self.numbers, numbers])
         self.records = np.concatenate([self.records, records])
         self.masks = np.concatenate([self.masks, masks])
+
+    def _zones_at(self, centres: Centres) -> NDArray[np.uint8]:
+        # The zone that each block shows: 1 where there are none.
+        canvases = self.placed.ground.canvases
+        if not len(canvases.zones):
+            return np.ones(len(centres.steps), np.uint8)
+        chart, at = centres.roots[:, 0].astype(np.int64), centres.roots[:, 1:3].astype(np.int64)
+        step = canvases.firsts[chart] + at[:, 0] * canvases.widths[chart] + at[:, 1]
+        return np.maximum(canvases.zones[step] % EITHER, 1)
 
     def _arrays(self) -> BlockArrays:
         own = self.centres

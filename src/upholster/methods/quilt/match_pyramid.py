@@ -1,5 +1,6 @@
 """What method "quilt" compares blocks by: the exemplar's features and their boxes' means, level by level."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,7 +16,7 @@ from upholster.quilt.pyramid import halved
 from upholster.stages import stage
 from upholster.types import PixelArray
 
-__all__ = ["MatchLevel", "MatchPyramid", "match_pyramid"]
+__all__ = ["MatchLevel", "MatchPyramid", "SamplePart", "match_pyramid"]
 
 
 _EVERYWHERE = (np.empty(0, np.uint8), np.empty(0, np.int64))
@@ -64,24 +65,49 @@ class MatchPyramid:
         return np.zeros((symmetries * rows, columns))
 
 
+@dataclass(frozen=True, eq=False, slots=True)
+class SamplePart:
+    """One of the samples that are rectangles of an image, or all of it.
+
+    Attributes
+    ----------
+    rows, columns
+        Which; multiples of the largest pixel of any level.
+    lattice, joints
+        What is known of it where that counts.
+    """
+
+    rows: slice
+    columns: slice
+    lattice: Lattice | None = None
+    joints: Joints | None = None
+
+    @classmethod
+    def whole(
+        cls, exemplar: PixelArray, lattice: Lattice | None = None, joints: Joints | None = None
+    ) -> "SamplePart":
+        """Return all of an exemplar as one part."""
+        return cls(slice(0, exemplar.shape[0]), slice(0, exemplar.shape[1]), lattice, joints)
+
+    def on_level(self, level: int) -> tuple[slice, slice]:
+        """Return its rows and columns in pixels of a level."""
+        found = [slice(one.start >> level, -(-one.stop >> level)) for one in (self.rows, self.columns)]
+        return found[0], found[1]
+
+
 @stage
 def match_pyramid(
-    exemplar: PixelArray,
-    last: int = 0,
-    lattice: Lattice | None = None,
-    joints: Joints | None = None,
-    used: Used | None = None,
+    exemplar: PixelArray, last: int = 0, parts: Sequence[SamplePart] = (), masks: Sequence[Used] = ()
 ) -> MatchPyramid:
     """Make the levels of an exemplar (H, W, C), from 0 to `last`.
 
-    Its phases and its joints are told where they count: see `_with_joints`.
-    `used` (H, W) tells what of it varies; None: all.
+    Its parts' phases and joints are told where they count: see `_with_joints`. None: all is one part without.
+    `masks` (H, W) tell what of it varies; none: all.
     """
-    shown = shown_waves(lattice)
-    form = match_features(exemplar, most=4 if joints is None else 3)
-    if joints is not None:
-        form = np.concatenate([_with_joints(form[..., 0], joints)[..., None], form], axis=2)
-    varying = form if used is None else form[used][None]
+    parts = parts or [SamplePart.whole(exemplar)]
+    shown = np.concatenate(_as_many([shown_waves(part.lattice) for part in parts]))
+    form = _matched_form(exemplar, parts)
+    varying = form[np.logical_or.reduce(masks)][None] if masks else form
     variance = float(varying.astype(np.float64).var(axis=(0, 1)).sum())
     image = form
     levels = []
@@ -91,13 +117,49 @@ def match_pyramid(
         height, width = image.shape[:2]
         step = _step(height, width)
         plane = mean_boxes(np.ascontiguousarray(image[..., 0]), step)
-        phases = level_phases(lattice, level, height, width)
+        phases = _phases_of(parts, level, height, width)
         match = MatchImage(_as_pixels(image), plane, phases, shown, *_EVERYWHERE, *_UNGUIDED)
         levels.append(MatchLevel(height, width, step, match))
     usage_step = max(4, 1 << (len(levels) - 1))
     while max(form.shape[:2]) > 64 * usage_step:
         usage_step *= 2
     return MatchPyramid(tuple(levels), form, variance, usage_step)
+
+
+def _matched_form(exemplar: PixelArray, parts: Sequence[SamplePart]) -> NDArray[np.uint8]:
+    # What pixels are compared by; joints take one of four channels.
+    if all(part.joints is None for part in parts):
+        return match_features(exemplar, most=4)
+    form = match_features(exemplar, most=3)
+    first = form[..., :1].copy()
+    for part in parts:
+        if part.joints is not None:
+            window = part.rows, part.columns
+            first[window][..., 0] = _with_joints(first[window][..., 0], part.joints)
+    return np.concatenate([first, form], axis=2)
+
+
+def _as_many(shown: Sequence[NDArray[np.int8]]) -> list[NDArray[np.int8]]:
+    # Waves that a part lacks are shown as themselves: their phases are 0 everywhere, which is what is wanted.
+    most = max(one.shape[1] for one in shown)
+    missing = [
+        np.broadcast_to(np.arange(one.shape[1] + 1, most + 1, dtype=np.int8), (8, most - one.shape[1]))
+        for one in shown
+    ]
+    return [np.concatenate(pair, axis=1) for pair in zip(shown, missing, strict=True)]
+
+
+def _phases_of(parts: Sequence[SamplePart], level: int, height: int, width: int) -> NDArray[np.int16]:
+    # The phases of a level's pixels, (n, height · width), n as many as a part has waves at most.
+    count = max(0 if part.lattice is None else len(part.lattice.waves) for part in parts)
+    found = np.zeros((count, height, width), np.int16)
+    for part in parts:
+        if part.lattice is not None:
+            rows, columns = part.on_level(level)
+            shape = rows.stop - rows.start, columns.stop - columns.start
+            own = level_phases(part.lattice, level, *shape)
+            found[: len(own), rows, columns] = own.reshape(-1, *shape)
+    return found.reshape(count, height * width)
 
 
 def _with_joints(first: NDArray[np.uint8], joints: Joints) -> NDArray[np.uint8]:

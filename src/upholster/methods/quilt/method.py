@@ -3,6 +3,7 @@
 `planned` settles what stays the same, `laying` lays blocks, parcel by parcel, and `emit` tells what shows.
 """
 
+from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
@@ -15,9 +16,9 @@ from upholster.image.masks import Used
 from upholster.methods.quilt._block_kernels import LayNumbers, LayWeights
 from upholster.methods.quilt._phase_kernels import MISFIT
 from upholster.methods.quilt.emit import LabelPiece, emitted_quilt, label_pieces
-from upholster.methods.quilt.guides import Asked, Steering, guide_costs, level_guides
+from upholster.methods.quilt.guides import Asked, Steering, Zones, cropped, guide_costs, level_guides
 from upholster.methods.quilt.laying import LayPlan, ParcelBlocks, draw_parcel, lay_parcel
-from upholster.methods.quilt.match_pyramid import MatchPyramid, match_pyramid
+from upholster.methods.quilt.match_pyramid import MatchPyramid, SamplePart, match_pyramid
 from upholster.methods.quilt.options import QuiltOptions
 from upholster.methods.quilt.parcels import Parcels
 from upholster.methods.quilt.phases import WantedPhases
@@ -59,11 +60,14 @@ def planned(
     seed: int = 0,
 ) -> LayPlan:
     """Return what a surface is laid by; parameters as of `synthesize_quilt`."""
-    pyramid, numbers = _numbers(exemplar, surface, options, scale, phases, used)
+    zones = None if steering is None else steering.zones
+    wanted = (phases,) if zones is None else zones.phases
+    masks = _masks(zones, used, exemplar.shape[:2])
+    parts = _parts(exemplar, zones, wanted)
+    pyramid, numbers = _numbers(exemplar, surface, options, scale, parts, masks)
     match = pyramid.levels[numbers.level].match
-    zones = None if steering is None or steering.zones is None else steering.zones.shown
-    if used is not None or zones is not None:
-        allowed = _allowed(exemplar.shape[:2], numbers, used, zones)
+    if masks:
+        allowed = _allowed(numbers, masks)
         match = match._replace(allowed=allowed, places=np.flatnonzero(allowed))
     asked = None
     if steering is not None:
@@ -78,8 +82,8 @@ def planned(
         options.evenness * pyramid.variance,
         options.variety * pyramid.variance,
         options.tolerance,
-        0.0 if phases is None else phases.weight * pyramid.variance / MISFIT,
-        1.0 if used is None else np.count_nonzero(used) / used.size,
+        max(0.0 if one is None else one.weight for one in wanted) * pyramid.variance / MISFIT,
+        sum(np.count_nonzero(mask) for mask in masks) / masks[0].size if masks else 1.0,
     )
     density = _density(surface)
     rows, columns = pyramid.empty_usage(numbers.symmetries.bit_count()).shape
@@ -98,7 +102,7 @@ def planned(
         weights,
         _OVERLAP if options.overlap is None else options.overlap / options.block,
         (rows, columns),
-        None if phases is None else phases.surface,
+        tuple(None if one is None else one.surface for one in wanted),
         int(np.random.SeedSequence(seed).generate_state(1, np.uint64)[0]),
         Parcels.of(surface, vectors, block, density),
         asked,
@@ -106,17 +110,35 @@ def planned(
     )
 
 
-def _allowed(
-    shape: tuple[int, ...], numbers: LayNumbers, used: Used | None, zones: NDArray[np.uint8] | None
-) -> NDArray[np.uint8]:
-    # Where a block may have its source on its level, as the number of the zone that it shows there, or 1.
-    used = np.ones(shape, np.bool_) if used is None else used
+@stage
+def _masks(zones: Zones | None, used: Used | None, shape: tuple[int, ...]) -> tuple[Used, ...]:
+    # Of each zone what it may show; empty: all of the only sample.
+    if zones is not None:
+        return tuple(zones.masks(used, shape))
+    return () if used is None else (used,)
+
+
+@stage
+def _parts(
+    exemplar: PixelArray, zones: Zones | None, wanted: Sequence[WantedPhases | None]
+) -> tuple[SamplePart, ...]:
+    # The samples that an exemplar has, with what is known of each.
+    lattices = [None if one is None else one.lattice for one in wanted]
     if zones is None:
-        return allowed_places(used_level(used, numbers.level), numbers.size)
+        return (SamplePart.whole(exemplar, lattices[0], find_joints(exemplar)),)
+    found = []
+    for rectangle, lattice in zip(zones.rectangles, lattices, strict=True):
+        row, column, height, width = rectangle
+        rows, columns = slice(row, row + height), slice(column, column + width)
+        found.append(SamplePart(rows, columns, lattice, find_joints(cropped(exemplar, rectangle))))
+    return tuple(found)
+
+
+def _allowed(numbers: LayNumbers, masks: Sequence[Used]) -> NDArray[np.uint8]:
+    # Where a block may have its source on its level, as the number of the zone that it shows there.
     found = np.zeros(numbers.height * numbers.width, np.uint8)
-    for zone in range(1, int(zones.max()) + 1):
-        own = used_level(used & (zones == zone), numbers.level)
-        found[allowed_places(own, numbers.size) != 0] = zone
+    for zone, mask in enumerate(masks, 1):
+        found[allowed_places(used_level(mask, numbers.level), numbers.size) != 0] = zone
     return found
 
 
@@ -221,16 +243,16 @@ def _numbers(
     surface: ChartedSurface,
     options: QuiltOptions,
     scale: float,
-    phases: WantedPhases | None,
-    used: Used | None,
+    parts: Sequence[SamplePart],
+    masks: Sequence[Used],
 ) -> tuple[MatchPyramid, LayNumbers]:
     # The exemplar's pyramid up to the level whose pixels are about a step, and sizes on that.
-    shape = exemplar.shape[:2]
+    shape = min((part.rows.stop - part.rows.start, part.columns.stop - part.columns.start) for part in parts)
     number, room = step_level(shape, surface, scale), _LARGEST_FRAME
-    if used is not None:
-        number, room = level_with_room(used, number, room)
-    lattice = None if phases is None else phases.lattice
-    pyramid = match_pyramid(exemplar, number, lattice, find_joints(exemplar), used)
+    if masks:
+        number = min(level_with_room(mask, number, room)[0] for mask in masks)
+        room = min(level_with_room(mask, number, room)[1] for mask in masks)
+    pyramid = match_pyramid(exemplar, number, parts, masks)
     level = pyramid.levels[number]
     cell = 4 if min(options.block >> number, room) >= _COARSE else 2
     wanted = min(min(options.block, _SHARE * min(shape)) / 2**number, room // cell * cell)
