@@ -2,7 +2,6 @@
 
 import math
 import os
-import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
@@ -25,16 +24,19 @@ from upholster.image import IMAGE_SUFFIXES, Material
 from upholster.image.roles import ROLES
 from upholster.image.source import Sample, Source, read_source, source_parts, used_pixels
 from upholster.joined import joined_model
-from upholster.lengths import read_length
 from upholster.methods import (
+    Guidance,
     Prepared,
     coarser,
     execute,
+    is_guided,
     kept_sample,
     matched_image,
     needs_patches,
     prepare,
+    read_guidance,
     sample_width,
+    sized_sample,
 )
 from upholster.options import ModelOptions, SampleOptions, SynthesisOptions, WriteOptions
 from upholster.quilt import Chart, Quilt
@@ -140,14 +142,7 @@ def _material(pattern: str, source: Source | Sample) -> Sample:
     if not isinstance(source, (str, os.PathLike)):
         return Sample.of(source)
     text = os.fspath(source)
-    file, at, size = text.rpartition("@")
-    # A file may have an @ in its name: that it is there, or goes on with a suffix, tells.
-    if not at or os.path.exists(text) or (re.search(r"\.[a-zA-Z]", size) and "/" not in size):
-        return Sample(text)
-    if not file:
-        raise InputError(f"material for {pattern!r} is {text!r}; allowed: a file before the @")
-    read_length(size, name=f"size of the material for {pattern!r}")
-    return Sample(file, size)
+    return sized_sample(text, f"material for {pattern!r}")
 
 
 @dataclass(frozen=True, eq=False)
@@ -168,6 +163,8 @@ class Covering:
         Of the material in a file.
     largest
         Texels: greatest height and width of a chart on patches.
+    guidance
+        What is asked of where things go; None: nothing.
     """
 
     pattern: str | None
@@ -176,6 +173,7 @@ class Covering:
     asked: SynthesisOptions
     title: str = ""
     largest: int = LONGEST
+    guidance: Guidance | None = None
 
     @property
     def name(self) -> str:
@@ -201,8 +199,14 @@ class Covering:
     def prepared(self) -> Prepared:
         """What will be done, settled; InputError if something is out of range."""
         with _naming(self.name):
-            used = used_pixels(self.source)
-            return prepare(self.seen, self.surface, self.asked, largest=self.largest, used=used)
+            return prepare(
+                self.seen,
+                self.surface,
+                self.asked,
+                largest=self.largest,
+                used=used_pixels(self.source),
+                guidance=self.guidance,
+            )
 
     @property
     def charts(self) -> tuple[Chart, ...]:
@@ -289,6 +293,8 @@ def read_coverings(
         )
         notes += covered.notes
         return [_covering(None, covered, sample, asked, notes)]
+    if is_guided(asked):
+        raise InputError("guides and zones are given with several materials; allowed: with one sample")
     if asked.method != "quilt":
         raise InputError(f"method is {asked.method!r} with several materials; allowed there: 'quilt'")
     parts = covered_parts(on, list(materials), reading, rest=sample is not None, progress=progress)
@@ -319,8 +325,11 @@ def _covering(
         asked = replace(asked, sample_size=sample.size, element_size=None)
     if asked.stroke is not None:
         asked = replace(asked, stroke=stroke_texts(asked.stroke))
-    source = kept_sample(source, asked)
-    return Covering(pattern, covered, source, _with_axes(asked, covered, source, notes), title)
+    asked = _with_axes(asked, covered, source, notes)
+    mesh = covered.surface.mesh if isinstance(covered.surface, MeshSurface) else None
+    metres = None if mesh is None else mesh.metres
+    source, guidance = read_guidance(asked, source, sample.options, covered.model, metres)
+    return Covering(pattern, covered, kept_sample(source, asked), asked, title, guidance=guidance)
 
 
 def _with_axes(

@@ -13,6 +13,7 @@ from typing import Any, Literal, TypeAlias, TypeVar, cast, get_args, get_origin
 from upholster.conditions import read_conditions
 from upholster.errors import InputError, nearest
 from upholster.formats import OUTPUTS, suffixes_of
+from upholster.guide_texts import parse_guide, parse_zone
 from upholster.lengths import read_length
 from upholster.shown import on_a_line
 
@@ -42,11 +43,12 @@ QUALITY = 46.0
 
 Quality = float | Literal["lossless"]
 
-_SAMPLE, _MAPS, _MODEL, _SCALE, _SYNTHESIS, _PAPER, _PIXEL, _OUTPUT, _STREAM = (
+_SAMPLE, _MAPS, _MODEL, _SCALE, _GUIDES, _SYNTHESIS, _PAPER, _PIXEL, _OUTPUT, _STREAM = (
     "Sample",
     "Maps",
     "Model",
     "Scale and direction",
+    "Guides",
     "Synthesis",
     "Method paper",
     "Method pixel",
@@ -431,6 +433,38 @@ class SynthesisOptions:
             only="quilt",
         ),
     )
+    guide: tuple[str, ...] | None = field(
+        default=None,
+        metadata=_about(
+            _GUIDES,
+            "Where the surface is as TARGET says, parts of the sample lie that are so by SAMPLE; several "
+            "times. SAMPLE: an image as large as the sample, `luminance`, or a map of it, as `height`. "
+            "TARGET: an image over the flat texture or the model's texture coordinates, `colors`, `part:NAME`, "
+            "`height`, `slope`, `facing:z`, `curvature`, `occlusion`, `noise`, a ball `x,y,z:r`, a .json "
+            "file of values; `1-` before it inverts it, `>0.5` behind it compares.",
+            metavar="SAMPLE=TARGET[@WEIGHT]",
+            only="quilt",
+        ),
+    )
+    labels: tuple[str, ...] | None = field(
+        default=None,
+        metadata=_about(
+            _GUIDES,
+            "The same with colours that are the same or not: texture by numbers.",
+            metavar="SAMPLE=TARGET[@WEIGHT]",
+            only="quilt",
+        ),
+    )
+    zone: tuple[str, ...] | None = field(
+        default=None,
+        metadata=_about(
+            _GUIDES,
+            "Another sample, maybe with its width, lies where TARGET, as of --guide, is white; several "
+            "times, of which the last one counts.",
+            metavar="SAMPLE[@LENGTH]=TARGET",
+            only="quilt",
+        ),
+    )
     crease: float | None = field(
         default=None,
         metadata=_about(
@@ -596,8 +630,9 @@ class SynthesisOptions:
         return on_a_line(self, differing(self))
 
     def __post_init__(self) -> None:
-        if isinstance(self.stroke, str):
-            object.__setattr__(self, "stroke", (self.stroke,))
+        for name in ("stroke", "guide", "labels", "zone"):
+            if isinstance(getattr(self, name), str):
+                object.__setattr__(self, name, (getattr(self, name),))
         _settle_types(self)
         object.__setattr__(self, "direction", _direction_text(self.direction))
         if self.method not in METHODS:
@@ -621,6 +656,12 @@ class SynthesisOptions:
             raise InputError(f"block is {self.block}; allowed: 8 to 512")
         if self.overlap is not None and self.block is not None and not 4 <= self.overlap <= self.block // 2:
             raise InputError(f"overlap is {self.overlap}; allowed: 4 to half a block ({self.block // 2})")
+        for text in self.guide or ():
+            parse_guide(text)
+        for text in self.labels or ():
+            parse_guide(text, "labels")
+        for text in self.zone or ():
+            parse_zone(text)
         for name, value, least, most in (
             ("evenness", self.evenness, 0, 10),
             ("variety", self.variety, 0, 10),

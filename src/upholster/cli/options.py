@@ -24,6 +24,9 @@ _AS_TEXT: dict[str, tuple[_Read, _Write]] = {
     "maps": (lambda texts: by_name("map", "role=file, as roughness=rough.png", texts), str),
     "part": (tuple, str),
     "stroke": (tuple, str),
+    "guide": (tuple, str),
+    "labels": (tuple, str),
+    "zone": (tuple, str),
     "texels": (texel_count, str),
     "sample_size": (lambda text: number_or_text(text), str),
     "element_size": (lambda text: number_or_text(text), str),
@@ -82,6 +85,9 @@ _WORDS: dict[str, Any] = {
     "part": list[str] | None,
     "direction": list[str] | None,
     "stroke": list[str] | None,
+    "guide": list[str] | None,
+    "labels": list[str] | None,
+    "zone": list[str] | None,
 }
 """Options of several words, or that may be given several times."""
 

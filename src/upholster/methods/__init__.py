@@ -3,6 +3,8 @@
 `synthesis` settles layout, scale and direction and calls a method: `paper`, `pixel` or `quilt`.
 """
 
+from upholster.methods.guidance import Guidance
+from upholster.methods.guided import guidance_files, is_guided, read_guidance, sized_sample
 from upholster.methods.synthesis import (
     Prepared,
     coarser,
@@ -18,15 +20,20 @@ from upholster.methods.synthesis import (
 )
 
 __all__ = [
+    "Guidance",
     "Prepared",
     "coarser",
     "execute",
+    "guidance_files",
+    "is_guided",
     "kept_sample",
     "lay_plan",
     "matched_image",
     "needs_patches",
     "prepare",
+    "read_guidance",
     "sample_width",
     "settled_seed",
+    "sized_sample",
     "synthesize",
 ]

@@ -27,16 +27,17 @@ from upholster.charts.directions import (
 )
 from upholster.charts.layout import LONGEST, TextureScale, density_layout, texture_scale, uniform_layout
 from upholster.charts.mesh_layout import mesh_charts
-from upholster.charts.phases import phase_field
 from upholster.charts.turns import chart_turns
 from upholster.charts.warp_fields import triangle_frames, warp_fields
-from upholster.elements import Lattice, find_lattice
+from upholster.elements import find_lattice
 from upholster.errors import InputError
 from upholster.geometry import AnySurface, MeshSurface, Surface
 from upholster.image import Material, check_exemplar
 from upholster.image.masks import Used
 from upholster.image.source import Sample, Source, as_exemplar, used_pixels
 from upholster.lengths import parse_length
+from upholster.methods.guidance import Guidance
+from upholster.methods.guided import read_guidance
 from upholster.methods.paper.coefficients import keep_coefficients
 from upholster.methods.paper.method import PaperOptions, synthesize_paper
 from upholster.methods.pixel.method import PixelOptions, check_sample, synthesize_pixel
@@ -46,9 +47,9 @@ from upholster.methods.quilt.method import laid_quilt, planned, step_level
 from upholster.methods.quilt.options import QuiltOptions
 from upholster.methods.quilt.phases import WantedPhases
 from upholster.methods.quilt.sizes import block_side, turning_of
-from upholster.methods.quilt.structure import block_size
-from upholster.methods.quilt.usable import check_level, check_used, largest_block, usable_side
-from upholster.options import SynthesisOptions, chosen, settled
+from upholster.methods.quilt.usable import check_level, check_used, usable_side
+from upholster.methods.seen import Seen
+from upholster.options import SampleOptions, SynthesisOptions, chosen, settled
 from upholster.parallel import check_running
 from upholster.quilt.chart import MAX_CHART, Chart
 from upholster.quilt.model import Quilt
@@ -217,11 +218,12 @@ def prepare(
     *,
     largest: int = LONGEST,
     used: Used | None = None,
+    guidance: Guidance | None = None,
 ) -> Prepared:
     """Settle what `synthesize` will do; parameters as there.
 
     On patches no chart of method "quilt" is longer than `largest` texels. Blocks show pixels alone that are
-    `used`, (H, W) bool; None: all.
+    `used`, (H, W) bool; None: all. They lie as `guidance` says.
 
     Raises
     ------
@@ -229,8 +231,9 @@ def prepare(
         If something is out of range on this surface, or with this exemplar.
     """
     check_used(used, options.method)
+    seen = Seen(exemplar, used, guidance)
     if isinstance(surface, MeshSurface):
-        return _prepare_mesh(exemplar, surface, options, used)
+        return _prepare_mesh(seen, surface, options)
     if options.method == "paper":
         charts = uniform_layout(surface, chart=options.chart)
         return Prepared(charts, (), None, "", settled(options, PaperOptions))
@@ -239,8 +242,8 @@ def prepare(
         charts = uniform_layout(surface, chart=options.chart)
         return Prepared(charts, (), None, "", settled(options, PixelOptions))
     if isinstance(options.texels, tuple):
-        return _prepare_flat(exemplar, _flat_chart(surface, *options.texels), options, used)
-    scale = _scale(exemplar, surface, options, None, used)
+        return _prepare_flat(seen, surface, _flat_chart(surface, *options.texels), options)
+    scale = _scale(seen, surface, options, None)
     density = _texels_a_step(scale)
     steps = scale.density / density
     charts = density_layout(surface, density=steps, largest=max(1, int(largest / density)))
@@ -249,58 +252,67 @@ def prepare(
     if asked is None:
         asked = "smooth" if options.stroke else default_on_patches(surface, charted)
     wanted = told_on_patches(surface, charted, parse_direction(cast(str, asked), patches=True))
-    return _on_charts(exemplar, charted, options, scale, density, wanted, used)
+    return _on_charts(seen, surface, charted, options, scale, density, wanted)
 
 
-def _prepare_flat(
-    exemplar: PixelArray, chart: Chart, options: SynthesisOptions, used: Used | None
-) -> Prepared:
+def _prepare_flat(seen: Seen, surface: AnySurface, chart: Chart, options: SynthesisOptions) -> Prepared:
     # A flat texture: a step is a pixel, rows run along rows.
     for name in ("crease", "stroke"):
         if getattr(options, name) is not None:
             raise InputError(f"{name} is given for a flat texture; allowed: none, its rows run to the right")
     charted = charted_plane(chart, tile=options.tileable)
     vectors = np.broadcast_to((1.0, 0.0, 0.0), (len(charted.chart), 3, 3))
-    lattice, weight = _lattice(exemplar, options, _FLAT_PHASE)
-    phases = None
-    if lattice is not None:
-        phases = WantedPhases(lattice, phase_field(charted, vectors, 1.0, lattice.waves), weight)
-    own = settled(options, QuiltOptions, block=_wanted_block(exemplar, options, used))
+    phases = seen.wanted_phases(options, _FLAT_PHASE, charted, vectors, 1.0)
+    own = settled(options, QuiltOptions, block=seen.wanted_block(options))
     turns = np.zeros(len(vectors), np.int32)
-    fields = (WarpField.identity(),)
-    return Prepared((chart,), fields, None, "", own, None, phases, turns, charted, vectors, used=used)
+    return Prepared(
+        (chart,),
+        (WarpField.identity(),),
+        None,
+        "",
+        own,
+        None,
+        phases[0],
+        turns,
+        charted,
+        vectors,
+        used=seen.used,
+        steering=seen.steering(seen.ground(charted, surface, is_flat=True), own.block, phases),
+    )
 
 
 def _on_charts(
-    exemplar: PixelArray,
+    seen: Seen,
+    surface: AnySurface,
     charted: ChartedSurface,
     options: SynthesisOptions,
     scale: TextureScale,
     density: float,
     direction: Direction,
-    used: Used | None,
 ) -> Prepared:
     mesh = charted.mesh
-    check_level(used, step_level(exemplar.shape[:2], charted, scale.scale))
-    lattice, weight = _lattice(exemplar, options, _SURFACE_PHASE)
+    for part, mask in zip(seen.parts, seen.masks, strict=True):
+        check_level(mask, step_level(part.shape[:2], charted, scale.scale))
     field = direction_field(
         mesh,
         direction,
         strokes=options.stroke,
         crease=default_crease(mesh) if options.crease is None else options.crease,
-        lattice=lattice is not None,
+        lattice=any(lattice is not None for lattice in seen.lattices(options, _SURFACE_PHASE)),
     )
     along, down = triangle_frames(mesh, field.corner_vectors)
     turns = chart_turns(charted, along, field.fold)
     fields = warp_fields(charted, along, down, scale.scale, turns, field.corner_vectors)
-    surface_phases, phases, block = None, None, options.block
-    if lattice is not None:
-        surface_phases = phase_field(charted, field.corner_vectors, scale.scale, lattice.waves)
-        phases = WantedPhases(lattice, surface_phases, weight)
+    phases = seen.wanted_phases(options, _SURFACE_PHASE, charted, field.corner_vectors, scale.scale)
+    block = options.block
     if block is None:
         across = float(np.sqrt(scale.texels)) / scale.density * scale.scale
         turning = turning_of(charted, field.corner_vectors, field.fold) / scale.scale
-        block = usable_side(block_side(exemplar, across, turning, surface_phases), used)
+        sides = [
+            block_side(part, across, turning, None if one is None else one.surface)
+            for part, one in zip(seen.parts, phases, strict=True)
+        ]
+        block = min(usable_side(max(sides), mask) for mask in seen.masks)
     own = settled(options, QuiltOptions, block=block)
     text = "strokes" if options.stroke and options.direction is None else direction.text
     return Prepared(
@@ -310,37 +322,32 @@ def _on_charts(
         f"{text}, {field.words}",
         own,
         field,
-        phases,
+        phases[0],
         turns,
         charted,
         field.corner_vectors,
         density=density,
-        used=used,
+        used=seen.used,
+        steering=seen.steering(
+            seen.ground(charted, surface), block / scale.scale * scale.density / density, phases
+        ),
     )
 
 
-def _lattice(exemplar: PixelArray, options: SynthesisOptions, weight: float) -> tuple[Lattice | None, float]:
-    # What repeats in a sample, if it counts, and what it costs to be out of phase, by default `weight`.
-    weight = weight if options.phase is None else options.phase
-    return find_lattice(exemplar) if weight > 0 else None, weight
-
-
-def _prepare_mesh(
-    exemplar: PixelArray, surface: MeshSurface, options: SynthesisOptions, used: Used | None
-) -> Prepared:
+def _prepare_mesh(seen: Seen, surface: MeshSurface, options: SynthesisOptions) -> Prepared:
     if options.method != "quilt":
         raise InputError(f"method is {options.method!r} on a mesh; allowed there: 'quilt'")
     if isinstance(options.texels, tuple):
         width, height = options.texels
         raise InputError(f"texels is {width}x{height} on a mesh; allowed there: a number")
-    scale = _scale(exemplar, surface, options, surface.mesh.metres, used)
+    scale = _scale(seen, surface, options, surface.mesh.metres)
     density = _texels_a_step(scale)
     charted = charted_mesh(surface, mesh_charts(surface, scale.density / density))
     asked = options.direction
     if asked is None:
         asked = "smooth" if options.stroke else default_direction(surface.mesh)
     wanted = parse_direction(cast(str, asked))
-    return _on_charts(exemplar, charted, options, scale, density, wanted, used)
+    return _on_charts(seen, surface, charted, options, scale, density, wanted)
 
 
 @stage
@@ -381,32 +388,15 @@ def _texels_a_step(scale: TextureScale) -> float:
     return 2.0 ** min(max(octaves, 0), _MOST_OCTAVES)
 
 
-def _wanted_block(exemplar: PixelArray, options: SynthesisOptions, used: Used | None) -> int:
-    most = min(512, 3 * min(exemplar.shape[:2]) // 4)  # beyond that there is nothing to choose from
-    most = most if used is None else min(most, largest_block(used))
-    if options.block is not None and not 8 <= options.block <= most:
-        masked = "" if used is None else ", as far as it is used"
-        raise InputError(
-            f"block is {options.block}; allowed: 8 to {most} in a sample of {_size(exemplar)}{masked}"
-        )
-    return usable_side(block_size(exemplar), used) if options.block is None else options.block
-
-
-def _scale(
-    exemplar: PixelArray,
-    surface: AnySurface,
-    options: SynthesisOptions,
-    metres: float | None,
-    used: Used | None,
-) -> TextureScale:
+def _scale(seen: Seen, surface: AnySurface, options: SynthesisOptions, metres: float | None) -> TextureScale:
     """Return sizes of texels and sample on a surface whose unit may be known."""
     return texture_scale(
         surface,
-        exemplar.shape[1],
-        sample_size=sample_width(exemplar, options, metres),
+        seen.parts[0].shape[1],
+        sample_size=sample_width(seen.parts[0], options, metres),
         density=options.density,
         texels=cast(int | None, options.texels),
-        block=_wanted_block(exemplar, options, used),
+        block=seen.wanted_block(options),
     )
 
 
@@ -548,11 +538,16 @@ def synthesize(
     if isinstance(exemplar, Sample) and exemplar.size is not None:
         wanted = replace(wanted, sample_size=exemplar.size, element_size=None)
     check_running(threads, progress)
-    seed, surface = settled_seed(seed), as_covered(surface, patches=needs_patches(wanted)).surface
-    source = kept_sample(as_exemplar(exemplar), wanted)
+    seed, covered = settled_seed(seed), as_covered(surface, patches=needs_patches(wanted))
+    surface, metres = covered.surface, None
+    if isinstance(surface, MeshSurface):
+        metres = surface.mesh.metres
+    reading = exemplar.options if isinstance(exemplar, Sample) else SampleOptions()
+    source, guidance = read_guidance(wanted, as_exemplar(exemplar), reading, covered.model, metres)
+    source = kept_sample(source, wanted)
     checked, used = matched_image(source, wanted), used_pixels(source)
     with keeping():
-        prepared = prepare(checked, surface, wanted, used=used)
+        prepared = prepare(checked, surface, wanted, used=used, guidance=guidance)
         return execute(prepared, checked, surface, seed=seed, threads=threads, progress=progress)
 
 

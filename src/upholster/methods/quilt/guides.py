@@ -80,8 +80,8 @@ class Zones:
     rectangles
         Of each sample. Zone 1 is the first one's.
     wanted
-        Of each chart (height, width) which zone its steps shall show; with `EITHER` blocks of another may reach
-        in.
+        Of each chart (height, width) which zone its steps shall show; with `EITHER` blocks of another may
+        reach in.
     phases
         Of each zone, where in its periods its sample shall be.
     """

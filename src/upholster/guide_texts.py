@@ -1,0 +1,90 @@
+"""Pairs as users write them: what is laid, and where. ``SAMPLE=TARGET@weight`` and ``FILE@size=TARGET``."""
+
+import re
+from dataclasses import dataclass
+
+from upholster.errors import InputError
+
+__all__ = ["GuideText", "ZoneText", "parse_guide", "parse_zone"]
+
+_MOST_WEIGHT = 100.0
+
+
+@dataclass(frozen=True, slots=True)
+class GuideText:
+    """A guide: ``SAMPLE=TARGET@weight``.
+
+    Attributes
+    ----------
+    sample
+        The map of the sample: an image's file, or a word for what the sample has.
+    target
+        The map of the surface, as `upholster.charts.maps.parse_map` reads it.
+    weight
+        How much it counts, above 0.
+    """
+
+    sample: str
+    target: str
+    weight: float = 1.0
+
+    def __str__(self) -> str:
+        return f"{self.sample}={self.target}" + ("" if self.weight == 1 else f"@{self.weight:g}")
+
+
+@dataclass(frozen=True, slots=True)
+class ZoneText:
+    """A zone: ``FILE@size=TARGET``.
+
+    Attributes
+    ----------
+    sample
+        A file or folder, maybe with its width behind an @.
+    target
+        As of `GuideText`: where it is white.
+    """
+
+    sample: str
+    target: str
+
+    def __str__(self) -> str:
+        return f"{self.sample}={self.target}"
+
+
+def parse_guide(text: str, what: str = "guide") -> GuideText:
+    """Read a guide: split at the first ``=`` and the last ``@``.
+
+    Raises
+    ------
+    InputError
+        If it is none, or its weight is not above 0 and at most 100.
+    """
+    sample, equals, rest = text.partition("=")
+    target, at, written = rest.rpartition("@")
+    if not at or re.search(r"\.[a-zA-Z]", written):  # a file may have an @ in its name
+        target, written = rest, ""
+    if not (equals and sample.strip() and target.strip()):
+        raise InputError(f"{what} is {text[:80]!r}; allowed: SAMPLE=TARGET or SAMPLE=TARGET@weight")
+    try:
+        weight = float(written) if written else 1.0
+    except ValueError:
+        weight = -1.0
+    if not 0 < weight <= _MOST_WEIGHT:
+        raise InputError(
+            f"weight of {what} {text[:80]!r} is {written[:20]!r}; allowed: above 0, at most {_MOST_WEIGHT:g}"
+        )
+    return GuideText(sample.strip(), target.strip(), weight)
+
+
+def parse_zone(text: str) -> ZoneText:
+    """Read a zone: split at the first ``=``.
+
+    Raises
+    ------
+    InputError
+        If it is none.
+    """
+    sample, equals, target = text.partition("=")
+    if not (equals and sample.strip() and target.strip()):
+        raise InputError(f"zone is {text[:80]!r}; allowed: SAMPLE=TARGET, SAMPLE a file or FILE@width")
+    return ZoneText(sample.strip(), target.strip())

@@ -1,0 +1,93 @@
+"""Several samples in one image: what one quilt reads that shows them all."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from upholster.errors import InputError
+from upholster.image.color import alpha_channel
+from upholster.image.material import DEFAULT_ROUGHNESS, Material
+from upholster.image.numbers import as_depth, top_of
+from upholster.image.preparing import MAX_SIDE
+from upholster.image.roles import ROLES
+from upholster.types import PixelArray
+
+__all__ = ["Rectangle", "combined"]
+
+Rectangle = tuple[int, int, int, int]
+"""Row, column, height and width in pixels."""
+
+_ALIGNED = 64
+"""Samples begin at multiples of it: at a whole pixel of every level of a pyramid that counts."""
+
+_NEUTRAL = {"roughness": DEFAULT_ROUGHNESS, "metallic": 0.0, "ao": 1.0, "height": 0.5, "opacity": 1.0}
+"""What stands for a map that a sample lacks, and another has."""
+
+
+def combined(samples: Sequence[Material]) -> tuple[Material, tuple[Rectangle, ...]]:
+    """Return one material with all samples side by side, and where each lies in it.
+
+    It has every map that one of them has, each at the depth of the first that has it. What no sample covers
+    is not used.
+
+    Raises
+    ------
+    InputError
+        If all together are larger than a sample may be.
+    """
+    rectangles, column = [], 0
+    for sample in samples:
+        height, width = sample.shape
+        rectangles.append((0, column, height, width))
+        column += -(-width // _ALIGNED) * _ALIGNED
+    height, width = max(one[2] for one in rectangles), sum(rectangles[-1][1::2])
+    if width > MAX_SIDE:
+        raise InputError(
+            f"samples are {width} pixels wide side by side; allowed: up to {MAX_SIDE}, so make them smaller"
+        )
+    used = np.zeros((height, width), np.bool_)
+    for sample, (row, left, tall, wide) in zip(samples, rectangles, strict=True):
+        used[row : row + tall, left : left + wide] = True if sample.used is None else sample.used
+    maps = {}
+    for role in (role for role in ROLES if any(role in sample.maps for sample in samples)):
+        parts = _alike(role, samples)
+        image = np.zeros((height, width, parts[0].shape[2]), parts[0].dtype)
+        for part, (row, left, tall, wide) in zip(parts, rectangles, strict=True):
+            image[row : row + tall, left : left + wide] = part
+        maps[role] = image
+    notes = tuple(note for sample in samples for note in sample.notes)
+    return Material(maps, notes, used), tuple(rectangles)
+
+
+def _alike(role: str, samples: Sequence[Material]) -> list[PixelArray]:
+    # A map of all samples: of one depth, and as many channels as the one that has most.
+    dtype = next(sample.maps[role].dtype for sample in samples if role in sample.maps)
+    parts = [as_depth(sample.maps[role], dtype) if role in sample.maps else None for sample in samples]
+    known = [part for part in parts if part is not None]
+    colors = max(part.shape[2] - (alpha_channel(part.shape[2]) is not None) for part in known)
+    alpha = any(alpha_channel(part.shape[2]) is not None for part in known)
+    return [
+        _neutral(role, sample.shape, dtype, colors) if part is None else _with_channels(part, colors, alpha)
+        for part, sample in zip(parts, samples, strict=True)
+    ]
+
+
+def _neutral(role: str, shape: tuple[int, int], dtype: np.dtype[Any], channels: int) -> PixelArray:
+    unit = np.full((*shape, channels), _NEUTRAL.get(role, 0.0))
+    if role == "normal":
+        unit[:] = 0.5, 0.5, 1.0
+    scaled = unit * top_of(dtype)
+    return (scaled if dtype.kind == "f" else np.rint(scaled)).astype(dtype)
+
+
+def _with_channels(pixels: PixelArray, colors: int, alpha: bool) -> PixelArray:
+    # Grey becomes colour where another has colours; what has no alpha is opaque.
+    own = alpha_channel(pixels.shape[2])
+    plain = pixels if own is None else pixels[:, :, :own]
+    if plain.shape[2] != colors:
+        plain = plain.repeat(colors, axis=2)
+    if not alpha:
+        return plain
+    opaque = np.full((*pixels.shape[:2], 1), top_of(pixels.dtype), pixels.dtype)
+    return np.concatenate([plain, opaque if own is None else pixels[:, :, own:]], axis=2)

@@ -1,0 +1,225 @@
+"""From the texts of options to guidance: maps of the sample are read, samples of zones become one image."""
+
+import os
+import re
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from upholster.charts.maps import parse_map
+from upholster.errors import InputError
+from upholster.geometry.mesh_files import ModelFile
+from upholster.guide_texts import GuideText, parse_guide, parse_zone
+from upholster.image import Material, read_image
+from upholster.image.color import alpha_channel
+from upholster.image.combined import Rectangle, combined
+from upholster.image.numbers import to_unit
+from upholster.image.preparing import MAX_SIDE, MIN_SIDE, cut_out, finished, resampled
+from upholster.image.roles import ROLES
+from upholster.image.source import Sample, read_source, source_parts
+from upholster.lengths import parse_length, read_length
+from upholster.methods.guidance import Guidance, GuidePair, Shown, ZoneMaps
+from upholster.methods.quilt.guides import MOST_ZONES
+from upholster.options import SampleOptions, SynthesisOptions
+from upholster.stages import file_stage
+from upholster.types import IntArray, PixelArray
+
+__all__ = ["guidance_files", "is_guided", "read_guidance", "sized_sample"]
+
+_LUMINANCE = "luminance"
+"""The word for how light a sample is: of its colours."""
+
+_SMOOTH = 64
+"""What a sample itself is, as a guide, is a mean over this part of its shorter side."""
+
+_TAILS = 0.02
+"""Of all pixels: as many are 0, and as many 1, in a guide that the sample itself is."""
+
+
+def is_guided(asked: SynthesisOptions) -> bool:
+    """Whether something is asked of where things go."""
+    return bool(asked.guide or asked.labels or asked.zone)
+
+
+def guidance_files(asked: SynthesisOptions) -> list[str]:
+    """Return the files that guides and zones name."""
+    found: list[str] = []
+    for text in (*map(parse_guide, asked.guide or ()), *map(parse_guide, asked.labels or ())):
+        found += [] if _is_word(text.sample) else [text.sample]
+        found += parse_map(text.target).files
+    for zone in map(parse_zone, asked.zone or ()):
+        sample = sized_sample(zone.sample, f"zone {str(zone)!r}")
+        found += [*sample.folders, *sample.files, *parse_map(zone.target).files]
+    return list(dict.fromkeys(found))
+
+
+def sized_sample(text: str, what: str) -> Sample:
+    """Return a sample with its width behind an @: ``oak.jpg@30cm``.
+
+    Raises
+    ------
+    InputError
+        If there is no file before the @, or no length behind it.
+    """
+    file, at, size = text.rpartition("@")
+    # A file may have an @ in its name: that it is there, or goes on with a suffix, tells.
+    if not at or os.path.exists(text) or (re.search(r"\.[a-zA-Z]", size) and "/" not in size):
+        return Sample(text)
+    if not file:
+        raise InputError(f"{what} is {text!r}; allowed: a file before the @")
+    read_length(size, name=f"size of the {what}")
+    return Sample(file, size)
+
+
+def _inputs(_: object, asked: SynthesisOptions, *__: object) -> list[str]:
+    return guidance_files(asked)
+
+
+@file_stage(_inputs)
+def read_guidance(
+    asked: SynthesisOptions,
+    source: PixelArray | Material,
+    reading: SampleOptions,
+    model: ModelFile | None,
+    metres: float | None,
+) -> tuple[PixelArray | Material, Guidance | None]:
+    """Return what is painted, with the samples of zones in it, and what is asked of where things go.
+
+    Parameters
+    ----------
+    asked
+        The options.
+    source, reading
+        The sample, and how it was read: guides are read alike.
+    model, metres
+        What is covered, and the length of its unit where that is known.
+
+    Raises
+    ------
+    InputError
+        If a text is wrong, a file cannot be read, or a map has another size than the sample.
+    """
+    if not is_guided(asked):
+        return source, None
+    pairs = [_pair(parse_guide(text), source, reading) for text in asked.guide or ()]
+    pairs += [_pair(parse_guide(text, "labels"), source, reading, labels=True) for text in asked.labels or ()]
+    if not asked.zone:
+        return source, Guidance(tuple(pairs), None, model)
+    zones = [parse_zone(text) for text in asked.zone]
+    if len(zones) >= MOST_ZONES:
+        raise InputError(f"there are {len(zones)} zones; allowed: up to {MOST_ZONES - 1}")
+    own = source if isinstance(source, Material) else Material({"albedo": source})
+    others = [_zone_sample(zone.sample, own.shape[1], asked, metres) for zone in zones]
+    whole, rectangles = combined([own, *others])
+    maps = ZoneMaps(rectangles, tuple(parse_map(zone.target) for zone in zones))
+    pairs = [replace(pair, shown=_widened(pair.shown, whole.shape, rectangles[0])) for pair in pairs]
+    return whole, Guidance(tuple(pairs), maps, model)
+
+
+def _zone_sample(text: str, width: int, asked: SynthesisOptions, metres: float | None) -> Material:
+    # A zone's sample, with as many pixels in a length as the first one, `width` pixels wide.
+    sample = sized_sample(text, "zone")
+    found = read_source(sample)
+    material = found if isinstance(found, Material) else Material({"albedo": found})
+    if sample.size is None:
+        return material
+    if asked.sample_size is None:
+        raise InputError(f"zone {text!r} has a size and the sample none; allowed: with --sample-size")
+    own, wanted = (
+        parse_length(size, metres, name=name)
+        for size, name in ((asked.sample_size, "sample size"), (sample.size, f"size of zone {text!r}"))
+    )
+    by = width / own * wanted / material.shape[1]
+    height, width = (max(1, round(by * side)) for side in material.shape)
+    if not all(MIN_SIDE <= side <= MAX_SIDE for side in (height, width)):
+        raise InputError(
+            f"zone {text!r} has {width}x{height} pixels at the sample's scale; "
+            f"allowed: {MIN_SIDE} to {MAX_SIDE} each way"
+        )
+    size: dict[str, Any] = {"height": height, "width": width}
+    return Material({role: resampled(role, pixels, **size) for role, pixels in material.maps.items()})
+
+
+def _widened(shown: Shown, shape: tuple[int, int], own: Rectangle) -> Shown:
+    # A guide of the first sample over all samples' image; the others are as its first pixel, and never asked.
+    out: Any = np.full(shape, shown[0, 0], shown.dtype)
+    out[: own[2], : own[3]] = shown
+    found: Shown = out
+    return found
+
+
+def _is_word(name: str) -> bool:
+    return name.lower() in (_LUMINANCE, *ROLES[1:])
+
+
+def _pair(
+    text: GuideText, source: PixelArray | Material, reading: SampleOptions, *, labels: bool = False
+) -> GuidePair:
+    parts = source_parts(source)
+    shape = parts["albedo"].shape[:2]
+    if _is_word(text.sample):
+        if labels:
+            raise InputError(f"labels {str(text)!r}: {text.sample} has no labels; allowed: an image's file")
+        shown: Shown = _own(text, parts)
+    else:
+        pixels = _prepared(text, reading, labels=labels)
+        shown = _codes(pixels) if labels else _grey(pixels)
+        if shown.shape != shape:
+            raise InputError(
+                f"guide {text.sample!r} is {shown.shape[1]}x{shown.shape[0]} pixels; "
+                f"allowed: {shape[1]}x{shape[0]}, as the sample"
+            )
+    return GuidePair(str(text), shown, parse_map(text.target), text.weight, labels)
+
+
+def _prepared(text: GuideText, reading: SampleOptions, *, labels: bool) -> PixelArray:
+    # A map of the sample as the photo was prepared: rectified, cropped, resized; its light stays.
+    pixels = read_image(text.sample, colors=False)
+    if labels and (reading.rectify is not None or reading.resize is not None):
+        raise InputError(
+            f"labels {str(text)!r} with rectify or resize, which would mix colours; "
+            "allowed: of a sample made by `upholster prepare` before"
+        )
+    maps = {"albedo": pixels, "guide": pixels}
+    return finished(cut_out(maps, reading), replace(reading, even_light=False))["guide"]
+
+
+def _own(text: GuideText, parts: dict[str, PixelArray]) -> NDArray[np.float32]:
+    # What the sample itself is: smooth, and spread over all of 0…1.
+    role = "albedo" if text.sample.lower() == _LUMINANCE else text.sample.lower()
+    if role not in parts:
+        raise InputError(
+            f"guide {str(text)!r}: the sample has no {role}; allowed: "
+            f"{', '.join((_LUMINANCE, *(name for name in parts if name != 'albedo')))}, or an image's file"
+        )
+    plane = _grey(parts[role]).astype(np.float64)
+    for _ in range(2):
+        for axis in (0, 1):
+            plane = _box_mean(plane, max(1, min(plane.shape) // _SMOOTH), axis)
+    low, high = np.quantile(plane, [_TAILS, 1 - _TAILS])
+    return np.asarray(np.clip((plane - low) / max(high - low, 1e-9), 0.0, 1.0), np.float32)
+
+
+def _box_mean(plane: NDArray[np.float64], radius: int, axis: int) -> NDArray[np.float64]:
+    pad = [(radius + 1, radius) if n == axis else (0, 0) for n in (0, 1)]
+    sums = np.cumsum(np.pad(plane, pad, mode="edge"), axis=axis)
+    size, width = plane.shape[axis], 2 * radius + 1
+    means: NDArray[np.float64] = (
+        np.take(sums, range(width, width + size), axis) - np.take(sums, range(size), axis)
+    ) / width
+    return means
+
+
+def _grey(pixels: PixelArray) -> NDArray[np.float32]:
+    plain = pixels[:, :, : alpha_channel(pixels.shape[2])]
+    return np.asarray(to_unit(plain).mean(axis=2), np.float32)
+
+
+def _codes(pixels: PixelArray) -> IntArray:
+    # 0xRRGGBB.
+    plain = np.rint(255 * to_unit(pixels[:, :, : alpha_channel(pixels.shape[2])])).astype(np.int32)
+    red, green, blue = (plain[:, :, min(k, plain.shape[2] - 1)] for k in range(3))
+    found: IntArray = red << 16 | green << 8 | blue
+    return found

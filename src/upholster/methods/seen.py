@@ -1,0 +1,117 @@
+"""What is matched: an exemplar, or several in one image, and what is asked of where it goes."""
+
+from dataclasses import dataclass
+
+from upholster.charts.charted import ChartedSurface
+from upholster.charts.maps import MapGround
+from upholster.charts.phases import phase_field
+from upholster.elements import Lattice, find_lattice
+from upholster.errors import InputError
+from upholster.geometry import AnySurface
+from upholster.image.masks import Used
+from upholster.methods.guidance import Guidance, ZoneMaps, guides_on, zones_on
+from upholster.methods.quilt.guides import Steering, Zones, cropped
+from upholster.methods.quilt.phases import WantedPhases
+from upholster.methods.quilt.structure import block_size
+from upholster.methods.quilt.usable import largest_block, usable_side
+from upholster.options import SynthesisOptions
+from upholster.types import FloatArray, PixelArray
+
+__all__ = ["Seen"]
+
+
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """What is matched: an exemplar, or several in one image.
+
+    Attributes
+    ----------
+    exemplar
+        (H, W, C) all of it.
+    used
+        (H, W) which pixels blocks show; None: all.
+    guidance
+        Where what goes; None: nothing is said.
+    """
+
+    exemplar: PixelArray
+    used: Used | None
+    guidance: Guidance | None
+
+    @property
+    def zones(self) -> ZoneMaps | None:
+        """Where several samples go; None: there is one."""
+        return None if self.guidance is None else self.guidance.zones
+
+    @property
+    def parts(self) -> tuple[PixelArray, ...]:
+        """The samples, of which the first tells sizes."""
+        if self.zones is None:
+            return (self.exemplar,)
+        return tuple(cropped(self.exemplar, one) for one in self.zones.rectangles)
+
+    @property
+    def masks(self) -> tuple[Used | None, ...]:
+        """Of each sample which pixels blocks show."""
+        if self.zones is None or self.used is None:
+            return (self.used,) * len(self.parts)
+        return tuple(cropped(self.used, one) for one in self.zones.rectangles)
+
+    def steering(
+        self, ground: MapGround, block: float, phases: tuple[WantedPhases | None, ...]
+    ) -> Steering | None:
+        """Return what blocks are asked for on charts, which are so many steps wide."""
+        if self.guidance is None:
+            return None
+        zones = None
+        if self.zones is not None:
+            zones = Zones(self.zones.rectangles, zones_on(self.zones, ground, block), phases)
+        return Steering(guides_on(self.guidance.guides, ground), zones)
+
+    def ground(self, charted: ChartedSurface, surface: AnySurface, *, is_flat: bool = False) -> MapGround:
+        """Return what maps are evaluated on."""
+        model = None if self.guidance is None else self.guidance.model
+        return MapGround(charted, model, surface, is_flat)
+
+    def lattices(self, options: SynthesisOptions, weight: float) -> list[Lattice | None]:
+        """Return what repeats in each sample, if to be out of phase costs something: by default `weight`."""
+        counts = (weight if options.phase is None else options.phase) > 0
+        return [find_lattice(part) if counts else None for part in self.parts]
+
+    def wanted_phases(
+        self,
+        options: SynthesisOptions,
+        weight: float,
+        charted: ChartedSurface,
+        vectors: FloatArray,
+        scale: float,
+    ) -> tuple[WantedPhases | None, ...]:
+        """Return where in its periods each sample shall be; other parameters as of `phase_field`."""
+        weight = weight if options.phase is None else options.phase
+        return tuple(
+            None
+            if lattice is None
+            else WantedPhases(lattice, phase_field(charted, vectors, scale, lattice.waves), weight)
+            for lattice in self.lattices(options, weight)
+        )
+
+    def wanted_block(self, options: SynthesisOptions) -> int:
+        """Return the side of blocks in pixels, as it is asked for, or as it suits the samples.
+
+        Raises
+        ------
+        InputError
+            If no sample has room for blocks as large as is asked for.
+        """
+        for part, used in zip(self.parts, self.masks, strict=True):
+            most = min(512, 3 * min(part.shape[:2]) // 4)  # beyond that there is nothing to choose from
+            most = most if used is None else min(most, largest_block(used))
+            if options.block is not None and not 8 <= options.block <= most:
+                masked = "" if used is None else ", as far as it is used"
+                raise InputError(
+                    f"block is {options.block}; allowed: 8 to {most} in a sample of "
+                    f"{part.shape[1]}x{part.shape[0]} pixels{masked}"
+                )
+        if options.block is not None:
+            return options.block
+        return min(usable_side(max(map(block_size, self.parts)), used) for used in self.masks)
