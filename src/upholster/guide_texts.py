@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from upholster.errors import InputError
 
-__all__ = ["GuideText", "ZoneText", "parse_guide", "parse_zone"]
+__all__ = ["GuideText", "ZoneText", "parse_again", "parse_guide", "parse_zone"]
 
 _MOST_WEIGHT = 100.0
 
@@ -74,6 +74,28 @@ def parse_guide(text: str, what: str = "guide") -> GuideText:
             f"weight of {what} {text[:80]!r} is {written[:20]!r}; allowed: above 0, at most {_MOST_WEIGHT:g}"
         )
     return GuideText(sample.strip(), target.strip(), weight)
+
+
+def parse_again(text: str) -> tuple[str, int | None]:
+    """Read a region that is laid once more: ``REGION`` or ``REGION@seed``.
+
+    Raises
+    ------
+    InputError
+        If it is none, or its seed is no whole number from 0 to 2^63 − 1.
+    """
+    region, at, seed = text.rpartition("@")
+    if not at or re.search(r"\.[a-zA-Z]", seed):
+        return _region(text), None
+    if not (seed.isascii() and seed.isdecimal() and int(seed) < 2**63):
+        raise InputError(f"seed of again {text[:80]!r} is {seed[:20]!r}; allowed: 0 to 2^63 - 1")
+    return _region(region), int(seed)
+
+
+def _region(text: str) -> str:
+    if not text.strip():
+        raise InputError("again is empty; allowed: REGION or REGION@seed, as 0,0,1:0.3")
+    return text.strip()
 
 
 def parse_zone(text: str) -> ZoneText:

@@ -13,7 +13,7 @@ from typing import Any, Literal, TypeAlias, TypeVar, cast, get_args, get_origin
 from upholster.conditions import read_conditions
 from upholster.errors import InputError, nearest
 from upholster.formats import OUTPUTS, suffixes_of
-from upholster.guide_texts import parse_guide, parse_zone
+from upholster.guide_texts import parse_again, parse_guide, parse_zone
 from upholster.lengths import read_length
 from upholster.shown import on_a_line
 
@@ -439,9 +439,9 @@ class SynthesisOptions:
             _GUIDES,
             "Where the surface is as TARGET says, parts of the sample lie that are so by SAMPLE; several "
             "times. SAMPLE: an image as large as the sample, `luminance`, or a map of it, as `height`. "
-            "TARGET: an image over the flat texture or the model's texture coordinates, `colors`, `part:NAME`, "
-            "`height`, `slope`, `facing:z`, `curvature`, `occlusion`, `noise`, a ball `x,y,z:r`, a .json "
-            "file of values; `1-` before it inverts it, `>0.5` behind it compares.",
+            "TARGET: an image over the flat texture or the model's texture coordinates, `colors`, "
+            "`part:NAME`, `height`, `slope`, `facing:z`, `curvature`, `occlusion`, `noise`, a ball "
+            "`x,y,z:r`, a .json file of values; `1-` before it inverts it, `>0.5` behind it compares.",
             metavar="SAMPLE=TARGET[@WEIGHT]",
             only="quilt",
         ),
@@ -462,6 +462,16 @@ class SynthesisOptions:
             "Another sample, maybe with its width, lies where TARGET, as of --guide, is white; several "
             "times, of which the last one counts.",
             metavar="SAMPLE[@LENGTH]=TARGET",
+            only="quilt",
+        ),
+    )
+    again: tuple[str, ...] | None = field(
+        default=None,
+        metadata=_about(
+            _GUIDES,
+            "Lay this region once more, with another seed; all else stays as it is. Several times, one after "
+            "another. REGION: where a TARGET, as of --guide, is white: `0,0,1:0.3`, `part:Seat`.",
+            metavar="REGION[@SEED]",
             only="quilt",
         ),
     )
@@ -630,7 +640,7 @@ class SynthesisOptions:
         return on_a_line(self, differing(self))
 
     def __post_init__(self) -> None:
-        for name in ("stroke", "guide", "labels", "zone"):
+        for name in ("stroke", "guide", "labels", "zone", "again"):
             if isinstance(getattr(self, name), str):
                 object.__setattr__(self, name, (getattr(self, name),))
         _settle_types(self)
@@ -662,6 +672,8 @@ class SynthesisOptions:
             parse_guide(text, "labels")
         for text in self.zone or ():
             parse_zone(text)
+        for text in self.again or ():
+            parse_again(text)
         for name, value, least, most in (
             ("evenness", self.evenness, 0, 10),
             ("variety", self.variety, 0, 10),

@@ -27,6 +27,7 @@ _AS_TEXT: dict[str, tuple[_Read, _Write]] = {
     "guide": (tuple, str),
     "labels": (tuple, str),
     "zone": (tuple, str),
+    "again": (tuple, str),
     "texels": (texel_count, str),
     "sample_size": (lambda text: number_or_text(text), str),
     "element_size": (lambda text: number_or_text(text), str),
@@ -88,6 +89,7 @@ _WORDS: dict[str, Any] = {
     "guide": list[str] | None,
     "labels": list[str] | None,
     "zone": list[str] | None,
+    "again": list[str] | None,
 }
 """Options of several words, or that may be given several times."""
 

@@ -6,19 +6,23 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.charts.maps import MapGround, SurfaceMap
+from upholster.charts.maps import MapGround, SurfaceMap, region
 from upholster.errors import InputError
 from upholster.geometry.mesh_files import ModelFile
-from upholster.methods.quilt.guides import EITHER, Guide, Rectangle, as_guide
+from upholster.methods.quilt.guides import EITHER, Again, Guide, Rectangle, as_guide
 from upholster.stages import stage
 from upholster.types import IntArray
 
-__all__ = ["Guidance", "GuidePair", "Shown", "ZoneMaps", "guides_on", "zones_on"]
+__all__ = ["Guidance", "GuidePair", "Shown", "ZoneMaps", "guides_on", "region_again", "zones_on"]
 
 _LISTED = 6
 """Labels that an error lists."""
 
 _MOST_LABELS = 254
+
+_BLENDED = 3
+"""Steps that blocks are blended over, at most: a region that is laid once more is so much smaller, for all
+else to stay as it is."""
 
 _BAND = 8
 """Where zones meet, blocks of either may reach in by this part of their side."""
@@ -77,12 +81,15 @@ class Guidance:
     ----------
     guides, zones
         See there; None: there is one sample.
+    again
+        Regions that are laid once more, one after another, and their seeds.
     model
         The file of the model that is covered: maps may name what it has.
     """
 
     guides: tuple[GuidePair, ...] = ()
     zones: ZoneMaps | None = None
+    again: tuple[tuple[SurfaceMap, int], ...] = ()
     model: ModelFile | None = None
 
 
@@ -130,6 +137,21 @@ def _colour(code: int) -> str:
 
 
 @stage
+def region_again(wanted: SurfaceMap, ground: MapGround, seed: int) -> Again:
+    """Return a region that is laid once more.
+
+    Raises
+    ------
+    InputError
+        As `SurfaceMap.values`; if nothing of the surface lies in it.
+    """
+    own = [_spread(one.view(np.uint8), _BLENDED, np.minimum) > 0 for one in region(wanted, ground)]
+    if not any(one.any() for one in own):
+        raise InputError(f"region {wanted.text!r} has nothing of the surface; allowed: one that has some")
+    return Again(tuple(~one for one in own), seed)
+
+
+@stage
 def zones_on(maps: ZoneMaps, ground: MapGround, block: float) -> tuple[NDArray[np.uint8], ...]:
     """Return which zone each step of the charts shall show, as of `Zones`; blocks are so many steps wide.
 
@@ -148,20 +170,21 @@ def zones_on(maps: ZoneMaps, ground: MapGround, block: float) -> tuple[NDArray[n
 
 def _opened(zones: NDArray[np.uint8], radius: int) -> NDArray[np.uint8]:
     # With `EITHER` at steps that lie so near to one of another zone, by rows and by columns.
-    low, high = zones, zones
-    for axis in (0, 1):
-        low, high = _spread(low, radius, axis, np.minimum), _spread(high, radius, axis, np.maximum)
+    low, high = _spread(zones, radius, np.minimum), _spread(zones, radius, np.maximum)
     return np.where(low == high, zones, zones + EITHER).astype(np.uint8)
 
 
-def _spread(values: NDArray[np.uint8], radius: int, axis: int, of: np.ufunc) -> NDArray[np.uint8]:
-    # The least or the greatest value so many places before and behind each, by windows of doubled length.
-    size, length = 2 * radius + 1, 1
-    pad = [(radius, radius) if n == axis else (0, 0) for n in (0, 1)]
-    found = np.pad(values, pad, mode="edge")
-    while length < size:
-        step = min(length, size - length)
-        count = found.shape[axis] - step
-        found = of(np.take(found, range(count), axis), np.take(found, range(step, count + step), axis))
-        length += step
+def _spread(values: NDArray[np.uint8], radius: int, of: np.ufunc) -> NDArray[np.uint8]:
+    # The least or the greatest value of the square of so many places round each, by windows of doubled
+    # length.
+    size, found = 2 * radius + 1, np.pad(values, radius, mode="edge")
+    for axis in (0, 1):
+        length = 1
+        while length < size:
+            step = min(length, size - length)
+            first = [slice(None), slice(None)]
+            second = [slice(None), slice(None)]
+            first[axis], second[axis] = slice(0, found.shape[axis] - step), slice(step, None)
+            found = of(found[tuple(first)], found[tuple(second)])
+            length += step
     return np.asarray(found, np.uint8)

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.charts.maps import parse_map
+from upholster.charts.maps import SurfaceMap, parse_map
 from upholster.errors import InputError
 from upholster.geometry.mesh_files import ModelFile
-from upholster.guide_texts import GuideText, parse_guide, parse_zone
+from upholster.guide_texts import GuideText, parse_again, parse_guide, parse_zone
 from upholster.image import Material, read_image
 from upholster.image.color import alpha_channel
 from upholster.image.combined import Rectangle, combined
@@ -40,18 +40,20 @@ _TAILS = 0.02
 
 def is_guided(asked: SynthesisOptions) -> bool:
     """Whether something is asked of where things go."""
-    return bool(asked.guide or asked.labels or asked.zone)
+    return bool(asked.guide or asked.labels or asked.zone or asked.again)
 
 
 def guidance_files(asked: SynthesisOptions) -> list[str]:
     """Return the files that guides and zones name."""
     found: list[str] = []
-    for text in (*map(parse_guide, asked.guide or ()), *map(parse_guide, asked.labels or ())):
-        found += [] if _is_word(text.sample) else [text.sample]
-        found += parse_map(text.target).files
+    for guide in map(parse_guide, (*(asked.guide or ()), *(asked.labels or ()))):
+        found += [] if _is_word(guide.sample) else [guide.sample]
+        found += parse_map(guide.target).files
     for zone in map(parse_zone, asked.zone or ()):
         sample = sized_sample(zone.sample, f"zone {str(zone)!r}")
         found += [*sample.folders, *sample.files, *parse_map(zone.target).files]
+    for text in asked.again or ():
+        found += parse_map(parse_again(text)[0]).files
     return list(dict.fromkeys(found))
 
 
@@ -105,8 +107,9 @@ def read_guidance(
         return source, None
     pairs = [_pair(parse_guide(text), source, reading) for text in asked.guide or ()]
     pairs += [_pair(parse_guide(text, "labels"), source, reading, labels=True) for text in asked.labels or ()]
+    again = tuple(_again(text, number) for number, text in enumerate(asked.again or (), 1))
     if not asked.zone:
-        return source, Guidance(tuple(pairs), None, model)
+        return source, Guidance(tuple(pairs), None, again, model)
     zones = [parse_zone(text) for text in asked.zone]
     if len(zones) >= MOST_ZONES:
         raise InputError(f"there are {len(zones)} zones; allowed: up to {MOST_ZONES - 1}")
@@ -115,7 +118,13 @@ def read_guidance(
     whole, rectangles = combined([own, *others])
     maps = ZoneMaps(rectangles, tuple(parse_map(zone.target) for zone in zones))
     pairs = [replace(pair, shown=_widened(pair.shown, whole.shape, rectangles[0])) for pair in pairs]
-    return whole, Guidance(tuple(pairs), maps, model)
+    return whole, Guidance(tuple(pairs), maps, again, model)
+
+
+def _again(text: str, number: int) -> tuple[SurfaceMap, int]:
+    # What is laid for the n-th time has seed n, unless another is asked for.
+    region, seed = parse_again(text)
+    return parse_map(region), number if seed is None else seed
 
 
 def _zone_sample(text: str, width: int, asked: SynthesisOptions, metres: float | None) -> Material:

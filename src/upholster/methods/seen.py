@@ -9,8 +9,8 @@ from upholster.elements import Lattice, find_lattice
 from upholster.errors import InputError
 from upholster.geometry import AnySurface
 from upholster.image.masks import Used
-from upholster.methods.guidance import Guidance, ZoneMaps, guides_on, zones_on
-from upholster.methods.quilt.guides import Steering, Zones, cropped
+from upholster.methods.guidance import Guidance, ZoneMaps, guides_on, region_again, zones_on
+from upholster.methods.quilt.guides import Again, Steering, Zones, cropped
 from upholster.methods.quilt.phases import WantedPhases
 from upholster.methods.quilt.structure import block_size
 from upholster.methods.quilt.usable import largest_block, usable_side
@@ -67,6 +67,17 @@ class Seen:
         if self.zones is not None:
             zones = Zones(self.zones.rectangles, zones_on(self.zones, ground, block), phases)
         return Steering(guides_on(self.guidance.guides, ground), zones)
+
+    def again(self, ground: MapGround) -> tuple[Again, ...]:
+        """Return the regions that are laid once more.
+
+        Raises
+        ------
+        InputError
+            If one has nothing of the surface.
+        """
+        asked = () if self.guidance is None else self.guidance.again
+        return tuple(region_again(wanted, ground, seed) for wanted, seed in asked)
 
     def ground(self, charted: ChartedSurface, surface: AnySurface, *, is_flat: bool = False) -> MapGround:
         """Return what maps are evaluated on."""

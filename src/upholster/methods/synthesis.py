@@ -41,7 +41,7 @@ from upholster.methods.guided import read_guidance
 from upholster.methods.paper.coefficients import keep_coefficients
 from upholster.methods.paper.method import PaperOptions, synthesize_paper
 from upholster.methods.pixel.method import PixelOptions, check_sample, synthesize_pixel
-from upholster.methods.quilt.guides import Steering
+from upholster.methods.quilt.guides import Again, Steering
 from upholster.methods.quilt.laying import LayPlan
 from upholster.methods.quilt.method import laid_quilt, planned, step_level
 from upholster.methods.quilt.options import QuiltOptions
@@ -110,6 +110,8 @@ class Prepared:
         (H, W) which pixels of the sample blocks show; None: all.
     steering
         What blocks are asked to show where; None: nothing.
+    again
+        Regions that are laid once more, one after another.
     """
 
     charts: tuple[Chart, ...]
@@ -125,6 +127,7 @@ class Prepared:
     density: float = 1.0
     used: Used | None = None
     steering: Steering | None = None
+    again: tuple[Again, ...] = ()
 
     @property
     def painted(self) -> tuple[Chart, ...]:
@@ -278,6 +281,7 @@ def _prepare_flat(seen: Seen, surface: AnySurface, chart: Chart, options: Synthe
         vectors,
         used=seen.used,
         steering=seen.steering(seen.ground(charted, surface, is_flat=True), own.block, phases),
+        again=seen.again(seen.ground(charted, surface, is_flat=True)),
     )
 
 
@@ -331,6 +335,7 @@ def _on_charts(
         steering=seen.steering(
             seen.ground(charted, surface), block / scale.scale * scale.density / density, phases
         ),
+        again=seen.again(seen.ground(charted, surface)),
     )
 
 
@@ -379,6 +384,7 @@ def coarser(prepared: Prepared, exemplar: PixelArray, octaves: int) -> Prepared:
         options=replace(options, block=block, overlap=None),
         density=min(prepared.density * 2.0**octaves, PAINTED_DENSITIES[1]),
         steering=prepared.steering and prepared.steering.on_charts(charted.charts),
+        again=tuple(one.on_charts(charted.charts) for one in prepared.again),
     )
 
 
@@ -453,6 +459,10 @@ def execute(
     charts, options = prepared.charts, prepared.options
     if isinstance(options, QuiltOptions):
         quilt = laid_quilt(lay_plan(prepared, exemplar, seed=seed), threads, progress)
+        for region in prepared.again:
+            kept = replace(prepared.steering or Steering(), kept=(quilt, region.stays))
+            plan = lay_plan(replace(prepared, steering=kept), exemplar, seed=region.seed)
+            quilt = laid_quilt(plan, threads, progress)
         return quilt.on(surface, seed=seed, density=prepared.density)
     assert isinstance(surface, Surface)
     if isinstance(options, PaperOptions):

@@ -117,7 +117,9 @@ def _piece(drawn: Drawn, chart: int, edges: NDArray[np.int64], cell: int, ranks:
     return LabelPiece(
         chart,
         first,
-        np.where(labels == KEPT, KEPT, rank[labels]).astype(np.int32),  # -1, the last one, stays
+        np.where(labels == KEPT, KEPT, rank[np.maximum(labels, -1)]).astype(
+            np.int32
+        ),  # -1, the last one, stays
         away.astype(np.float32),
         numbers[order],
         drawn.records[block[order]],

@@ -7,6 +7,7 @@ says.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +24,7 @@ from upholster.types import FloatArray, IntArray, PixelArray
 __all__ = [
     "EITHER",
     "MOST_ZONES",
+    "Again",
     "Asked",
     "Guide",
     "Rectangle",
@@ -125,6 +127,26 @@ class Steering:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+class Again:
+    """A region that is laid once more.
+
+    Attributes
+    ----------
+    stays
+        Of each chart (height, width) where nothing changes.
+    seed
+        With which it is laid.
+    """
+
+    stays: tuple[NDArray[np.bool_], ...]
+    seed: int
+
+    def on_charts(self, charts: Sequence[Chart]) -> "Again":
+        """Return the same for charts of longer steps, of the same faces."""
+        return Again(_on_charts(self.stays, charts), self.seed)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
 class Asked:
     """What canvases are told: of each chart.
 
@@ -199,7 +221,7 @@ def guide_costs(guides: Sequence[Guide], variance: float) -> IntArray:
     return found
 
 
-def _on_charts(arrays: ChartBytes, charts: Sequence[Chart]) -> ChartBytes:
+def _on_charts(arrays: Sequence[NDArray[Any]], charts: Sequence[Chart]) -> tuple[NDArray[Any], ...]:
     found = []
     for array, chart in zip(arrays, charts, strict=True):
         rows, columns = (

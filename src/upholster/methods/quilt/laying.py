@@ -19,6 +19,7 @@ from upholster.charts.charted import ChartedSurface
 from upholster.charts.mesh_layout import GUTTER
 from upholster.charts.phases import PhaseField
 from upholster.charts.subdivision import subdivided_in
+from upholster.elements._joint_kernels import measure_distances
 from upholster.methods.quilt._block_kernels import (
     BLOCK_COLUMNS,
     LAID,
@@ -27,6 +28,7 @@ from upholster.methods.quilt._block_kernels import (
     LayWeights,
     MatchImage,
 )
+from upholster.methods.quilt._frame_kernels import KEPT_SHEET
 from upholster.methods.quilt._lay_kernels import BlockArrays, LayScratch, lay_blocks, replay_blocks
 from upholster.methods.quilt._sheet_kernels import FIT, MOST_SHEETS, FieldArrays
 from upholster.methods.quilt.centres import Centres, Regions, centres_at, centres_on
@@ -329,11 +331,15 @@ class _Laying:
     def lay(self, centres: Centres) -> None:
         """Lay blocks."""
         first = len(self.records)
-        order, classes = self.regions.enter(centres.spots, first)
+        if self.plan.before is None:
+            order, classes = self.regions.enter(centres.spots, first)
+        else:
+            order = self._from_kept(centres)
+            classes = [[(first, first + len(order))]] if len(order) else []
         numbers = _NUMBERS * self.parcel + first - self.first + np.arange(len(order), dtype=np.int64)
         self._add(centres.chosen(order), numbers)
         for parts in classes:
-            near = [self.regions.near(self.centres.spots[start]) for start, _ in parts]
+            near = [self._near(start) for start, _ in parts]
             usages = [self.usage.copy() for _ in parts]
             run_tasks(
                 [
@@ -345,6 +351,25 @@ class _Laying:
             self.usage = self.usage + sum((usage - self.usage for usage in usages), np.zeros_like(self.usage))
             if self.progress is not None:
                 self.progress("blocks", parts[-1][1] - first, len(order))
+
+    def _near(self, block: int) -> NDArray[np.int64]:
+        # The blocks that may lie near one, (k, 2) from, to.
+        if self.plan.before is None:
+            return self.regions.near(self.centres.spots[block])
+        return np.array([[0, len(self.records)]], np.int64)
+
+    def _from_kept(self, centres: Centres) -> NDArray[np.intp]:
+        # The order in which blocks are laid round what is kept, one after another: those next to it first.
+        canvases, away = self.placed.ground.canvases, np.zeros(len(centres.steps))
+        for chart in np.unique(centres.steps[:, 0]).tolist():
+            shape = canvases.heights[chart], canvases.widths[chart]
+            window = slice(canvases.firsts[chart], canvases.firsts[chart] + shape[0] * shape[1])
+            kept, steps = (canvases.sheets[window] == KEPT_SHEET).reshape(shape), np.empty(shape, np.int32)
+            measure_distances(kept.view(np.uint8), steps)
+            mine = centres.steps[:, 0] == chart
+            rows, columns = centres.roots[mine, 1:3].astype(np.int64).T
+            away[mine] = steps[rows, columns]
+        return np.argsort(away, kind="stable")
 
     def laid(self) -> ParcelBlocks:
         """Return the parcel's own blocks."""
