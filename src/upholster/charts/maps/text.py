@@ -5,8 +5,11 @@ import re
 from collections.abc import Callable
 from pathlib import PurePath
 
-from upholster.charts.directions import NUMBER
+from upholster.charts.directions import NUMBER, is_stroke_file
 from upholster.charts.maps.images import Image, VertexColors
+from upholster.charts.maps.noise import Noise
+from upholster.charts.maps.painted import Painted
+from upholster.charts.maps.rays import Curvature, Occlusion
 from upholster.charts.maps.shapes import Ball, Facing, Height, Part, Slope
 from upholster.charts.maps.source import Source
 from upholster.charts.maps.surface_map import SurfaceMap
@@ -18,7 +21,8 @@ __all__ = ["parse_map"]
 
 ALLOWED = (
     "an image's file, colors, part:PATTERN, height, slope, facing:z (another axis, -z, or a vector x,y,z), "
-    "or a ball x,y,z:radius; 1- before it; >0.5 or <0.5 behind it"
+    "curvature, occlusion, noise (: and a length behind them), a ball x,y,z:radius, or a .json file of "
+    "strokes; 1- before it; >0.5 or <0.5 behind it"
 )
 
 _COMPARED = re.compile(rf"(.+?)\s*([<>])({NUMBER})", re.DOTALL)
@@ -40,8 +44,9 @@ def parse_map(text: str) -> SurfaceMap:
     ----------
     text
         The name of an image (``mask.png``), ``colors``, ``part:Seat``, ``height``, ``slope``, ``facing:z`` or
-        ``facing:0,1,1``, a ball ``x,y,z:radius``. Words may have capitals. ``1-`` before it inverts; then
-        ``>0.5`` or ``<0.5`` behind it asks where that holds, so ``1-height>0.8`` is the same as
+        ``facing:0,1,1``, ``curvature``, ``occlusion:10cm``, ``noise:2``, a ball ``x,y,z:radius``, or the name
+        of a file of strokes with values (``strokes.json``). Words may have capitals. ``1-`` before it
+        inverts; then ``>0.5`` or ``<0.5`` behind it asks where that holds, so ``1-height>0.8`` is the same as
         ``height<0.2``. A file whose own name begins with ``1-`` is written ``./1-…``.
 
     Returns
@@ -76,6 +81,8 @@ def _source(rest: str, text: str) -> Source:
     suffix = PurePath(rest).suffix.lower()
     if suffix in IMAGE_SUFFIXES:
         return Image(rest)
+    if is_stroke_file(rest):
+        return Painted(rest)
     if ball := _BALL.fullmatch(rest):
         x, y, z = (float(ball[k]) for k in (1, 2, 3))
         if max(abs(x), abs(y), abs(z)) > _FARTHEST:
@@ -128,5 +135,11 @@ _WORDS: dict[tuple[str, bool], Callable[[str, str], Source]] = {
     ("colors", False): lambda *_: VertexColors(),
     ("slope", False): lambda *_: Slope(),
     ("facing", True): _facing,
+    ("curvature", False): lambda *_: Curvature(),
+    ("curvature", True): lambda argument, text: Curvature(_length(argument, text, "reach")),
+    ("noise", False): lambda *_: Noise(),
+    ("noise", True): lambda argument, text: Noise(_length(argument, text, "blobs")),
+    ("occlusion", False): lambda *_: Occlusion(),
+    ("occlusion", True): lambda argument, text: Occlusion(_length(argument, text, "reach")),
 }
 """What reads what stands behind the colon, by the word and whether a colon follows it."""
