@@ -117,16 +117,19 @@ def test_values_are_bilinear_between_cells_that_are_near_in_space() -> None:
     values = rng.random((5, 6)).astype(np.float32)
     values[rng.random((5, 6)) < 0.3] = np.nan
     points, reach = rng.random((5, 6, 3)), np.full((5, 6), 0.7)
+    normals = rng.normal(size=(5, 6, 3)) + 1
+    normals /= np.linalg.norm(normals, axis=2, keepdims=True)
     own = np.argwhere(~np.isnan(values))
     own = own[rng.integers(0, len(own), 300)]
     steps = (own + rng.random((300, 2))) * stride
     out = np.empty(300, np.float32)
-    spread(steps, stride, values, points, reach, out)
+    spread(steps, stride, values, points, normals, reach, out)
     for (y, x), mine, told_ in zip(steps / stride - 0.5, own, out, strict=True):
         total = weights = 0.0
         for r, c in np.argwhere(~np.isnan(values)):
             weight = max(0, 1 - abs(y - r)) * max(0, 1 - abs(x - c))
-            if np.linalg.norm(points[r, c] - points[tuple(mine)]) <= 0.7:
+            alike = normals[r, c] @ normals[tuple(mine)] >= 0.5
+            if alike and np.linalg.norm(points[r, c] - points[tuple(mine)]) <= 0.7:
                 total, weights = total + weight * values[r, c], weights + weight
         assert told_ == pytest.approx(total / weights, abs=1e-6)
 

@@ -6,7 +6,10 @@ from numpy.typing import NDArray
 from upholster.jit import inline, kernel
 from upholster.types import FloatArray, IntArray, int64
 
-__all__ = ["middle_steps", "nearest_strokes", "spread"]
+__all__ = ["ALIKE", "middle_steps", "nearest_strokes", "spread"]
+
+ALIKE = 0.5
+"""Cosine between normals of cells beside each other that have something to do with each other."""
 
 BESIDE_EACH_OTHER = 256
 """Points for which strokes that may reach them are listed together."""
@@ -38,6 +41,7 @@ def spread(
     stride: int,
     values: NDArray[np.float32],
     points: FloatArray,
+    normals: FloatArray,
     reach: FloatArray,
     out: NDArray[np.float32],
 ) -> None:
@@ -53,6 +57,8 @@ def spread(
         (rows, columns): NaN in cells that have none. The cells that hold the steps have some.
     points
         (rows, columns, 3): where the cells are in space.
+    normals
+        (rows, columns, 3): those of a neighbour that counts are turned by 60° at most.
     reach
         (rows, columns): how far away in space a neighbour may be to count.
     """
@@ -65,11 +71,14 @@ def spread(
             for c in range(max(left, 0), min(left + 2, values.shape[1])):
                 if np.isnan(values[r, c]):
                     continue
-                away = 0.0
+                away, alike = 0.0, 0.0
                 for axis in range(3):
                     beside = points[r, c, axis] - points[own_row, own_column, axis]
                     away += beside * beside
-                if away <= reach[own_row, own_column] * reach[own_row, own_column]:
+                    alike += normals[r, c, axis] * normals[own_row, own_column, axis]
+                if r == own_row and c == own_column:
+                    alike = 1.0
+                if alike >= ALIKE and away <= reach[own_row, own_column] * reach[own_row, own_column]:
                     weight = (1.0 - abs(y - 0.5 - r)) * (1.0 - abs(x - 0.5 - c))
                     total += weight * values[r, c]
                     weights += weight

@@ -1,8 +1,8 @@
 """Values that take long to find: found at some steps, and spread over the others.
 
 Each chart is cut into square cells; of each the step nearest to its middle stands for it. Between cells'
-middles values are bilinear. Two cells of an island that are far apart in space, as on both sides of a gap,
-have nothing to do with each other.
+middles values are bilinear. Two cells of an island that are far apart in space, as on both sides of a gap, or
+that face different ways, as on both sides of an edge, have nothing to do with each other.
 """
 
 from collections.abc import Callable, Sequence
@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.charts.charted import ChartedSurface
-from upholster.charts.maps._map_kernels import middle_steps, spread
+from upholster.charts.maps._map_kernels import ALIKE, middle_steps, spread
 from upholster.charts.maps.ground import AtSteps, Steps, located
 from upholster.types import FloatArray, IntArray
 
@@ -63,10 +63,8 @@ class Cells:
         Steps that each is wide.
     on
         (rows, columns): which have a step on the surface.
-    positions
-        (rows, columns, 3) where that is; NaN for others.
-    triangles
-        (n,) the triangles of those that have one.
+    positions, normals
+        (rows, columns, 3) where that is, and the normal of the triangle there; NaN for others.
     length
         (rows, columns) how long a cell is in space, at most.
     """
@@ -74,14 +72,17 @@ class Cells:
     stride: int
     on: NDArray[np.bool_]
     positions: FloatArray
-    triangles: IntArray
+    normals: FloatArray
     length: FloatArray
 
 
 def coarse_cells(charted: ChartedSurface, *, threads: int | None = None) -> tuple[Cells, ...]:
     """Cut charts into cells of as few steps as `MOST_POINTS` allows: 1, 2, 4 … each way."""
     triangles = located(charted, threads=threads)
-    stride, found = 1, [_middles(each, 1) for each in triangles]
+    count, stride = sum(int((each >= 0).sum()) for each in triangles), 1
+    while count > stride * stride * MOST_POINTS:  # however few cells are not full
+        stride *= 2
+    found = [_middles(each, stride) for each in triangles]
     while sum(int((each[..., 0] >= 0).sum()) for each in found) > MOST_POINTS:
         stride *= 2
         found = [_middles(each, stride) for each in triangles]
@@ -95,10 +96,11 @@ def coarse_cells(charted: ChartedSurface, *, threads: int | None = None) -> tupl
         places = middles[on].astype(np.float64) + 0.5
         steps = Steps(charted, number, charted.charts[number], places, mine)
         positions, length = np.full((*on.shape, 3), np.nan), np.zeros(on.shape)
+        normals = positions.copy()
         # A little away from edges: on them it is chance on which side of another triangle they lie.
         positions[on] = (1 - _INWARD) * steps.mean_of(corners) + _INWARD * corners[mine].mean(axis=1)
-        length[on] = stride * longest[mine]
-        out.append(Cells(stride, on, positions, mine, length))
+        normals[on], length[on] = charted.mesh.flat_normals[mine], stride * longest[mine]
+        out.append(Cells(stride, on, positions, normals, length))
     return tuple(out)
 
 
@@ -108,24 +110,22 @@ def _middles(triangles: IntArray, stride: int) -> NDArray[np.int64]:
     return found
 
 
-def spread_over_steps(
-    charted: ChartedSurface, cells: Sequence[Cells], told: Callable[[SurfacePoints], FloatArray]
-) -> AtSteps:
+def spread_over_steps(cells: Sequence[Cells], told: Callable[[SurfacePoints], FloatArray]) -> AtSteps:
     """Return what tells steps the values of cells.
 
     Parameters
     ----------
-    charted, cells
-        A surface, and its charts' cells.
+    cells
+        Those of a surface's charts.
     told
         Points (n, 3) to a value each. Values may be rough, if those of all classes together are not: they are
         smoothed over four cells.
     """
     kinds = [np.indices(each.on.shape) % 4 for each in cells]
     own = [(4 * kind[0] + kind[1])[each.on] for kind, each in zip(kinds, cells, strict=True)]
-    triangles = np.concatenate([each.triangles for each in cells])
     positions = np.concatenate([each.positions[each.on] for each in cells])
-    found = told(SurfacePoints(positions, charted.mesh.flat_normals[triangles], np.concatenate(own)))
+    normals = np.concatenate([each.normals[each.on] for each in cells])
+    found = told(SurfacePoints(positions, normals, np.concatenate(own)))
     values = []
     for each, part in zip(cells, np.split(found, np.cumsum([len(one) for one in own])[:-1]), strict=True):
         grid = np.full(each.on.shape, np.nan)
@@ -136,7 +136,7 @@ def spread_over_steps(
     def at(steps: Steps) -> NDArray[np.float32]:
         mine, out = cells[steps.number], np.empty(len(steps.triangles), np.float32)
         k = steps.number
-        spread(steps.places, mine.stride, values[k], mine.positions, reach[k], out)
+        spread(steps.places, mine.stride, values[k], mine.positions, mine.normals, reach[k], out)
         return out
 
     return at
@@ -153,7 +153,8 @@ def _smoothed(cells: Cells, values: FloatArray) -> NDArray[np.float32]:
             there = np.s_[max(0, down) : height + min(0, down), max(0, right) : width + min(0, right)]
             reach = _STRETCH * (np.hypot(down, right) + 1) * cells.length[here]
             away = np.linalg.norm(cells.positions[here] - cells.positions[there], axis=2)
-            counts = away <= reach  # false where there is none
+            alike = (cells.normals[here] * cells.normals[there]).sum(axis=2) >= ALIKE
+            counts = alike & (away <= reach) if down or right else cells.on  # false where there is none
             weight = np.where(counts, _TENT[half + down] * _TENT[half + right], 0)
             total[here] += np.where(counts, values[there], 0.0) * weight
             weights[here] += weight

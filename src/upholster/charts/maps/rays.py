@@ -70,7 +70,7 @@ class Curvature(Source):
             return np.clip(0.5 + edge - hollow, 0.0, 1.0)
 
         cells = coarse_cells(ground.charted, threads=threads)
-        return spread_over_steps(ground.charted, cells, told)
+        return spread_over_steps(cells, told)
 
 
 @dataclass(frozen=True)
@@ -95,7 +95,7 @@ class Occlusion(Source):
             reach = length_on(ground, self.reach, "reach")
         scene = _Scene(mesh)
         cells = coarse_cells(ground.charted, threads=threads)
-        return spread_over_steps(ground.charted, cells, lambda points: 1.0 - scene.shares(points, reach, 1.0))
+        return spread_over_steps(cells, lambda points: 1.0 - scene.shares(points, reach, 1.0))
 
 
 class _Scene:
