@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from grounds import at_steps, on_mesh, on_patches, steps_of, told
-from meshes import box, sphere
+from meshes import box, sphere, two_rings
 
 from upholster.charts.maps import coarse, parse_map
 from upholster.charts.maps._map_kernels import middle_steps, spread
@@ -74,6 +74,15 @@ def test_what_is_convex_is_open_and_a_room_is_dark_in_its_corners(cube, room) ->
     assert found[edge].mean() == pytest.approx(0.5, abs=0.06)  # one of two walls fills half of the view
     assert found[into[:, 2] < 0.05].mean() < 0.4
     assert told("occlusion:9", room).max() == 0
+
+
+def test_what_is_dark_beside_an_edge_does_not_show_beyond_it() -> None:
+    slab = on_mesh(two_rings(), 30)
+    triangles = np.concatenate([t for *_, t, _ in steps_of(slab.charted)])
+    up = slab.charted.mesh.flat_normals[triangles, 2] > 0.5
+    found = told("occlusion", slab)
+    assert found[up].min() > 0.999  # right to the holes
+    assert found.min() < 0.5  # in which it is dark
 
 
 @pytest.mark.parametrize("text", ["curvature:0.3", "occlusion"])

@@ -73,6 +73,7 @@ def test_files_are_told() -> None:
         ("0,0,0:-1cm", "is -1cm; allowed: a length above 0"),
         ("0,0,0:wide", "radius of map '0,0,0:wide' is 'wide'"),
         ("0,0,1e300:1", "beyond ±1e18"),
+        ("x" * 5000, "has 5000 characters; allowed: 4096"),
         (3, "map is a int; allowed"),
     ],
 )
