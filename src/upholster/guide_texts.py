@@ -5,9 +5,11 @@ from dataclasses import dataclass
 
 from upholster.errors import InputError
 
-__all__ = ["GuideText", "ZoneText", "parse_again", "parse_guide", "parse_zone"]
+__all__ = ["GuideText", "PutText", "ZoneText", "parse_again", "parse_guide", "parse_put", "parse_zone"]
 
 _MOST_WEIGHT = 100.0
+
+_NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,6 +98,64 @@ def _region(text: str) -> str:
     if not text.strip():
         raise InputError("again is empty; allowed: REGION or REGION@seed, as 0,0,1:0.3")
     return text.strip()
+
+
+@dataclass(frozen=True, slots=True)
+class PutText:
+    """A piece that is put by hand: ``PIECE=X,Y,Z*size@degrees``.
+
+    Attributes
+    ----------
+    piece
+        A file, maybe with its width behind an @; or x, y, width and height in pixels of the sample.
+    place
+        In model units; of a flat texture (x, y) in pixels.
+    size
+        How many times as large as the sample it is.
+    degrees
+        By which it is turned, clockwise seen from outside.
+    """
+
+    piece: str | tuple[int, int, int, int]
+    place: tuple[float, ...]
+    size: float = 1.0
+    degrees: float = 0.0
+
+
+_PLACE = re.compile(rf"({_NUMBER}),({_NUMBER})(?:,({_NUMBER}))?(?:\*({_NUMBER}))?(?:@({_NUMBER}))?")
+
+_PIECE = re.compile(r"(\d{1,5}),(\d{1,5}),(\d{1,5}),(\d{1,5})")
+
+
+def parse_put(text: str) -> PutText:
+    """Read a piece that is put by hand: split at the last ``=``.
+
+    Raises
+    ------
+    InputError
+        If it is none, a coordinate is beyond ±1e18, its size is not 1/16 to 16, or its turn beyond ±36,000
+        degrees.
+    """
+    piece, equals, rest = text.rpartition("=")
+    found = _PLACE.fullmatch(rest.strip())
+    if not (equals and piece.strip() and found):
+        raise InputError(
+            f"put is {text[:80]!r}; allowed: FILE=X,Y,Z, FILE@width=X,Y,Z or X,Y,W,H=X,Y,Z, behind it *size "
+            "and @degrees"
+        )
+    place = tuple(float(number) for number in found.group(1, 2, 3) if number)
+    size, degrees = float(found[4] or 1.0), float(found[5] or 0.0)
+    if not all(abs(number) <= 1e18 for number in place):
+        raise InputError(f"put {text[:80]!r} has a coordinate beyond ±1e18; allowed: less")
+    if not 1 / 16 <= size <= 16:
+        raise InputError(f"size of put {text[:80]!r} is {size:g}; allowed: 1/16 to 16")
+    if not abs(degrees) <= 36_000:
+        raise InputError(f"turn of put {text[:80]!r} is {degrees:g} degrees; allowed: -36000 to 36000")
+    part = _PIECE.fullmatch(piece.strip())
+    if part is None:
+        return PutText(piece.strip(), place, size, degrees)
+    x, y, width, height = map(int, part.groups())
+    return PutText((x, y, width, height), place, size, degrees)
 
 
 def parse_zone(text: str) -> ZoneText:

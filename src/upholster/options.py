@@ -13,7 +13,7 @@ from typing import Any, Literal, TypeAlias, TypeVar, cast, get_args, get_origin
 from upholster.conditions import read_conditions
 from upholster.errors import InputError, nearest
 from upholster.formats import OUTPUTS, suffixes_of
-from upholster.guide_texts import parse_again, parse_guide, parse_zone
+from upholster.guide_texts import parse_again, parse_guide, parse_put, parse_zone
 from upholster.lengths import read_length
 from upholster.shown import on_a_line
 
@@ -475,6 +475,18 @@ class SynthesisOptions:
             only="quilt",
         ),
     )
+    put: tuple[str, ...] | None = field(
+        default=None,
+        metadata=_about(
+            _GUIDES,
+            "Put this piece there, and let the rest grow round it; several times. PIECE: an image, maybe "
+            "with its width, `sign.png@20cm` (its alpha is its outline), or a part of the sample, `X,Y,W,H` "
+            "in pixels. *SIZE: so many times as large; @DEG: turned clockwise. On a flat texture X,Y in "
+            "pixels.",
+            metavar="PIECE=X,Y,Z[*SIZE][@DEG]",
+            only="quilt",
+        ),
+    )
     crease: float | None = field(
         default=None,
         metadata=_about(
@@ -640,7 +652,7 @@ class SynthesisOptions:
         return on_a_line(self, differing(self))
 
     def __post_init__(self) -> None:
-        for name in ("stroke", "guide", "labels", "zone", "again"):
+        for name in ("stroke", "guide", "labels", "zone", "again", "put"):
             if isinstance(getattr(self, name), str):
                 object.__setattr__(self, name, (getattr(self, name),))
         _settle_types(self)
@@ -674,6 +686,8 @@ class SynthesisOptions:
             parse_zone(text)
         for text in self.again or ():
             parse_again(text)
+        for text in self.put or ():
+            parse_put(text)
         for name, value, least, most in (
             ("evenness", self.evenness, 0, 10),
             ("variety", self.variety, 0, 10),

@@ -28,6 +28,7 @@ _AS_TEXT: dict[str, tuple[_Read, _Write]] = {
     "labels": (tuple, str),
     "zone": (tuple, str),
     "again": (tuple, str),
+    "put": (tuple, str),
     "texels": (texel_count, str),
     "sample_size": (lambda text: number_or_text(text), str),
     "element_size": (lambda text: number_or_text(text), str),
@@ -90,6 +91,7 @@ _WORDS: dict[str, Any] = {
     "labels": list[str] | None,
     "zone": list[str] | None,
     "again": list[str] | None,
+    "put": list[str] | None,
 }
 """Options of several words, or that may be given several times."""
 

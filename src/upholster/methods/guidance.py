@@ -6,14 +6,30 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from upholster.charts.directions._kernels import nearest_triangles
 from upholster.charts.maps import MapGround, SurfaceMap, region
 from upholster.errors import InputError
 from upholster.geometry.mesh_files import ModelFile
+from upholster.image.masks import Used
 from upholster.methods.quilt.guides import EITHER, Again, Guide, Rectangle, as_guide
+from upholster.methods.quilt.putting import PutPiece
 from upholster.stages import stage
 from upholster.types import IntArray
 
-__all__ = ["Guidance", "GuidePair", "Shown", "ZoneMaps", "guides_on", "region_again", "zones_on"]
+__all__ = [
+    "Guidance",
+    "GuidePair",
+    "Put",
+    "Shown",
+    "ZoneMaps",
+    "guides_on",
+    "put_on",
+    "region_again",
+    "zones_on",
+]
+
+_FARTHEST = 0.1
+"""How far from the surface a piece may be put, as a part of the model's size."""
 
 _LISTED = 6
 """Labels that an error lists."""
@@ -74,6 +90,30 @@ class ZoneMaps:
 
 
 @dataclass(frozen=True, eq=False)
+class Put:
+    """A piece of the sample, and where it is put.
+
+    Attributes
+    ----------
+    text
+        As the user wrote it.
+    rectangle
+        The piece, in the sample.
+    place
+        In model units; of a flat texture (column, row).
+    size, degrees, used
+        As of `PutPiece`.
+    """
+
+    text: str
+    rectangle: Rectangle
+    place: tuple[float, ...]
+    size: float = 1.0
+    degrees: float = 0.0
+    used: Used | None = None
+
+
+@dataclass(frozen=True, eq=False)
 class Guidance:
     """All that is asked for, of one sample or several.
 
@@ -83,6 +123,8 @@ class Guidance:
         See there; None: there is one sample.
     again
         Regions that are laid once more, one after another, and their seeds.
+    put
+        Pieces that lie where they are put.
     model
         The file of the model that is covered: maps may name what it has.
     """
@@ -90,6 +132,7 @@ class Guidance:
     guides: tuple[GuidePair, ...] = ()
     zones: ZoneMaps | None = None
     again: tuple[tuple[SurfaceMap, int], ...] = ()
+    put: tuple[Put, ...] = ()
     model: ModelFile | None = None
 
 
@@ -134,6 +177,53 @@ def _labels(pair: GuidePair, ground: MapGround) -> Guide:
 
 def _colour(code: int) -> str:
     return f"#{code:06x}"
+
+
+@stage
+def put_on(pieces: Sequence[Put], ground: MapGround) -> tuple[PutPiece, ...]:
+    """Return pieces at the steps at which they are put.
+
+    Raises
+    ------
+    InputError
+        If a place lies far from the surface, or has two numbers and is not on a flat texture.
+    """
+    return tuple(
+        PutPiece(_step_at(one, ground), one.rectangle, one.size, one.degrees, one.used) for one in pieces
+    )
+
+
+def _step_at(put: Put, ground: MapGround) -> tuple[int, int, int]:
+    # Chart, row and column of the step nearest to a place.
+    charted = ground.charted
+    if len(put.place) == 2 and not ground.is_flat:
+        raise InputError(f"put {put.text!r} has two coordinates; allowed: three, but on flat textures")
+    # A flat texture lies in space with rows to −y.
+    x, y, *z = put.place
+    point = np.array([[x, -y, 0.0] if not z else [x, y, *z]])
+    corners = np.array(charted.mesh.corners[charted.chart >= 0])
+    centres = corners.mean(axis=1)
+    radii = np.sqrt(((corners - centres[:, None]) ** 2).sum(axis=2).max(axis=1)) * (1 + 1e-12)
+    found, away = np.zeros(1, np.int32), np.empty(1)
+    nearest_triangles(corners, centres, radii, point, found, away)
+    triangle = int(np.flatnonzero(charted.chart >= 0)[found[0]])
+    own = charted.mesh.corners[triangle]
+    edges = np.stack([own[1] - own[0], own[2] - own[0]], axis=1)
+    shares = np.clip(np.linalg.lstsq(edges, point[0] - own[0], rcond=None)[0], 0.0, 1.0)
+    shares /= max(1.0, shares.sum())
+    farthest = _FARTHEST * charted.mesh.size
+    if away[0] > farthest:
+        nearest = ",".join(f"{number:.4g}" for number in own[0] + edges @ shares)
+        raise InputError(
+            f"put {put.text!r} lies {away[0]:.4g} from the surface; allowed: at most {farthest:.4g}; the "
+            f"surface is near at {nearest}"
+        )
+    places = charted.places[triangle]
+    at = places[0] + shares @ (places[1:] - places[0])
+    number = int(charted.chart[triangle])
+    chart = charted.charts[number]
+    row, column = np.clip(at.astype(np.int64), 0, (chart.height - 1, chart.width - 1)).tolist()
+    return number, row, column
 
 
 @stage

@@ -11,16 +11,17 @@ from numpy.typing import NDArray
 from upholster.charts.maps import SurfaceMap, parse_map
 from upholster.errors import InputError
 from upholster.geometry.mesh_files import ModelFile
-from upholster.guide_texts import GuideText, parse_again, parse_guide, parse_zone
+from upholster.guide_texts import GuideText, PutText, parse_again, parse_guide, parse_put, parse_zone
 from upholster.image import Material, read_image
 from upholster.image.color import alpha_channel
 from upholster.image.combined import Rectangle, combined
+from upholster.image.masks import as_map, is_white
 from upholster.image.numbers import to_unit
 from upholster.image.preparing import MAX_SIDE, MIN_SIDE, cut_out, finished, resampled
 from upholster.image.roles import ROLES
 from upholster.image.source import Sample, read_source, source_parts
 from upholster.lengths import parse_length, read_length
-from upholster.methods.guidance import Guidance, GuidePair, Shown, ZoneMaps
+from upholster.methods.guidance import Guidance, GuidePair, Put, Shown, ZoneMaps
 from upholster.methods.quilt.guides import MOST_ZONES
 from upholster.options import SampleOptions, SynthesisOptions
 from upholster.stages import file_stage
@@ -31,6 +32,9 @@ __all__ = ["guidance_files", "is_guided", "read_guidance", "sized_sample"]
 _LUMINANCE = "luminance"
 """The word for how light a sample is: of its colours."""
 
+MIN_PIECE = 8
+"""Pixels of a piece of the sample that is put by hand, each way."""
+
 _SMOOTH = 64
 """What a sample itself is, as a guide, is a mean over this part of its shorter side."""
 
@@ -40,7 +44,7 @@ _TAILS = 0.02
 
 def is_guided(asked: SynthesisOptions) -> bool:
     """Whether something is asked of where things go."""
-    return bool(asked.guide or asked.labels or asked.zone or asked.again)
+    return bool(asked.guide or asked.labels or asked.zone or asked.again or asked.put)
 
 
 def guidance_files(asked: SynthesisOptions) -> list[str]:
@@ -54,6 +58,9 @@ def guidance_files(asked: SynthesisOptions) -> list[str]:
         found += [*sample.folders, *sample.files, *parse_map(zone.target).files]
     for text in asked.again or ():
         found += parse_map(parse_again(text)[0]).files
+    for put in map(parse_put, asked.put or ()):
+        if isinstance(put.piece, str):
+            found += sized_sample(put.piece, f"put {put.piece!r}").files
     return list(dict.fromkeys(found))
 
 
@@ -108,17 +115,41 @@ def read_guidance(
     pairs = [_pair(parse_guide(text), source, reading) for text in asked.guide or ()]
     pairs += [_pair(parse_guide(text, "labels"), source, reading, labels=True) for text in asked.labels or ()]
     again = tuple(_again(text, number) for number, text in enumerate(asked.again or (), 1))
-    if not asked.zone:
-        return source, Guidance(tuple(pairs), None, again, model)
-    zones = [parse_zone(text) for text in asked.zone]
+    zones, puts = list(map(parse_zone, asked.zone or ())), list(map(parse_put, asked.put or ()))
     if len(zones) >= MOST_ZONES:
         raise InputError(f"there are {len(zones)} zones; allowed: up to {MOST_ZONES - 1}")
     own = source if isinstance(source, Material) else Material({"albedo": source})
-    others = [_zone_sample(zone.sample, own.shape[1], asked, metres) for zone in zones]
+    shape = own.shape
+    others = [_other(zone.sample, "zone", shape[1], asked, metres) for zone in zones]
+    files = [put.piece for put in puts if isinstance(put.piece, str)]
+    others += [_other(file, "put", shape[1], asked, metres) for file in files]
+    if not others:
+        placed = tuple(_put(put, shape, None, None) for put in puts)
+        return source, Guidance(tuple(pairs), None, again, placed, model)
     whole, rectangles = combined([own, *others])
-    maps = ZoneMaps(rectangles, tuple(parse_map(zone.target) for zone in zones))
+    pieces = iter(zip(rectangles[1 + len(zones) :], others[len(zones) :], strict=True))
+    placed = tuple(
+        _put(put, shape, *(next(pieces) if isinstance(put.piece, str) else (None, None))) for put in puts
+    )
+    maps = ZoneMaps(rectangles[: 1 + len(zones)], tuple(parse_map(zone.target) for zone in zones))
     pairs = [replace(pair, shown=_widened(pair.shown, whole.shape, rectangles[0])) for pair in pairs]
-    return whole, Guidance(tuple(pairs), maps, again, model)
+    return whole, Guidance(tuple(pairs), maps, again, placed, model)
+
+
+def _put(put: PutText, shape: tuple[int, int], rectangle: Rectangle | None, material: Material | None) -> Put:
+    # A piece of the sample, or a sample of its own, and where it lies in the image.
+    if isinstance(put.piece, str):
+        assert rectangle is not None
+        assert material is not None
+        return Put(put.piece, rectangle, put.place, put.size, put.degrees, material.used)
+    x, y, width, height = put.piece
+    text = ",".join(map(str, put.piece))
+    if width < MIN_PIECE or height < MIN_PIECE or x + width > shape[1] or y + height > shape[0]:
+        raise InputError(
+            f"put {text!r} is no part of the sample; allowed: x,y,width,height inside {shape[1]}x{shape[0]}, "
+            f"{MIN_PIECE} pixels or more each way"
+        )
+    return Put(text, (y, x, height, width), put.place, put.size, put.degrees)
 
 
 def _again(text: str, number: int) -> tuple[SurfaceMap, int]:
@@ -127,28 +158,35 @@ def _again(text: str, number: int) -> tuple[SurfaceMap, int]:
     return parse_map(region), number if seed is None else seed
 
 
-def _zone_sample(text: str, width: int, asked: SynthesisOptions, metres: float | None) -> Material:
-    # A zone's sample, with as many pixels in a length as the first one, `width` pixels wide.
-    sample = sized_sample(text, "zone")
+def _other(text: str, what: str, width: int, asked: SynthesisOptions, metres: float | None) -> Material:
+    # Another sample, with as many pixels in a length as the first one, `width` pixels wide. The alpha of one
+    # that is put tells its outline.
+    sample = sized_sample(text, what)
     found = read_source(sample)
+    pixels = found.maps["albedo"] if isinstance(found, Material) else found
+    if what == "put" and alpha_channel(pixels.shape[2]) is not None:
+        found = read_source(replace(sample, options=SampleOptions(use="alpha")))
     material = found if isinstance(found, Material) else Material({"albedo": found})
     if sample.size is None:
         return material
     if asked.sample_size is None:
-        raise InputError(f"zone {text!r} has a size and the sample none; allowed: with --sample-size")
+        raise InputError(f"{what} {text!r} has a size and the sample none; allowed: with --sample-size")
     own, wanted = (
         parse_length(size, metres, name=name)
-        for size, name in ((asked.sample_size, "sample size"), (sample.size, f"size of zone {text!r}"))
+        for size, name in ((asked.sample_size, "sample size"), (sample.size, f"size of {what} {text!r}"))
     )
     by = width / own * wanted / material.shape[1]
     height, width = (max(1, round(by * side)) for side in material.shape)
     if not all(MIN_SIDE <= side <= MAX_SIDE for side in (height, width)):
         raise InputError(
-            f"zone {text!r} has {width}x{height} pixels at the sample's scale; "
+            f"{what} {text!r} has {width}x{height} pixels at the sample's scale; "
             f"allowed: {MIN_SIDE} to {MAX_SIDE} each way"
         )
     size: dict[str, Any] = {"height": height, "width": width}
-    return Material({role: resampled(role, pixels, **size) for role, pixels in material.maps.items()})
+    maps = {role: resampled(role, pixels, **size) for role, pixels in material.maps.items()}
+    if material.used is None:
+        return Material(maps)
+    return Material(maps, used=is_white(resampled("used", as_map(material.used), **size)))
 
 
 def _widened(shown: Shown, shape: tuple[int, int], own: Rectangle) -> Shown:

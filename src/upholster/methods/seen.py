@@ -9,7 +9,7 @@ from upholster.elements import Lattice, find_lattice
 from upholster.errors import InputError
 from upholster.geometry import AnySurface
 from upholster.image.masks import Used
-from upholster.methods.guidance import Guidance, ZoneMaps, guides_on, region_again, zones_on
+from upholster.methods.guidance import Guidance, ZoneMaps, guides_on, put_on, region_again, zones_on
 from upholster.methods.quilt.guides import Again, Steering, Zones, cropped
 from upholster.methods.quilt.phases import WantedPhases
 from upholster.methods.quilt.structure import block_size
@@ -66,7 +66,7 @@ class Seen:
         zones = None
         if self.zones is not None:
             zones = Zones(self.zones.rectangles, zones_on(self.zones, ground, block), phases)
-        return Steering(guides_on(self.guidance.guides, ground), zones)
+        return Steering(guides_on(self.guidance.guides, ground), zones, put=put_on(self.guidance.put, ground))
 
     def again(self, ground: MapGround) -> tuple[Again, ...]:
         """Return the regions that are laid once more.

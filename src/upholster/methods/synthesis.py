@@ -383,7 +383,7 @@ def coarser(prepared: Prepared, exemplar: PixelArray, octaves: int) -> Prepared:
         fields=warp_fields(charted, along, down, scale, prepared.turns, prepared.vectors),
         options=replace(options, block=block, overlap=None),
         density=min(prepared.density * 2.0**octaves, PAINTED_DENSITIES[1]),
-        steering=prepared.steering and prepared.steering.on_charts(charted.charts),
+        steering=prepared.steering and prepared.steering.on_charts(prepared.charts, charted.charts),
         again=tuple(one.on_charts(charted.charts) for one in prepared.again),
     )
 

@@ -38,7 +38,7 @@ from upholster.methods.quilt._whole_kernels import ClearCells, lie_whole
 from upholster.quilt.placement import SYMMETRIES
 from upholster.types import FloatArray, IntArray, int64
 
-__all__ = ["BlockArrays", "Ground", "LayScratch", "lay_blocks", "replay_blocks"]
+__all__ = ["BlockArrays", "Ground", "LayScratch", "find_block", "lay_blocks", "replay_blocks"]
 
 _MOST_TRIANGLES = 1 << 13
 """Of a block."""
@@ -288,17 +288,20 @@ def _settle(
 
 
 @inline
-def _find(
+def find_block(
     ground: Ground,
-    numbers: LayNumbers,
+    half: float,
     blocks: BlockArrays,
     n: int,
     scale: float,
     fits: FloatArray,
     scratch: LayScratch,
 ) -> tuple[Any, Any]:
-    # Finds where block n lies; returns how many triangles that takes, and how many sheets.
-    half, root = 0.5 * numbers.size, blocks.roots[n]
+    """Find where block n lies; return how many triangles that takes, and how many sheets.
+
+    `half` is half its side in frame pixels, of which `scale` are a model unit.
+    """
+    root = blocks.roots[n]
     count = lie_whole(ground.field, ground.clear, root, half, scratch.found, fits)
     if count > 0:
         return count, int64(1)
@@ -331,7 +334,7 @@ def replay_blocks(
     """
     for n in order:
         if blocks.triangles[n] >= 0:
-            count, pieces[n] = _find(ground, numbers, blocks, n, scale, fits[n], scratch)
+            count, pieces[n] = find_block(ground, 0.5 * numbers.size, blocks, n, scale, fits[n], scratch)
             _write(ground.canvases, numbers, blocks, n, masks[n], int64(count), scratch)
 
 
@@ -369,7 +372,7 @@ def lay_blocks(
         own = n - part[0]
         scratch.state[0] = seed + np.uint64(n) * np.uint64(0xD1342543DE82EF95)
         blocks.records[n, LAID] = 0
-        count, pieces[own] = _find(ground, numbers, blocks, n, reaches[1], fits[own], scratch)
+        count, pieces[own] = find_block(ground, 0.5 * numbers.size, blocks, n, reaches[1], fits[own], scratch)
         _settle(
             *(ground, match, numbers, weights, usage, blocks, n, near, reaches[0]),
             *(count, scratch),

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from upholster.image.masks import Used
 from upholster.methods.quilt._guide_kernels import EITHER
 from upholster.methods.quilt.phases import WantedPhases
+from upholster.methods.quilt.putting import PutPiece
 from upholster.quilt.chart import Chart
 from upholster.quilt.model import Quilt
 from upholster.quilt.pyramid import halved
@@ -113,17 +114,20 @@ class Steering:
     kept
         A quilt of the same sample and charts, and of each chart (height, width) where it stays; None:
         nothing.
+    put
+        Pieces of the sample that lie where they were put.
     """
 
     guides: tuple[Guide, ...] = ()
     zones: Zones | None = None
     kept: tuple[Quilt, tuple[NDArray[np.bool_], ...]] | None = None
+    put: tuple[PutPiece, ...] = ()
 
-    def on_charts(self, charts: Sequence[Chart]) -> "Steering":
+    def on_charts(self, before: Sequence[Chart], charts: Sequence[Chart]) -> "Steering":
         """Return the same for charts of longer steps, of the same faces; nothing is kept there."""
         guides = tuple(replace(one, wanted=_on_charts(one.wanted, charts)) for one in self.guides)
         zones = self.zones and replace(self.zones, wanted=_on_charts(self.zones.wanted, charts))
-        return Steering(guides, zones)
+        return Steering(guides, zones, put=tuple(one.on_charts(before, charts) for one in self.put))
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -8,7 +8,7 @@ A bare step belongs to the last of the parcels that lie near it: then all have l
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import Any
 
@@ -24,17 +24,21 @@ from upholster.methods.quilt._block_kernels import (
     BLOCK_COLUMNS,
     LAID,
     PHASE,
+    SOURCE_COLUMN,
+    SOURCE_ROW,
     LayNumbers,
     LayWeights,
     MatchImage,
 )
 from upholster.methods.quilt._frame_kernels import KEPT_SHEET
 from upholster.methods.quilt._lay_kernels import BlockArrays, LayScratch, lay_blocks, replay_blocks
+from upholster.methods.quilt._put_kernels import put_block
 from upholster.methods.quilt._sheet_kernels import FIT, MOST_SHEETS, FieldArrays
 from upholster.methods.quilt.centres import Centres, Regions, centres_at, centres_on
 from upholster.methods.quilt.ground import PlacedGround, field_arrays, ground_of, whole_ground
 from upholster.methods.quilt.guides import EITHER, Asked
 from upholster.methods.quilt.parcels import Parcels
+from upholster.methods.quilt.putting import PutPiece, piece_frame
 from upholster.parallel import run_tasks, stop_flag
 from upholster.quilt.model import Quilt
 from upholster.quilt.warp_field import WarpField
@@ -93,6 +97,8 @@ class LayPlan:
         What blocks are asked to show where; None: nothing.
     before
         The quilt of which a part is kept; None: nothing is.
+    put
+        Pieces of the sample that lie where they were put.
     """
 
     surface: ChartedSurface
@@ -114,6 +120,7 @@ class LayPlan:
     parcels: Parcels
     asked: Asked | None = None
     before: Quilt | None = None
+    put: tuple[PutPiece, ...] = ()
 
     @property
     def pixels(self) -> float:
@@ -317,7 +324,8 @@ class _Laying:
         self._free.append(scratch)
 
     def lay_all(self) -> None:
-        """Lay blocks on even grids, then on what is bare."""
+        """Lay what is put by hand, then blocks on even grids, then on what is bare."""
+        self._put_all()
         numbers = self.plan.numbers
         across = numbers.size / self.plan.pixels * self.plan.density  # a block, in steps
         step = max(2.0, (1 - self.plan.overlap) * across)
@@ -327,6 +335,24 @@ class _Laying:
         while len((centres := centres_on(self.placed, self.bare, step, 0.5 * step, bare=True)).steps):
             self.lay(centres)
             step = max(1.0, 0.5 * step)
+
+    def _put_all(self) -> None:
+        # Lays pieces that are put by hand, and fixes them.
+        for number, piece in enumerate(self.plan.put):
+            n = len(self.records)
+            frame = piece_frame(piece, self.plan.numbers)
+            self._add(
+                centres_at(self.placed, np.array([piece.step], np.int32)), np.array([-2 - number], np.int64)
+            )
+            self.records[n, [SOURCE_ROW, SOURCE_COLUMN, LAID]] = *frame.source, 2
+            fits = np.empty((1, MOST_SHEETS, FIT))
+            pieces = put_block(
+                self.placed.ground, frame.numbers, self._arrays(), n, piece.turn(), frame.half, frame.mask,
+                self.plan.pixels, fits[0], LayScratch.of(self.placed.ground, frame.numbers, self.usage),
+            )  # fmt: skip
+            self._keep(n, fits, np.array([pieces]))
+            canvases = self.placed.ground.canvases._replace(fixed=n + 1)
+            self.placed = replace(self.placed, ground=self.placed.ground._replace(canvases=canvases))
 
     def lay(self, centres: Centres) -> None:
         """Lay blocks."""

@@ -107,6 +107,7 @@ def planned(
         Parcels.of(surface, vectors, block, density),
         asked,
         None if steering is None or steering.kept is None else steering.kept[0],
+        () if steering is None else steering.put,
     )
 
 

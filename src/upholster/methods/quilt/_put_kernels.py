@@ -1,0 +1,60 @@
+"""Blocks put by hand: each lies with its own size and turn, before any other is laid."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from upholster.jit import inline, kernel
+from upholster.methods.quilt._block_kernels import LayNumbers
+from upholster.methods.quilt._frame_kernels import write_frame
+from upholster.methods.quilt._lay_kernels import BlockArrays, Ground, LayScratch, find_block
+from upholster.methods.quilt._sheet_kernels import FieldArrays, field_at, turned
+from upholster.types import FloatArray, int64
+
+__all__ = ["put_block"]
+
+
+@inline
+def _times(s: FloatArray, y: float, x: float) -> tuple[float, float]:
+    return s[0] * y + s[1] * x, s[2] * y + s[3] * x
+
+
+@inline
+def _turn_fit(field: FieldArrays, s: FloatArray, fit: FloatArray) -> None:
+    # A sheet that read ½(C + M)(q − c) reads S times that about its centre: with S(C + M(c)) − M(c) for C.
+    m = turned(field_at(field, int64(fit[1]), fit[2], fit[3]), fit[10])
+    fit[4], fit[5] = _times(s, fit[4], fit[5])
+    a, c = _times(s, fit[6] + m[0], fit[8] + m[2])
+    b, d = _times(s, fit[7] + m[1], fit[9] + m[3])
+    fit[6], fit[7], fit[8], fit[9] = a - m[0], b - m[1], c - m[2], d - m[3]
+
+
+@kernel
+def put_block(
+    ground: Ground,
+    numbers: LayNumbers,
+    blocks: BlockArrays,
+    n: int,
+    turn: FloatArray,
+    half: float,
+    mask: NDArray[np.uint8],
+    scale: float,
+    fits: FloatArray,
+    scratch: LayScratch,
+) -> Any:
+    """Lay block n with a size and turn of its own; return how many sheets it has.
+
+    `turn` (4,) is S, row by row: from frame pixels as any block has them to those of its piece. `half` is how
+    far it reaches, in the former; `numbers` and `mask` are those of the piece. `scale` and `fits` are as in
+    `lay_blocks`.
+    """
+    count, pieces = find_block(ground, half, blocks, n, scale, fits, scratch)
+    maps = scratch.found.maps
+    for k in range(count):
+        for corner in range(3):
+            maps[k, corner, 0], maps[k, corner, 1] = _times(turn, maps[k, corner, 0], maps[k, corner, 1])
+    for k in range(pieces):
+        _turn_fit(ground.field, turn, fits[k])
+    write_frame(ground.canvases, numbers, n, blocks.records[n], mask, scratch.found, int64(count))
+    return int64(pieces)
