@@ -38,6 +38,7 @@ from upholster.methods import (
     sample_width,
     sized_sample,
 )
+from upholster.methods.quilt.guides import cropped
 from upholster.options import ModelOptions, SampleOptions, SynthesisOptions, WriteOptions
 from upholster.quilt import Chart, Quilt
 from upholster.quilt.painting import PAINTED_DENSITIES
@@ -195,6 +196,12 @@ class Covering:
         """What is matched."""
         return matched_image(self.source, self.asked)
 
+    @property
+    def first(self) -> PixelArray:
+        """What is matched, without the samples of zones."""
+        zones = None if self.guidance is None else self.guidance.zones
+        return self.seen if zones is None else cropped(self.seen, zones.rectangles[0])
+
     @cached_property
     def prepared(self) -> Prepared:
         """What will be done, settled; InputError if something is out of range."""
@@ -221,7 +228,7 @@ class Covering:
     def notes(self, *, in_memory: bool = True) -> list[str]:
         """Return what the user should know before the work begins, which may hold all texels in memory."""
         maps = 1 + len(self.roles) if in_memory else 0
-        found = notes_before(self.surface, self.prepared, self.seen, maps)
+        found = notes_before(self.surface, self.prepared, self.first, maps)
         return [f"{self.name}: {note}" if self.name else note for note in found]
 
     def synthesized(

@@ -465,6 +465,16 @@ class SynthesisOptions:
             only="quilt",
         ),
     )
+    blend: float | str | None = field(
+        default=None,
+        metadata=_about(
+            _GUIDES,
+            "Borders of zones fray over this width: there either sample shows, in pieces. Default: they lie "
+            "where TARGET has them, and follow elements near by.",
+            metavar="LENGTH",
+            only="quilt",
+        ),
+    )
     again: tuple[str, ...] | None = field(
         default=None,
         metadata=_about(
@@ -684,6 +694,10 @@ class SynthesisOptions:
             parse_guide(text, "labels")
         for text in self.zone or ():
             parse_zone(text)
+        if self.blend is not None and not self.zone:
+            raise InputError(f"blend is {self.blend} without zones; allowed: with --zone")
+        if self.blend is not None and not read_length(self.blend, name="blend").number > 0:
+            raise InputError(f"blend is {self.blend}; allowed: a length above 0")
         for text in self.again or ():
             parse_again(text)
         for text in self.put or ():

@@ -32,6 +32,7 @@ _AS_TEXT: dict[str, tuple[_Read, _Write]] = {
     "texels": (texel_count, str),
     "sample_size": (lambda text: number_or_text(text), str),
     "element_size": (lambda text: number_or_text(text), str),
+    "blend": (lambda text: number_or_text(text), str),
     "direction": (lambda texts: _by_part("direction", texts), str),
     "texture": (str, str),
     "coefficients": (lambda text: share("coefficients", text), str),

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.charts.directions._kernels import nearest_triangles
-from upholster.charts.maps import MapGround, SurfaceMap, region
+from upholster.charts.maps import MapGround, SurfaceMap, parse_map, region, softened
 from upholster.errors import InputError
 from upholster.geometry.mesh_files import ModelFile
 from upholster.image.masks import Used
@@ -40,7 +40,13 @@ _BLENDED = 3
 """Steps that blocks are blended over, at most: a region that is laid once more is so much smaller, for all
 else to stay as it is."""
 
-_BAND = 8
+_PIECES = 3
+"""Pieces of a frayed border lie within its width."""
+
+_LEAST_NOISE = 0.02
+"""Where less of a zone is near, there is none of it, and where more, nothing else."""
+
+_BAND = 4
 """Where zones meet, blocks of either may reach in by this part of their side."""
 
 
@@ -83,10 +89,13 @@ class ZoneMaps:
         Where each sample lies in the image; the first one lies where no map asks for another.
     wanted
         For each of the others, where it is asked for: of several the last one counts.
+    blend
+        Model units over which their borders fray; None: they lie where maps have them.
     """
 
     rectangles: tuple[Rectangle, ...]
     wanted: tuple[SurfaceMap, ...]
+    blend: float | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -251,9 +260,14 @@ def zones_on(maps: ZoneMaps, ground: MapGround, block: float) -> tuple[NDArray[n
         As `SurfaceMap.values`.
     """
     out = [np.ones((chart.height, chart.width), np.uint8) for chart in ground.charted.charts]
+    # Where borders fray, a zone shows where its share is above a smooth noise: in pieces, ever fewer.
+    noise = None if maps.blend is None else parse_map(f"noise:{maps.blend / _PIECES!r}").values(ground)
     for zone, wanted in enumerate(maps.wanted, 2):
-        for own, values in zip(out, wanted.values(ground), strict=True):
-            own[values > 0.5] = zone
+        shares = wanted.values(ground)
+        if maps.blend is not None:
+            shares = softened(shares, ground, maps.blend)
+        for n, (own, values) in enumerate(zip(out, shares, strict=True)):
+            own[values > (0.5 if noise is None else np.clip(noise[n], _LEAST_NOISE, 1 - _LEAST_NOISE))] = zone
     radius = int(block / _BAND)
     return tuple(_opened(own, radius) for own in out)
 

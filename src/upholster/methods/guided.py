@@ -131,7 +131,9 @@ def read_guidance(
     placed = tuple(
         _put(put, shape, *(next(pieces) if isinstance(put.piece, str) else (None, None))) for put in puts
     )
-    maps = ZoneMaps(rectangles[: 1 + len(zones)], tuple(parse_map(zone.target) for zone in zones))
+    wanted = tuple(parse_map(zone.target) for zone in zones)
+    blend = None if asked.blend is None else parse_length(asked.blend, metres, name="blend")
+    maps = ZoneMaps(rectangles[: 1 + len(zones)], wanted, blend)
     pairs = [replace(pair, shown=_widened(pair.shown, whole.shape, rectangles[0])) for pair in pairs]
     return whole, Guidance(tuple(pairs), maps, again, placed, model)
 

@@ -7,7 +7,8 @@ edges and hollows (found at `coarse` steps), `noise` and `painted` one each.
 """
 
 from upholster.charts.maps.ground import MapGround
+from upholster.charts.maps.softened import softened
 from upholster.charts.maps.surface_map import SurfaceMap, region
 from upholster.charts.maps.text import parse_map
 
-__all__ = ["MapGround", "SurfaceMap", "parse_map", "region"]
+__all__ = ["MapGround", "SurfaceMap", "parse_map", "region", "softened"]

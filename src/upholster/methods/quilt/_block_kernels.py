@@ -9,6 +9,7 @@ from upholster.jit import inline
 
 __all__ = [
     "BLOCK_COLUMNS",
+    "EITHER",
     "LAID",
     "PHASE",
     "REFINED",
@@ -32,6 +33,9 @@ __all__ = [
 SOURCE_ROW, SOURCE_COLUMN, SYMMETRY, LAID, PHASE = range(5)
 BLOCK_COLUMNS = PHASE + 2
 
+EITHER = 128
+"""Added to a step's zone near its border: blocks of another zone may show there."""
+
 _FEW = 4096
 """Candidates that are searched at a time: their costs stay in the fastest memory."""
 
@@ -48,7 +52,8 @@ class MatchImage(NamedTuple):
     several zones those of one below the other.
     `allowed` (H · W) is not 0 where a block may have its source, but the number of the zone that lies there,
     and `places` are these pixels; (0,): everywhere. `guides` (K, H · W) is what each pixel is by each of the
-    guides, and `costs` (K, 256) what a pixel pays that is off by so much.
+    guides, and `costs` (K, 256) what a pixel pays that is off by so much. Near a zone's border a pixel pays
+    `pull` that is of another zone. `width` is that of the level.
     """
 
     image: NDArray[np.int32]
@@ -59,6 +64,8 @@ class MatchImage(NamedTuple):
     places: NDArray[np.int64]
     guides: NDArray[np.uint8]
     costs: NDArray[np.int32]
+    pull: int
+    width: int
 
 
 class LayNumbers(NamedTuple):
@@ -134,7 +141,7 @@ class FramePixels(NamedTuple):
             np.empty(shape, np.int32),
             np.empty(shape, np.int32),
             np.zeros((guides, size, size), np.uint8),
-            np.zeros(shape if guides else (0, 0), np.int32),
+            np.zeros(shape if guides or zones else (0, 0), np.int32),
             np.zeros(shape if zones else (0, 0), np.uint8),
         )
 

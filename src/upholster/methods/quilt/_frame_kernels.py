@@ -11,7 +11,15 @@ from numpy.typing import NDArray
 
 from upholster.charts._step_kernels import CLOSE, bounds, clamped
 from upholster.jit import inline, kernel
-from upholster.methods.quilt._block_kernels import SYMMETRY, FramePixels, LayNumbers, MatchImage
+from upholster.methods.quilt._block_kernels import (
+    EITHER,
+    SOURCE_COLUMN,
+    SOURCE_ROW,
+    SYMMETRY,
+    FramePixels,
+    LayNumbers,
+    MatchImage,
+)
 from upholster.methods.quilt._unfold_kernels import Footprint
 from upholster.quilt.placement import SYMMETRIES
 from upholster.types import FloatArray, IntArray, int64
@@ -114,17 +122,28 @@ def nearest_steps(
 
 
 @inline
-def _ask(canvases: Canvases, match: MatchImage, at: int, i: int, j: int, pixels: FramePixels) -> None:
+def _ask(
+    canvases: Canvases,
+    match: MatchImage,
+    records: IntArray,
+    at: int,
+    i: int,
+    j: int,
+    pixels: FramePixels,
+) -> None:
     # Enters what is asked for at a step into a pixel of the frame, and what is laid there pays for it.
+    off, owner = np.int32(0), canvases.owners[at]
     if pixels.zones.shape[0]:
-        pixels.zones[i, j] = canvases.zones[at]
-    off = np.int32(0)
+        zone = pixels.zones[i, j] = canvases.zones[at]
+        if owner >= canvases.fixed and zone >= EITHER:
+            source = records[owner, SOURCE_ROW] * match.width + records[owner, SOURCE_COLUMN]
+            off += match.pull if match.allowed[source] != zone - EITHER else 0
     for k in range(pixels.wanted.shape[0]):
         wanted = canvases.wanted[k, at]
         pixels.wanted[k, i, j] = wanted
-        if wanted > 0 and canvases.owners[at] >= 0:
+        if wanted > 0 and owner >= 0:
             off += match.costs[k, abs(int64(match.guides[k, canvases.sources[at]]) - int64(wanted))]
-    if pixels.wanted.shape[0]:
+    if pixels.off.shape[0]:
         pixels.off[i, j] = off
 
 
@@ -169,7 +188,7 @@ def _draw(
             owner = canvases.owners[at]
             covered[i, j] = 0 if owner < 0 else LAID if owner >= canvases.fixed else LAID | FIXED
             if 0 < i <= size and 0 < j <= size:
-                _ask(canvases, match, at, i - 1, j - 1, pixels)
+                _ask(canvases, match, records, at, i - 1, j - 1, pixels)
                 if owner >= 0:
                     pixels.old[i - 1, j - 1] = match.image[canvases.sources[at]]
                     symmetries[records[owner, SYMMETRY]] += 1

@@ -6,13 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.jit import inline
-from upholster.methods.quilt._block_kernels import CutScratch, FramePixels, LayNumbers, MatchImage
+from upholster.methods.quilt._block_kernels import EITHER, CutScratch, FramePixels, LayNumbers, MatchImage
 from upholster.types import int64
 
-__all__ = ["EITHER", "is_barred", "penalise_off", "prefer_cells", "show_all"]
-
-EITHER = 128
-"""A step's zone is less where that zone alone may show."""
+__all__ = ["is_barred", "penalise_off", "prefer_cells", "show_all"]
 
 _POINTS = 6
 """A frame is compared with guides at so many points each way."""
@@ -61,31 +58,35 @@ def penalise_off(
 
 @inline
 def is_barred(pixels: FramePixels, zone: int, cell: int, a: int, b: int) -> Any:
-    """Return whether most of what a cell of the frame shows shall be of another zone."""
+    """Return whether most of a cell shall be of another zone: near its border, of what is bare alone."""
     if pixels.zones.shape[0] == 0 or zone == 0:
         return False
     other = int64(0)
     for i in range(a * cell, a * cell + cell):
         for j in range(b * cell, b * cell + cell):
-            other += 0 < pixels.zones[i, j] < EITHER and pixels.zones[i, j] != zone
+            wanted, is_laid = int64(pixels.zones[i, j]), pixels.marks[i, j] & 1
+            other += wanted > 0 and wanted % EITHER != zone and (wanted < EITHER or not is_laid)
     return 2 * other > cell * cell
 
 
 @inline
 def prefer_cells(
-    match: MatchImage, numbers: LayNumbers, base: int, pixels: FramePixels, scratch: CutScratch
+    match: MatchImage, numbers: LayNumbers, base: int, zone: int, pixels: FramePixels, scratch: CutScratch
 ) -> None:
-    """Write to `balance` by how much each cell is less off if it is new, with the source at pixel `base`."""
+    """Write to `balance` by how much each cell is less off if it is new, with the source at pixel `base`.
+
+    That lies in a `zone`; 0: there are none.
+    """
     across = numbers.size // numbers.cell
     for at in range(scratch.balance.shape[0]):
         scratch.balance[at] = 0
-        if match.guides.shape[0] == 0:
-            continue
         for i in range(at // across * numbers.cell, at // across * numbers.cell + numbers.cell):
             for j in range(at % across * numbers.cell, at % across * numbers.cell + numbers.cell):
                 if pixels.marks[i, j] & 1:
                     place = base + pixels.ys[i, j] * numbers.width + pixels.xs[i, j]
                     scratch.balance[at] += pixels.off[i, j] - _costs_of(match, pixels, place, i, j)
+                    if zone > 0 and pixels.zones[i, j] >= EITHER and pixels.zones[i, j] - EITHER != zone:
+                        scratch.balance[at] -= match.pull
 
 
 @inline

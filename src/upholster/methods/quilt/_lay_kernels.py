@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from upholster.jit import inline, kernel
 from upholster.methods.quilt._block_kernels import (
+    EITHER,
     LAID,
     PHASE,
     SOURCE_COLUMN,
@@ -28,7 +29,7 @@ from upholster.methods.quilt._block_kernels import (
 )
 from upholster.methods.quilt._choice_kernels import choose_source, draw_fitting, first_of, penalise_used
 from upholster.methods.quilt._frame_kernels import Canvases, look_at_frame, write_frame
-from upholster.methods.quilt._guide_kernels import EITHER, penalise_off, show_all
+from upholster.methods.quilt._guide_kernels import penalise_off, show_all
 from upholster.methods.quilt._phase_kernels import want_phases
 from upholster.methods.quilt._search_kernels import draw
 from upholster.methods.quilt._seed_kernels import cut_block

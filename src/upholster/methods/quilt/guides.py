@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.image.masks import Used
-from upholster.methods.quilt._guide_kernels import EITHER
+from upholster.methods.quilt._block_kernels import EITHER
 from upholster.methods.quilt.phases import WantedPhases
 from upholster.methods.quilt.putting import PutPiece
 from upholster.quilt.chart import Chart

@@ -20,7 +20,6 @@ __all__ = ["MatchLevel", "MatchPyramid", "SamplePart", "match_pyramid"]
 
 
 _EVERYWHERE = (np.empty(0, np.uint8), np.empty(0, np.int64))
-_UNGUIDED = (np.empty((0, 0), np.uint8), np.empty((0, 256), np.int32))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -118,7 +117,8 @@ def match_pyramid(
         step = _step(height, width)
         plane = mean_boxes(np.ascontiguousarray(image[..., 0]), step)
         phases = _phases_of(parts, level, height, width)
-        match = MatchImage(_as_pixels(image), plane, phases, shown, *_EVERYWHERE, *_UNGUIDED)
+        unasked = np.empty((0, 0), np.uint8), np.empty((0, 256), np.int32)
+        match = MatchImage(_as_pixels(image), plane, phases, shown, *_EVERYWHERE, *unasked, 0, width)
         levels.append(MatchLevel(height, width, step, match))
     usage_step = max(4, 1 << (len(levels) - 1))
     while max(form.shape[:2]) > 64 * usage_step:
