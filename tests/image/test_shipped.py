@@ -13,7 +13,8 @@ from upholster.errors import InputError
 from upholster.image import read_image
 from upholster.image.shipped import located, shipped_samples
 from upholster.image.source import Sample, read_source, source_files
-from upholster.project import Project
+from upholster.project import Project, read_project, save_project
+from upholster.studio.folder import Folder
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = ROOT / "examples"
@@ -46,6 +47,23 @@ def test_it_stands_wherever_a_source_does() -> None:
     assert source_files(Sample.of("sample:bricks").source) == [file]
     part = upholster.Project("torus", materials={"Seat": "sample:weave@30cm"}).materials["Seat"]
     assert part == Sample(str(EXAMPLES / "weave.png"), "30cm")
+
+
+def test_a_saved_project_keeps_a_copy(tmp_path: Path) -> None:
+    project = Project("torus", Sample("sample:bricks", "30cm"))
+    assert save_project(project, tmp_path / "a.upholster.json") == [str(tmp_path / "bricks.png")]
+    found = read_project(tmp_path / "a.upholster.json").sample
+    assert found == Sample(str(tmp_path / "bricks.png"), "30cm")
+    np.testing.assert_array_equal(read_source(found), read_source("sample:bricks"))
+
+
+def test_the_studio_has_them_on_its_shelf() -> None:
+    folder = Folder(1 << 20)
+    try:
+        assert folder.shipped("image") == [f"shipped/{name}.png" for name in shipped_samples()]
+        assert folder.shipped("model") == ["shipped/chair.glb"]
+    finally:
+        folder.close()
 
 
 def test_files_stay_what_they_are(tmp_path: Path) -> None:
