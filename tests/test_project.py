@@ -47,9 +47,11 @@ def test_ci_runs_the_readmes_test_command() -> None:
 
 
 def test_papers_link_to_files_that_exist() -> None:
+    archive = (ROOT / "PKG-INFO").exists()  # a source archive has no pictures
     for page in (*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md"), ROOT / "web" / "README.md"):
         for link in re.findall(r"\]\(([^)#:]+)(?:#[^)]*)?\)", page.read_text(encoding="utf-8")):
-            assert (page.parent / link).exists(), f"{page} links to {link}"
+            if not (archive and link.endswith((".jpg", ".png"))):
+                assert (page.parent / link).exists(), f"{page} links to {link}"
 
 
 def test_the_published_comparison_has_every_viewer_on_every_line() -> None:

@@ -13,6 +13,7 @@ from upholster.image.drawing import Drawing
 from upholster.image.masks import as_alpha
 from upholster.image.perspective import proposed_corners
 from upholster.image.read import read_photo
+from upholster.image.shipped import located
 from upholster.image.write import write_image
 from upholster.options import SampleOptions
 from upholster.reports import sample_notes
@@ -58,7 +59,7 @@ def prepare_sample(
     Parameters
     ----------
     photo
-        The file, see `upholster.read_exemplar`.
+        The file, or the name of a sample that comes with the program, see `upholster.read_exemplar`.
     target
         The image to write; its suffix says which format.
     options
@@ -80,6 +81,7 @@ def prepare_sample(
         raise InputError(
             f"output {os.fspath(target)!r} can not hold what is used; allowed: .png, .webp, .tif"
         )
+    photo = located(photo)
     notes: list[str] = []
     with outputs(targets, inputs=[photo, *([options.mask] if options.mask else [])]) as files:
         sample, used = read_photo(photo, options, notes=notes)

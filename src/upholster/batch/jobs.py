@@ -15,6 +15,7 @@ from typing import Any
 from upholster.errors import FormatError, InputError
 from upholster.files import path_inside, read_bytes
 from upholster.formats import PROJECT_SUFFIX, split_name
+from upholster.image.shipped import shipped_samples
 
 __all__ = ["Job", "check_apart", "check_within", "read_jobs"]
 
@@ -98,13 +99,16 @@ def read_jobs(path: str | os.PathLike[str]) -> list[Job]:
 def check_within(jobs: Sequence[Job], inputs: Iterable[str], folders: Sequence[Path]) -> None:
     """Check that no job reads or writes outside some folders: a file of jobs may be a stranger's.
 
+    Samples that come with the program may be read wherever it lies.
+
     Raises
     ------
     InputError
         If one does.
     """
     written = (split_name(output)[1] for job in jobs for output in job.outputs)
-    for name in (*inputs, *written):
+    shipped = {str(file) for file in shipped_samples().values()}
+    for name in (*(name for name in inputs if name not in shipped), *written):
         try:
             path_inside(folders, name)
         except InputError as error:

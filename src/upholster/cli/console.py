@@ -42,7 +42,7 @@ __all__ = [
 EVERY = 10.0
 """Seconds between two lines of progress where it is no terminal that reads."""
 
-_COMPILING = "compiling kernels, once for this machine: {} of {}"
+_COMPILING = "compiling kernels, once for this machine and version: {} of {}"
 
 
 def numbers(name: str, text: str, separator: str, count: int, kind: Callable[[str], Any]) -> Any:

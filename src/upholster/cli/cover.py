@@ -20,15 +20,16 @@ if TYPE_CHECKING:
 
 __all__ = ["asked_project", "cover", "surfaces", "uses_of"]
 
-EXAMPLE = "Example: `upholster cover brick.png --on cyclide -o ring.glb -o ring.png`"
+EXAMPLE = "Example: `upholster cover sample:bricks --on cyclide -o ring.glb -o ring.png`"
 
 
 def surfaces() -> None:
-    """List the built-in surfaces with their parameters and defaults."""
+    """List the built-in surfaces with their parameters and defaults, and the samples that come along."""
     from rich.box import SIMPLE_HEAD
     from rich.table import Table
 
     from upholster.geometry import SURFACES
+    from upholster.image.shipped import SHIPPED_PREFIX, shipped_samples
 
     table = Table("surface", "parameter", "meaning", "allowed", title_justify="left", box=SIMPLE_HEAD)
     table.title = "--on NAME  or  --on NAME:parameter=value,parameter=value"
@@ -44,6 +45,7 @@ def surfaces() -> None:
     table.add_row("[bold]FILE.step[/]", "", "[italic]a CAD model: .step .iges .brep .3dm[/]", "")
     table.add_row("[bold]FILE.bpt[/]", "", "[italic]the classic list of bi-cubic patches (teapot)[/]", "")
     new_console().print(table)
+    say(f"samples that come along: {', '.join(SHIPPED_PREFIX + name for name in shipped_samples())}")
 
 
 _LARGE = 5_000_000
@@ -114,7 +116,8 @@ def cover(
         list[str] | None,
         typer.Argument(
             help="The sample: an image (PNG, JPEG, WebP, TIFF, EXR, HEIC, AVIF); or a material's maps, as a "
-            "folder, a zip file or files named by role, `brick_albedo.png brick_normal.png` … With "
+            "folder, a zip file or files named by role, `brick_albedo.png brick_normal.png` …; or one that "
+            "comes along, `sample:bricks` (see `surfaces`). With "
             "--material it is for the other parts, and may be left out.",
             metavar="SAMPLE",
         ),

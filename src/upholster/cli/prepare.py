@@ -14,7 +14,10 @@ __all__ = ["prepare"]
 
 @spelled_out(without=["Maps"])
 def prepare(
-    photo: Annotated[str, typer.Argument(help="PNG, JPEG, WebP, TIFF, EXR, HEIC or AVIF.", metavar="PHOTO")],
+    photo: Annotated[
+        str,
+        typer.Argument(help="PNG, JPEG, WebP, TIFF, EXR, HEIC or AVIF; or `sample:bricks`.", metavar="PHOTO"),
+    ],
     output: Annotated[
         str, typer.Option("-o", "--output", metavar="IMAGE", help="The sample: PNG, JPEG, WebP, TIFF, EXR.")
     ],

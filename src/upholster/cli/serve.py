@@ -106,7 +106,8 @@ def _compiling() -> Iterator[None]:
     with compiling(["refine picture", "refine paper", "refine material"]) as compiler:
         if compiler is not None:
             print(
-                f"compiling {compiler.total} kernels, once for this machine: pictures of streams come then",
+                f"compiling {compiler.total} kernels, once for this machine and version: "
+                "pictures of streams come then",
                 file=sys.stderr,
                 flush=True,
             )

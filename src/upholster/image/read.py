@@ -23,6 +23,7 @@ from upholster.image.native import scratch_file, silent
 from upholster.image.preparing import MAX_SIDE, MIN_SIDE, check_resize, cut_out, finished
 from upholster.image.profiles import PHOTOS, Notes, ink_samples, is_cmyk, tell, to_srgb
 from upholster.image.rectify import Corners
+from upholster.image.shipped import located
 from upholster.options import SampleOptions
 from upholster.types import MAX_SAMPLE, PixelArray
 
@@ -70,7 +71,8 @@ def read_exemplar(
     Parameters
     ----------
     path
-        The file. Its content, not its suffix, says what format it is.
+        The file. Its content, not its suffix, says what format it is. ``sample:bricks`` is one that comes
+        with the program.
     rectify
         Four corners of a rectangle, (x, y) in pixels of the upright image, (0, 0) its top left corner: top
         left, top right, bottom right, bottom left. The rectangle becomes the image, see
@@ -99,10 +101,10 @@ def read_exemplar(
         are signed or 32-bit integers, or NaN, infinite or beyond 65504, or floats of a range like 0 to 255
         (`check_white`); if its channels are none of grey, grey and alpha, RGB, RGB and alpha; if corners or
         crop leave the image; if the size is outside the limits; if its format needs a library that is
-        missing.
+        missing; if no sample of that name comes with the program.
     """
     options = SampleOptions(rectify=rectify, crop=crop, resize=resize, even_light=even_light)
-    return read_photo(path, options, notes=notes)[0]
+    return read_photo(located(path_text(path, "image")), options, notes=notes)[0]
 
 
 def read_photo(

@@ -16,6 +16,7 @@ from upholster.image.material_files import FilesByRole, read_material
 from upholster.image.packages import is_zip
 from upholster.image.profiles import Notes, tell
 from upholster.image.read import check_exemplar, read_photo
+from upholster.image.shipped import located
 from upholster.image.write import IMAGE_SUFFIXES
 from upholster.lengths import read_length
 from upholster.options import SampleOptions, chosen
@@ -42,7 +43,9 @@ Source = (
     | Mapping[str, str | os.PathLike[str]]
     | Material
 )
-"""An image or its file; or a material, its folder or zip file, its files, or its files by role."""
+"""An image or its file; or a material, its folder or zip file, its files, or its files by role.
+
+A file may be a sample that comes with the program, `sample:bricks`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,7 +55,7 @@ class Sample:
     Attributes
     ----------
     source
-        What it is read from.
+        What it is read from; of a sample that comes with the program its file.
     size
         Its width on the model, as option `sample_size` has it; None: nothing is said.
     options
@@ -64,6 +67,7 @@ class Sample:
     options: SampleOptions = field(default_factory=SampleOptions)
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "source", _located(self.source))
         object.__setattr__(self, "options", chosen(SampleOptions, self.options))
         if self.size is not None:
             read_length(self.size, name="sample size")
@@ -188,6 +192,18 @@ def _names(source: object) -> bool:
     if not isinstance(named, Collection) or isinstance(named, np.ndarray):
         return False
     return len(named) > 0 and all(isinstance(path, (str, os.PathLike)) for path in named)
+
+
+def _located(source: Source) -> Source:
+    """Return a source with the files of samples that come with the program in place of their names."""
+    if isinstance(source, (Material, np.ndarray)) or not _names(source):
+        return source
+    if isinstance(source, (str, os.PathLike)):
+        return located(source)
+    if isinstance(source, Mapping):
+        return {role: located(file) for role, file in source.items()}
+    files = [located(file) for file in source]
+    return tuple(files) if isinstance(source, tuple) else files
 
 
 def source_files(source: Source, maps: FilesByRole | None = None) -> list[str]:

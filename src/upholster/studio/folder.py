@@ -10,6 +10,7 @@ from pathlib import Path
 
 from upholster.errors import InputError
 from upholster.formats import MODEL_SUFFIXES, PROJECT_SUFFIX
+from upholster.image.shipped import shipped_folder, shipped_samples
 from upholster.image.write import IMAGE_SUFFIXES
 from upholster.shown import in_bytes
 
@@ -57,7 +58,7 @@ class Folder:
         self.most_bytes = most_bytes
         self._bytes = 0
         self._groups = 0
-        for file in _examples():
+        for file in (*shipped_samples().values(), *sorted(shipped_folder().glob("*.glb"))):
             target = self.path / SHIPPED / file.name
             target.parent.mkdir(exist_ok=True)
             shutil.copyfile(file, target)
@@ -191,10 +192,3 @@ def _beside(file: Path) -> Iterator[Path]:
     if file.suffix.lower() in (".gltf", ".obj"):
         kept = (".bin", ".mtl", *IMAGE_SUFFIXES)
         yield from (one for one in file.parent.iterdir() if one.suffix.lower() in kept and one.is_file())
-
-
-def _examples() -> list[Path]:
-    """Return the shipped files: of the package, or of a checkout."""
-    here = Path(__file__).parent
-    folder = next((one for one in (here / "examples", here.parents[2] / "examples") if one.is_dir()), here)
-    return [*sorted(folder.glob("*.png")), *sorted(folder.glob("*.glb"))]

@@ -12,7 +12,7 @@ const STAGES = {
   seams: 'laying the texture',
   texels: 'laying the texture',
   paint: 'painting',
-  compile: 'compiling, once for this machine',
+  compile: 'compiling, once for this machine and version',
 }
 
 /**

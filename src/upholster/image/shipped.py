@@ -1,0 +1,46 @@
+"""Samples that come with the program, by name: ``sample:bricks``."""
+
+import os
+from pathlib import Path
+
+from upholster.errors import InputError, nearest
+
+__all__ = ["SHIPPED_PREFIX", "located", "shipped_folder", "shipped_samples"]
+
+SHIPPED_PREFIX = "sample:"
+
+_PACKAGE = Path(__file__).parents[1]
+_PLACES = (_PACKAGE / "studio" / "examples", _PACKAGE.parents[1] / "examples")
+"""In an installed package; in a checkout."""
+
+
+def shipped_folder() -> Path:
+    """Return the folder of samples and models that come with the program."""
+    return next((place for place in _PLACES if place.is_dir()), _PLACES[0])
+
+
+def shipped_samples() -> dict[str, Path]:
+    """Return the files of the samples that come with the program, by name."""
+    return {file.stem: file for file in sorted(shipped_folder().glob("*.png"))}
+
+
+def located(path: str | os.PathLike[str]) -> str | os.PathLike[str]:
+    """Return a path as it is; the file of a sample that comes with the program where it names one.
+
+    Parameters
+    ----------
+    path
+        A file, or ``sample:NAME``. A file whose own name begins so is ``./sample:NAME``.
+
+    Raises
+    ------
+    InputError
+        If no such sample comes with the program.
+    """
+    text = os.fspath(path)
+    if not (isinstance(text, str) and text.startswith(SHIPPED_PREFIX)):
+        return path
+    name, known = text.removeprefix(SHIPPED_PREFIX), shipped_samples()
+    if name not in known:
+        raise InputError(f"no sample {name!r} comes with the program; {nearest(name, known)}")
+    return str(known[name])

@@ -1,0 +1,103 @@
+"""Samples that come with the program: by name wherever a sample is read, from a checkout and installed."""
+
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command_line import assert_one_line, run_cli
+
+import upholster
+from upholster.batch import check_within, read_jobs
+from upholster.errors import InputError
+from upholster.image import read_image
+from upholster.image.shipped import located, shipped_samples
+from upholster.image.source import Sample, read_source, source_files
+from upholster.project import Project, read_project, save_project
+from upholster.studio.folder import Folder
+
+ROOT = Path(__file__).parents[2]
+EXAMPLES = ROOT / "examples"
+
+
+def test_the_wheel_has_the_samples_that_a_checkout_has() -> None:
+    configured = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
+    forced = configured["tool"]["hatch"]["build"]["targets"]["wheel"]["force-include"]
+    packed = {source: target for source, target in forced.items() if source.endswith(".png")}
+    assert set(packed) == {f"examples/{file.name}" for file in EXAMPLES.glob("*.png")}
+    for source, target in packed.items():
+        assert target == f"upholster/studio/{source}"
+    assert shipped_samples() == {file.stem: file for file in EXAMPLES.glob("*.png")}
+
+
+@pytest.mark.parametrize("name", ["brick", "bricks", "granite", "grass", "gravel", "pebbles", "weave"])
+def test_each_is_read_by_its_name(name: str) -> None:
+    expected = upholster.read_exemplar(EXAMPLES / f"{name}.png")
+    np.testing.assert_array_equal(upholster.read_exemplar(f"sample:{name}"), expected)
+    np.testing.assert_array_equal(read_source(f"sample:{name}"), expected)
+
+
+def test_it_stands_wherever_a_source_does() -> None:
+    file = str(EXAMPLES / "bricks.png")
+    assert Sample("sample:bricks", "30cm") == Sample(file, "30cm")
+    assert Sample(["sample:bricks"]).files == [file]
+    assert Sample(("sample:bricks",)).source == (file,)
+    assert Sample({"albedo": "sample:bricks"}).source == {"albedo": file}
+    assert Project("torus", Sample("sample:bricks")).files() == [file]
+    assert source_files(Sample.of("sample:bricks").source) == [file]
+    part = upholster.Project("torus", materials={"Seat": "sample:weave@30cm"}).materials["Seat"]
+    assert part == Sample(str(EXAMPLES / "weave.png"), "30cm")
+
+
+def test_a_saved_project_keeps_a_copy(tmp_path: Path) -> None:
+    project = Project("torus", Sample("sample:bricks", "30cm"))
+    assert save_project(project, tmp_path / "a.upholster.json") == [str(tmp_path / "bricks.png")]
+    found = read_project(tmp_path / "a.upholster.json").sample
+    assert found == Sample(str(tmp_path / "bricks.png"), "30cm")
+    np.testing.assert_array_equal(read_source(found), read_source("sample:bricks"))
+
+
+def test_the_studio_has_them_on_its_shelf() -> None:
+    folder = Folder(1 << 20)
+    try:
+        assert folder.shipped("image") == [f"shipped/{name}.png" for name in shipped_samples()]
+        assert folder.shipped("model") == ["shipped/chair.glb"]
+    finally:
+        folder.close()
+
+
+def test_files_stay_what_they_are(tmp_path: Path) -> None:
+    for path in ("bricks.png", "./sample:bricks", "SAMPLE:bricks", tmp_path / "x.png"):
+        assert located(path) is path
+
+
+@pytest.mark.parametrize("read", [located, read_source, upholster.read_exemplar, Sample])
+def test_an_unknown_name_is_refused_with_those_that_there_are(read: type) -> None:
+    for name in ("brickz", "", "../examples/bricks", "bricks.png"):
+        with pytest.raises(InputError, match="brick, bricks, granite, grass, gravel, pebbles, weave") as told:
+            read(f"sample:{name}")
+        assert repr(name) in str(told.value)
+    with pytest.raises(InputError, match="did you mean 'granite'"):
+        read("sample:granit")
+
+
+def test_jobs_may_read_them_and_nothing_else_there(tmp_path: Path) -> None:
+    table = tmp_path / "jobs.toml"
+    table.write_text('on = "torus"\noutput = "{sample}.png"\n[[jobs]]\nsample = "sample:bricks"\n')
+    jobs = read_jobs(table)
+    check_within(jobs, Sample("sample:bricks").files, [tmp_path])
+    with pytest.raises(InputError, match="chair"):
+        check_within(jobs, [str(EXAMPLES / "chair.glb")], [tmp_path])
+
+
+def test_the_commands_know_them(tmp_path: Path) -> None:
+    part = ("--crop", "0,0,64,48", "--picture", "both.png")
+    done = run_cli("prepare", "sample:granite", "-o", "x.png", *part, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    expected = read_image(EXAMPLES / "granite.png")[:48, :64]
+    np.testing.assert_array_equal(read_image(tmp_path / "x.png"), expected)
+    listed = run_cli("surfaces", cwd=tmp_path).stdout
+    assert all(f"sample:{name}" in listed for name in shipped_samples())
+    refused = run_cli("cover", "sample:brikcs", "--on", "torus", "-o", "x.glb", cwd=tmp_path)
+    assert_one_line(refused)
+    assert "did you mean 'bricks'?" in refused.stderr

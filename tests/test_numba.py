@@ -1,0 +1,73 @@
+"""Private parts of Numba that the program uses; where these tests pass on a newer one, the bound may rise."""
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numba
+import numpy as np
+import pytest
+from numba.core import config
+from numba.core.dispatcher import Dispatcher
+
+from upholster.jit import inline, kernel, shared
+from upholster.kernel_cache import KernelCache
+
+ROOT = Path(__file__).parent.parent
+
+
+def _release(text: str) -> tuple[int, ...]:
+    """Return a release as numbers that compare: (0, 68) of ``0.68.1``."""
+    return tuple(int(part) for part in text.split(".")[:2])
+
+
+def test_numba_is_one_that_was_tried() -> None:
+    """It tells when the bound may rise: alone it fails on a Numba beyond it that works."""
+    found = re.search(r'"numba>=([\d.]+),<([\d.]+)"', (ROOT / "pyproject.toml").read_text("utf-8"))
+    assert found, "pyproject.toml has no bound on numba"
+    least, most = map(_release, found.groups())
+    assert least <= _release(numba.__version__)
+    assert _release(numba.__version__) < most, (
+        f"Numba {numba.__version__} is beyond the bound in pyproject.toml, <{found[2]}; "
+        "if all other tests pass, raise it"
+    )
+
+
+@pytest.mark.parametrize("decorator", [shared, inline])
+def test_constants_are_numbers_like_others(decorator: Callable[..., Any]) -> None:
+    """Numba's own way is a copy of the machine code for each constant that a kernel is called with."""
+
+    @decorator
+    def power(x: int, n: int) -> int:
+        return x**n
+
+    @kernel
+    def both(x: int) -> int:
+        return power(x, 2) + power(x, 3)
+
+    assert both(5) == 150
+    assert isinstance(power, Dispatcher)
+    assert power.signatures == [(numba.int64, numba.int64)]
+
+
+def test_machine_code_is_written_and_read_by_our_cache_alone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(config, "CACHE_DIR", str(tmp_path))
+
+    def total(values: np.ndarray) -> float:
+        found = 0.0
+        for value in values:
+            found += value
+        return found
+
+    for hits in (0, 1):  # the second kernel finds what the first has compiled
+        compiled: Any = kernel(total)
+        assert compiled(np.arange(4.0)) == 6
+        assert isinstance(vars(compiled)["_cache"], KernelCache)
+        assert sum(compiled.stats.cache_hits.values()) == hits
+        cache = vars(compiled)["_cache"]
+        assert cache.has((numba.float64[::1],), compiled.targetctx)
+        assert not cache.has((numba.float32[::1],), compiled.targetctx)
+        assert [path.suffix for path in tmp_path.rglob("*") if path.is_file()] == [".kernel"]
