@@ -426,7 +426,8 @@ class SynthesisOptions:
         default=None,
         metadata=_about(
             _SCALE,
-            "Near x,y,z rows run along dx,dy,dz; several times, or the name of a .json file of such strokes.",
+            "Near x,y,z rows run along dx,dy,dz; or along a line near it, `X,Y,Z/X,Y,Z/X,Y,Z`; several "
+            "times, or the name of a .json file of such strokes and lines.",
             metavar="X,Y,Z:DX,DY,DZ",
             only="quilt",
         ),

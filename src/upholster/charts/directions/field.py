@@ -169,7 +169,7 @@ def direction_field(
     InputError
         If an option is out of range, or the direction is wrong for the mesh.
     """
-    drawn = None if strokes is None else parse_strokes(strokes)
+    drawn = None if strokes is None else parse_strokes(strokes, size=mesh.size)
     if direction is None:
         direction = default_direction(mesh) if drawn is None else "smooth"
     wanted = parse_direction(direction)
