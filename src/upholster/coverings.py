@@ -28,6 +28,7 @@ from upholster.joined import joined_model
 from upholster.lengths import read_length
 from upholster.methods import (
     Prepared,
+    asked_files,
     coarser,
     execute,
     kept_sample,
@@ -49,6 +50,7 @@ from upholster.writing import painted
 
 __all__ = [
     "Covering",
+    "asked_files",
     "check_not_swapped",
     "check_samples",
     "check_streamed",

@@ -415,10 +415,11 @@ class SynthesisOptions:
         metadata=_about(
             _SCALE,
             "Which way the sample's rows run: level (along lines of equal z), along the patches, at an angle "
-            "to that, along a vector, or round an axis; on CAD models along or around the axes of its faces. "
+            "to that, along a vector, or round an axis; on CAD models along or around the axes of its faces; "
+            "or as an image's red and green tell, over texture coordinates. "
             "On models also by part, several times: `Shaft=along`; names as of --part. "
             "Default: along the patches, the longer way round a ring; level where patches do not agree.",
-            metavar="[PART=]level|u|v|DEG|X,Y,Z|around:AXIS|along|around",
+            metavar="[PART=]level|u|v|DEG|X,Y,Z|around:AXIS|along|around|IMAGE",
             only="quilt",
         ),
     )

@@ -5,6 +5,7 @@
 
 from upholster.methods.synthesis import (
     Prepared,
+    asked_files,
     coarser,
     execute,
     kept_sample,
@@ -19,6 +20,7 @@ from upholster.methods.synthesis import (
 
 __all__ = [
     "Prepared",
+    "asked_files",
     "coarser",
     "execute",
     "kept_sample",

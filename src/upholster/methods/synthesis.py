@@ -22,6 +22,9 @@ from upholster.charts.directions import (
     default_direction,
     default_on_patches,
     direction_field,
+    in_detail,
+    is_direction_image,
+    is_stroke_file,
     parse_direction,
     told_on_patches,
 )
@@ -53,11 +56,12 @@ from upholster.quilt.chart import MAX_CHART, Chart
 from upholster.quilt.model import Quilt
 from upholster.quilt.painting import PAINTED_DENSITIES, painted_charts
 from upholster.quilt.warp_field import WarpField
-from upholster.stages import keeping, stage
+from upholster.stages import file_stage, keeping, stage
 from upholster.types import FloatArray, IntArray, PixelArray, Progress
 
 __all__ = [
     "Prepared",
+    "asked_files",
     "coarser",
     "execute",
     "kept_sample",
@@ -158,6 +162,7 @@ def needs_patches(options: SynthesisOptions) -> bool:
     """Return whether what is asked for can be done on patches, and not on a mesh."""
     along = options.direction
     on_patches = callable(along) or (isinstance(along, str) and along.strip() in ("u", "v"))
+    on_patches = on_patches or is_direction_image(along)
     return options.method != "quilt" or on_patches or isinstance(options.texels, tuple)
 
 
@@ -205,7 +210,19 @@ def _color(material: Material) -> PixelArray:
     return material.color()
 
 
-@stage
+def asked_files(options: SynthesisOptions) -> list[str]:
+    """Return the files that options name: of strokes, and an image of directions."""
+    images = [options.direction.strip()] if is_direction_image(options.direction) else []
+    return [*(text.strip() for text in options.stroke or () if is_stroke_file(text)), *images]
+
+
+def _inputs(
+    _made: Prepared, _exemplar: PixelArray, _surface: AnySurface, options: SynthesisOptions, **_more: object
+) -> list[str]:
+    return asked_files(options)
+
+
+@file_stage(_inputs)
 def prepare(
     exemplar: PixelArray,
     surface: AnySurface,
@@ -244,7 +261,9 @@ def prepare(
     asked = options.direction
     if asked is None:
         asked = "smooth" if options.stroke else default_on_patches(surface, charted)
-    wanted = told_on_patches(surface, charted, parse_direction(cast(str, asked), patches=True))
+    wanted = parse_direction(cast(str, asked), patches=True)
+    charted = charted if wanted.image is None else in_detail(charted)
+    wanted = told_on_patches(surface, charted, wanted)
     return _on_charts(exemplar, charted, options, scale, density, wanted, used)
 
 
@@ -336,6 +355,7 @@ def _prepare_mesh(
     if asked is None:
         asked = "smooth" if options.stroke else default_direction(surface.mesh)
     wanted = parse_direction(cast(str, asked))
+    charted = charted if wanted.image is None else in_detail(charted)
     return _on_charts(exemplar, charted, options, scale, density, wanted, used)
 
 

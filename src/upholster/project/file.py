@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from upholster.charts.covered import CoveredLike, covered_files
-from upholster.charts.directions import is_stroke_file, stroke_texts
+from upholster.charts.directions import is_direction_image, is_stroke_file, stroke_texts
 from upholster.errors import FormatError, InputError, nearest
 from upholster.files import outputs, path_inside, path_text, read_bytes
 from upholster.formats import PROJECT_SUFFIX
@@ -106,6 +106,8 @@ class _Reader:
         if strokes := options["synthesis"].stroke:
             texts = [self.file(text) if is_stroke_file(text) else text for text in strokes]
             options["synthesis"] = replace(options["synthesis"], stroke=tuple(texts))
+        if is_direction_image(direction := options["synthesis"].direction):
+            options["synthesis"] = replace(options["synthesis"], direction=self.file(direction.strip()))
         materials = known.get("materials", {})
         if not isinstance(materials, dict):
             raise FormatError("materials are no object; allowed: samples by the names of parts")
@@ -240,6 +242,8 @@ class _Keeper:
                 written[key] = options
         if strokes := project.synthesis.stroke:
             written["synthesis"]["stroke"] = stroke_texts(strokes)
+        if is_direction_image(direction := project.synthesis.direction):
+            written["synthesis"]["direction"] = self.kept(direction.strip())
         return written | {"seed": project.seed}
 
     def model(self, project: Project) -> str:
