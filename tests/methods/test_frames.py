@@ -9,8 +9,9 @@ from laying import Folded, cylinder, plane, texture
 from laying_kernels import lie, look, write
 from plain_laying import SYMMETRIES, barycentric
 
+from upholster.charts._step_kernels import StepGrid, locate_steps
 from upholster.methods.quilt._block_kernels import BLOCK_COLUMNS, FramePixels, LayNumbers
-from upholster.methods.quilt._frame_kernels import bound_places, locate_steps
+from upholster.methods.quilt._frame_kernels import bound_places
 from upholster.methods.quilt._lay_kernels import Ground
 from upholster.methods.quilt._sheet_kernels import FIT, MOST_SHEETS, FieldArrays
 from upholster.methods.quilt._unfold_kernels import Footprint
@@ -170,8 +171,9 @@ def test_each_step_is_known_to_lie_in_the_triangle_that_holds_it_or_is_near() ->
     canvases, mesh = ground.canvases, ground.mesh
     canvases.triangles[:] = -1
     away = np.full(len(canvases.triangles), np.inf, np.float32)
+    grid = StepGrid(canvases.firsts, canvases.heights, canvases.widths)
     for n in (2, 0, 1):  # part by part, in any order
-        locate_steps(mesh, canvases, (n, 3), away)
+        locate_steps(mesh.places, mesh.chart, grid, canvases.triangles, (n, 3), away)
     for chart, first in enumerate(canvases.firsts):
         shape = int(canvases.heights[chart]), int(canvases.widths[chart])
         steps = np.array(list(np.ndindex(shape)), float)

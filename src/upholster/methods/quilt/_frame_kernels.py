@@ -9,9 +9,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from upholster.charts._step_kernels import CLOSE, bounds, clamped
 from upholster.jit import inline, kernel
 from upholster.methods.quilt._block_kernels import SYMMETRY, FramePixels, LayNumbers
-from upholster.methods.quilt._unfold_kernels import Footprint, MeshArrays
+from upholster.methods.quilt._unfold_kernels import Footprint
 from upholster.quilt.placement import SYMMETRIES
 from upholster.types import FloatArray, IntArray, int64
 
@@ -20,7 +21,6 @@ __all__ = [
     "LAID",
     "Canvases",
     "bound_places",
-    "locate_steps",
     "look_at_frame",
     "nearest_steps",
     "write_frame",
@@ -28,9 +28,6 @@ __all__ = [
 
 LAID, BESIDE = 1, 2
 """Marks of a frame's pixel: something is laid there; it lies beside the surface or the block. 0: bare."""
-
-_CLOSE = 0.75
-"""Texels: a texel so near to a triangle belongs to it."""
 
 
 class Canvases(NamedTuple):
@@ -50,21 +47,6 @@ class Canvases(NamedTuple):
     widths: NDArray[np.int64]
 
 
-@inline
-def _clamped(b: float, c: float) -> tuple[float, float]:
-    # The barycentric coordinates of a place near a triangle, brought into it.
-    b, c = max(b, 0.0), max(c, 0.0)
-    total = b + c
-    return (b / total, c / total) if total > 1.0 else (b, c)
-
-
-@inline
-def _bounds(a: float, b: float, c: float, beyond: float, size: int) -> tuple[int, int]:
-    # Which whole numbers lie between three numbers, and at most `beyond` outside them: from, to.
-    low = int64(np.ceil(min(a, b, c) - beyond))
-    return max(low, 0), min(int64(np.floor(max(a, b, c) + beyond)) + 1, size)
-
-
 @kernel
 def bound_places(chart: IntArray, places: FloatArray, low: FloatArray, high: FloatArray) -> None:
     """Write the least and the greatest row and column (charts, 2) of the places (T, 3, 2) on each chart.
@@ -80,42 +62,6 @@ def bound_places(chart: IntArray, places: FloatArray, low: FloatArray, high: Flo
             for axis in range(2):
                 low[n, axis] = min(low[n, axis], places[t, k, axis])
                 high[n, axis] = max(high[n, axis], places[t, k, axis])
-
-
-@kernel
-def locate_steps(
-    mesh: MeshArrays, canvases: Canvases, share: tuple[int, int], away: NDArray[np.float32]
-) -> None:
-    """Write to `triangles` in which triangle each step's middle lies, or to which it is nearest and close.
-
-    `share` (n, of how many) tells of which part of each chart's rows. `away` (steps,) is scratch, infinite at
-    first.
-    """
-    for t in range(mesh.triangles.shape[0]):
-        k = int64(mesh.chart[t])
-        if k < 0:
-            continue
-        p = mesh.places[t]
-        y1, x1, y2, x2 = p[1, 0] - p[0, 0], p[1, 1] - p[0, 1], p[2, 0] - p[0, 0], p[2, 1] - p[0, 1]
-        area = y1 * x2 - x1 * y2
-        if area <= 1e-12:
-            continue
-        rows = canvases.heights[k]
-        top, bottom = _bounds(p[0, 0], p[1, 0], p[2, 0], _CLOSE, rows)
-        top, bottom = max(top, rows * share[0] // share[1]), min(bottom, rows * (share[0] + 1) // share[1])
-        left, right = _bounds(p[0, 1], p[1, 1], p[2, 1], _CLOSE, canvases.widths[k])
-        for r in range(top, bottom):
-            y = r - p[0, 0]
-            for c in range(left, right):
-                x = c - p[0, 1]
-                b0, d0 = (y * x2 - x * y2) / area, (y1 * x - x1 * y) / area
-                b, d = _clamped(b0, d0)
-                away_y, away_x = y - b * y1 - d * y2, x - b * x1 - d * x2
-                far = np.float32(away_y * away_y + away_x * away_x)
-                at = canvases.firsts[k] + r * canvases.widths[k] + c
-                if far <= _CLOSE * _CLOSE and far < away[at]:
-                    away[at] = far
-                    canvases.triangles[at] = t
 
 
 @kernel
@@ -176,8 +122,8 @@ def _draw(
     area = y1 * x2 - x1 * y2
     if abs(area) < 1e-9:
         return
-    top, bottom = _bounds(u[0, 0] + half, u[1, 0] + half, u[2, 0] + half, 0.0, size + 2)
-    left, right = _bounds(u[0, 1] + half, u[1, 1] + half, u[2, 1] + half, 0.0, size + 2)
+    top, bottom = bounds(u[0, 0] + half, u[1, 0] + half, u[2, 0] + half, 0.0, size + 2)
+    left, right = bounds(u[0, 1] + half, u[1, 1] + half, u[2, 1] + half, 0.0, size + 2)
     for i in range(top, bottom):
         for j in range(left, right):
             y, x = i - half - u[0, 0], j - half - u[0, 1]
@@ -261,9 +207,9 @@ def write_frame(
         area = y1 * x2 - x1 * y2
         if area <= 1e-12:
             continue
-        beyond = _CLOSE if t >= 0 else 0.0
-        top, bottom = _bounds(p[0, 0], p[1, 0], p[2, 0], beyond, canvases.heights[k])
-        left, right = _bounds(p[0, 1], p[1, 1], p[2, 1], beyond, canvases.widths[k])
+        beyond = CLOSE if t >= 0 else 0.0
+        top, bottom = bounds(p[0, 0], p[1, 0], p[2, 0], beyond, canvases.heights[k])
+        left, right = bounds(p[0, 1], p[1, 1], p[2, 1], beyond, canvases.widths[k])
         for r in range(top, bottom):
             for c in range(left, right):
                 at = canvases.firsts[k] + r * canvases.widths[k] + c
@@ -272,7 +218,7 @@ def write_frame(
                 y, x = r - p[0, 0], c - p[0, 1]
                 b, d = (y * x2 - x * y2) / area, (y1 * x - x1 * y) / area
                 if t >= 0:
-                    b, d = _clamped(b, d)
+                    b, d = clamped(b, d)
                 elif b < -1e-9 or d < -1e-9 or b + d > 1.0 + 1e-9:
                     continue
                 down = int64(np.floor(u[0, 0] + b * (u[1, 0] - u[0, 0]) + d * (u[2, 0] - u[0, 0]) + 0.5))

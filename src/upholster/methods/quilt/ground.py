@@ -9,11 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.charts._mesh_kernels import corner_lists
+from upholster.charts._step_kernels import StepGrid, locate_steps
 from upholster.charts.charted import ChartedSurface
 from upholster.charts.directions._kernels import corner_fans
 from upholster.charts.subdivision import Subdivided, subdivided
 from upholster.charts.warp_fields import triangle_frames
-from upholster.methods.quilt._frame_kernels import Canvases, bound_places, locate_steps
+from upholster.methods.quilt._frame_kernels import Canvases, bound_places
 from upholster.methods.quilt._lay_kernels import Ground
 from upholster.methods.quilt._sheet_kernels import FieldArrays
 from upholster.methods.quilt._unfold_kernels import MeshArrays
@@ -111,7 +112,9 @@ def ground_of(
     mesh = _mesh_arrays(fine, corners, crease, fold, turns[fine.parent])
     canvases = _canvases(shapes)
     away, parts = np.full(len(canvases.triangles), np.inf, np.float32), thread_count(threads)
-    tasks = [partial(locate_steps, mesh, canvases, (n, parts), away) for n in range(parts)]
+    grid = StepGrid(canvases.firsts, canvases.heights, canvases.widths)
+    located = mesh.places, mesh.chart, grid, canvases.triangles
+    tasks = [partial(locate_steps, *located, (n, parts), away) for n in range(parts)]
     run_tasks(tasks, threads=threads)
     clear = _clear_cells(shapes)
     mark_edges(mesh, corners, sizes, clear)

@@ -1,0 +1,160 @@
+"""Maps of pictures: an image that lies over the surface, and the colours of a model's vertices."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from upholster.charts.maps.ground import AtSteps, MapGround, Steps
+from upholster.charts.maps.source import Source
+from upholster.errors import InputError
+from upholster.geometry import Surface
+from upholster.image import alpha_channel, read_image
+from upholster.types import FloatArray, PixelArray
+
+__all__ = ["Image"]
+
+Coordinates = Callable[[Steps], FloatArray]
+"""Steps to (u, v) on the image, (n, 2): 0 to 1, to the right and downward; NaN where there are none."""
+
+
+@dataclass(frozen=True)
+class Image(Source):
+    """An image over a flat texture, over each face of patches, or by a model's texture coordinates."""
+
+    file: str
+
+    @property
+    def files(self) -> tuple[str, ...]:
+        """Files that it reads."""
+        return (self.file,)
+
+    def values(self, ground: MapGround, _: int | None, /) -> AtSteps:
+        """Return what tells values: bilinear means of the pixels, of those that are not clear."""
+        coordinates, repeats = _coordinates(self.file, ground)
+        pixels = _pixels(self.file)
+        grey = pixels[..., : alpha_channel(pixels.shape[2])].mean(axis=2, dtype=np.float32)
+        grey = np.clip(grey / _top(pixels), 0.0, 1.0)
+        clear = _clear(pixels)
+        if clear is not None:
+            grey[clear] = np.nan
+
+        def at(steps: Steps) -> NDArray[np.float32]:
+            uv = coordinates(steps)
+            known = np.isfinite(uv).all(axis=1)
+            out = np.full(len(uv), np.nan, np.float32)
+            out[known] = _bilinear(grey, uv[known], repeats)
+            return out
+
+        return at
+
+    def codes(self, ground: MapGround, /) -> AtSteps:
+        """Return what tells labels: the nearest pixel's."""
+        coordinates, repeats = _coordinates(self.file, ground)
+        labels = _labels(_pixels(self.file))
+
+        def at(steps: Steps) -> NDArray[np.int32]:
+            uv = coordinates(steps)
+            known = np.isfinite(uv).all(axis=1)
+            out = np.full(len(uv), -1, np.int32)
+            size = labels.shape[::-1]
+            column, row = np.floor(_within(uv[known], repeats) * size).astype(np.int64).T
+            out[known] = labels[np.minimum(row, size[1] - 1), np.minimum(column, size[0] - 1)]
+            return out
+
+        return at
+
+
+def _pixels(file: str) -> PixelArray:
+    return read_image(file, colors=False)
+
+
+def _top(pixels: PixelArray) -> np.float32:
+    return np.float32(1 if pixels.dtype.kind == "f" else np.iinfo(pixels.dtype).max)
+
+
+def _clear(pixels: PixelArray) -> NDArray[np.bool_] | None:
+    """Return which pixels are clear, (H, W); None where the image has no alpha."""
+    alpha = alpha_channel(pixels.shape[2])
+    return None if alpha is None else np.asarray(pixels[..., alpha] <= 0)
+
+
+def _labels(pixels: PixelArray) -> NDArray[np.int32]:
+    """Return 0xRRGGBB of each pixel, (H, W), −1 where it is clear."""
+    colors = pixels[..., : alpha_channel(pixels.shape[2])]
+    if colors.dtype != np.uint8:
+        colors = np.rint(np.clip(colors / _top(pixels), 0.0, 1.0) * 255).astype(np.uint8)
+    red, green, blue = (colors[..., min(k, colors.shape[2] - 1)].astype(np.int32) for k in range(3))
+    out: NDArray[np.int32] = red << 16 | green << 8 | blue
+    clear = _clear(pixels)
+    if clear is not None:
+        out[clear] = -1
+    return out
+
+
+def _coordinates(file: str, ground: MapGround) -> tuple[Coordinates, bool]:
+    """Return where steps lie on an image, and whether it repeats beyond its borders.
+
+    Raises
+    ------
+    InputError
+        If a model has no texture coordinates.
+    """
+    charted = ground.charted
+    if ground.is_flat:
+        size = np.array([(chart.width, chart.height) for chart in charted.charts], np.float64)
+        return lambda steps: steps.places[:, ::-1] / size[steps.number], charted.is_tile
+    if isinstance(ground.surface, Surface):
+        return _on_face(ground.surface), False
+    uv = charted.mesh.uv if ground.model is None else ground.model.uv
+    if uv is None or not np.isfinite(uv[charted.chart >= 0]).any():
+        raise InputError(
+            f"map {file!r} is an image, and this model has no texture coordinates on which it could lie; "
+            "allowed: maps that need none, as facing:z"
+        )
+    corners = np.array(uv, np.float64)
+    return lambda steps: steps.mean_of(corners), True
+
+
+def _on_face(surface: Surface) -> Coordinates:
+    def coordinates(steps: Steps) -> FloatArray:
+        chart, face = steps.chart, surface.faces[steps.chart.face]
+        down, right = steps.places.T / ((chart.height,), (chart.width,))
+        s, t = chart.s0 + (chart.s1 - chart.s0) * down, chart.t0 + (chart.t1 - chart.t0) * right
+        return np.stack([t / face.columns, s / face.rows], axis=1)
+
+    return coordinates
+
+
+def _within(uv: FloatArray, repeats: bool) -> FloatArray:
+    """Return coordinates from 0 to 1."""
+    return cast(FloatArray, uv - np.floor(uv) if repeats else np.clip(uv, 0.0, 1.0))
+
+
+def _bilinear(grey: NDArray[np.float32], uv: FloatArray, repeats: bool) -> NDArray[np.float32]:
+    """Return the image's values at (n, 2), between pixels' middles; NaN where the nearest pixel is clear.
+
+    Clear pixels are NaN, and count for nothing where others are beside them.
+    """
+    height, width = grey.shape
+    at = _within(uv, repeats) * (width, height) - 0.5
+    left, top = np.floor(at).astype(np.int64).T
+    x, y = (at - np.floor(at)).T
+    total, weights = np.zeros(len(uv)), np.zeros(len(uv))
+    nearest = np.zeros(len(uv), bool)
+    for down, right in ((0, 0), (0, 1), (1, 0), (1, 1)):
+        row, column = top + down, left + right
+        if repeats:
+            row, column = row % height, column % width
+        else:
+            row, column = np.clip(row, 0, height - 1), np.clip(column, 0, width - 1)
+        weight = np.where(down, y, 1 - y) * np.where(right, x, 1 - x)
+        value = grey[row, column]
+        clear = np.isnan(value)
+        nearest |= clear & ((y >= 0.5) == down) & ((x >= 0.5) == right)
+        total += np.where(clear, 0.0, weight * value)
+        weights += np.where(clear, 0.0, weight)
+    found = total / np.where(weights > 0, weights, 1.0)
+    return np.where(nearest, np.nan, found).astype(np.float32)

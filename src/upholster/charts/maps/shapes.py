@@ -1,0 +1,114 @@
+"""Maps of what a surface is: its parts, where its points lie, and which way it faces."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from upholster.charts.maps.ground import AtSteps, MapGround, Steps
+from upholster.charts.maps.source import Source
+from upholster.errors import InputError
+from upholster.geometry import TriangleMesh, corner_normals
+from upholster.lengths import Length
+from upholster.types import FloatArray
+
+__all__ = ["Ball", "Facing", "Height", "Part", "Slope", "corners_of", "length_on"]
+
+
+@dataclass(frozen=True)
+class Part(Source):
+    """1 on the parts that a pattern fits, see `ModelFile.fitting`, and 0 elsewhere."""
+
+    pattern: str
+    is_binary = True
+
+    def values(self, ground: MapGround, _: int | None, /) -> AtSteps:
+        """Return what tells values."""
+        if ground.model is None:
+            raise InputError(
+                f"map 'part:{self.pattern}' is for models, and this surface has no parts; allowed: other maps"
+            )
+        chosen = np.zeros(len(ground.model.parts), np.float32)
+        chosen[ground.model.fitting([self.pattern])] = 1
+        of_triangle = chosen[ground.charted.mesh.part]
+        return lambda steps: of_triangle[steps.triangles]
+
+
+@dataclass(frozen=True)
+class Height(Source):
+    """0 at the lowest point, 1 at the highest; 0 on what is level as a whole."""
+
+    def values(self, ground: MapGround, _: int | None, /) -> AtSteps:
+        """Return what tells values."""
+        mesh = ground.charted.mesh
+        low, high = mesh.box[:, 2]
+        up = np.ascontiguousarray(corners_of(mesh)[..., 2:]) - low
+        up /= high - low if high > low else 1.0
+        return lambda steps: np.clip(steps.mean_of(up)[:, 0], 0.0, 1.0)
+
+
+@dataclass(frozen=True)
+class Slope(Source):
+    """0 where the surface is level, 1 where it stands upright: the sine of the angle of its normal to z."""
+
+    def values(self, ground: MapGround, _: int | None, /) -> AtSteps:
+        """Return what tells values."""
+        normals = np.array(corner_normals(ground.charted.mesh))
+        return lambda steps: np.hypot(*_unit(steps.mean_of(normals))[:, :2].T)
+
+
+@dataclass(frozen=True)
+class Facing(Source):
+    """1 where the normal points along a direction, 0 where it points against it, ½ across."""
+
+    direction: tuple[float, float, float]
+
+    def values(self, ground: MapGround, _: int | None, /) -> AtSteps:
+        """Return what tells values."""
+        normals = np.array(corner_normals(ground.charted.mesh))
+        wanted = np.array(self.direction) / np.abs(self.direction).max()
+        wanted /= np.linalg.norm(wanted)
+        return lambda steps: np.clip((1 + _unit(steps.mean_of(normals)) @ wanted) / 2, 0.0, 1.0)
+
+
+@dataclass(frozen=True)
+class Ball(Source):
+    """1 within a ball, 0 outside."""
+
+    middle: tuple[float, float, float]
+    radius: Length
+    is_binary = True
+
+    def values(self, ground: MapGround, _: int | None, /) -> AtSteps:
+        """Return what tells values."""
+        mesh = ground.charted.mesh
+        radius = length_on(ground, self.radius, "radius")
+        from_middle = corners_of(mesh) - np.array(self.middle)
+
+        def at(steps: Steps) -> NDArray[np.bool_]:
+            return np.asarray(np.linalg.norm(steps.mean_of(from_middle), axis=1) <= radius)
+
+        return at
+
+
+def corners_of(mesh: TriangleMesh) -> FloatArray:
+    """Return positions of the triangles' corners, (T, 3, 3), in an array of their own."""
+    found: FloatArray = mesh.positions[mesh.triangles]
+    return found
+
+
+def length_on(ground: MapGround, length: Length, name: str) -> float:
+    """Return a length in units of what a map is evaluated on.
+
+    Raises
+    ------
+    InputError
+        If it has a unit, and the model's is not known.
+    """
+    return length.in_units(ground.charted.mesh.metres, name=f"{name} of a map")
+
+
+def _unit(normals: FloatArray) -> FloatArray:
+    # Where opposite normals meet halfway, what there is: a length of 0.
+    unit: FloatArray = normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
+    return unit

@@ -1,0 +1,145 @@
+"""A surface map: a source, maybe inverted, maybe compared with a number."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from upholster.charts.maps.ground import MapGround, Steps, over_steps
+from upholster.charts.maps.source import Source
+from upholster.errors import InputError
+from upholster.stages import file_stage
+
+__all__ = ["SurfaceMap", "region"]
+
+_WHITE = 0xFFFFFF
+
+
+@dataclass(frozen=True)
+class SurfaceMap:
+    """Values over a surface, as `upholster.charts.maps.parse_map` reads them.
+
+    Attributes
+    ----------
+    text
+        As the user wrote it.
+    source
+        What it is made from.
+    is_inverted
+        Whether the source's values are taken from 1.
+    above, below
+        Where one is given, the map is 1 where values are greater, or less, than it, and else 0.
+    """
+
+    text: str
+    source: Source
+    is_inverted: bool = False
+    above: float | None = None
+    below: float | None = None
+
+    @property
+    def files(self) -> tuple[str, ...]:
+        """Files that it reads."""
+        return self.source.files
+
+    @property
+    def is_binary(self) -> bool:
+        """Whether its values are 0 and 1 alone."""
+        return self.source.is_binary or self.above is not None or self.below is not None
+
+    def values(self, ground: MapGround, *, threads: int | None = None) -> tuple[NDArray[np.float32], ...]:
+        """Return the map's values at the steps of each chart, (height, width) float32.
+
+        They lie between 0 and 1; NaN where nothing is asked, and off the surface.
+
+        Parameters
+        ----------
+        ground
+            Where.
+        threads
+            As in `upholster.parallel.run_tasks`: the values are the same for any number.
+
+        Raises
+        ------
+        InputError
+            If the map cannot be told on this surface, or its file is wrong: one line.
+        """
+        return _values(self, ground, threads=threads)
+
+    def codes(self, ground: MapGround, *, threads: int | None = None) -> tuple[NDArray[np.int32], ...]:
+        """Return the map as labels at the steps of each chart, (height, width) int32.
+
+        They are 0xRRGGBB, of the nearest pixel or vertex; 0 and 0xFFFFFF of a map that is 0 or 1; −1 where
+        nothing is asked, and off the surface.
+
+        Raises
+        ------
+        InputError
+            As `values`; and for maps whose values are no labels.
+        """
+        return _codes(self, ground, threads=threads)
+
+    def shaped(self, values: NDArray[Any]) -> NDArray[np.float32]:
+        """Return what the map makes of its source's values."""
+        found = np.asarray(values, np.float32)
+        if self.is_inverted:
+            found = np.float32(1) - found
+        if self.above is not None:
+            holds = found > self.above
+        elif self.below is not None:
+            holds = found < self.below
+        else:
+            return found
+        return np.where(np.isnan(found), np.float32(np.nan), holds.astype(np.float32))
+
+
+def region(
+    wanted: SurfaceMap, ground: MapGround, *, threads: int | None = None
+) -> tuple[NDArray[np.bool_], ...]:
+    """Return where a map is more than a half, (height, width) of each chart; nowhere where nothing is asked.
+
+    Raises
+    ------
+    InputError
+        As `SurfaceMap.values`.
+    """
+    return tuple(values > 0.5 for values in wanted.values(ground, threads=threads))
+
+
+def _inputs(_: object, wanted: SurfaceMap, *__: object, **___: object) -> tuple[str, ...]:
+    return wanted.files
+
+
+@file_stage(_inputs)
+def _values(wanted: SurfaceMap, ground: MapGround, *, threads: int | None) -> tuple[NDArray[np.float32], ...]:
+    at = wanted.source.values(ground, threads)
+
+    def shaped(steps: Steps) -> NDArray[np.float32]:
+        return wanted.shaped(at(steps))
+
+    return over_steps(ground.charted, shaped, np.array(np.nan, np.float32), threads=threads)
+
+
+@file_stage(_inputs)
+def _codes(wanted: SurfaceMap, ground: MapGround, *, threads: int | None) -> tuple[NDArray[np.int32], ...]:
+    if wanted.is_binary:
+        return tuple(_of_binary(values) for values in wanted.values(ground, threads=threads))
+    at = wanted.source.codes(ground)
+    if at is None:
+        raise InputError(
+            f"map {wanted.text!r} tells no labels; allowed: an image, colors, part:, a ball, or a comparison "
+            f"as {wanted.text}>0.5"
+        )
+
+    def shaped(steps: Steps) -> NDArray[np.int32]:
+        found = np.asarray(at(steps), np.int32)
+        return np.where(found < 0, found, _WHITE - found) if wanted.is_inverted else found
+
+    return over_steps(ground.charted, shaped, np.array(-1, np.int32), threads=threads)
+
+
+def _of_binary(values: NDArray[np.float32]) -> NDArray[np.int32]:
+    found: NDArray[np.int32] = np.where(values > 0.5, _WHITE, 0).astype(np.int32)
+    found[np.isnan(values)] = -1
+    return found

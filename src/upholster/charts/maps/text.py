@@ -1,0 +1,131 @@
+"""Maps as users write them."""
+
+import math
+import re
+from collections.abc import Callable
+from pathlib import PurePath
+
+from upholster.charts.directions import NUMBER
+from upholster.charts.maps.images import Image
+from upholster.charts.maps.shapes import Ball, Facing, Height, Part, Slope
+from upholster.charts.maps.source import Source
+from upholster.charts.maps.surface_map import SurfaceMap
+from upholster.errors import InputError
+from upholster.image import IMAGE_SUFFIXES
+from upholster.lengths import Length, read_length
+
+__all__ = ["parse_map"]
+
+ALLOWED = (
+    "an image's file, part:PATTERN, height, slope, facing:z (another axis, -z, or a vector x,y,z), "
+    "or a ball x,y,z:radius; 1- before it; >0.5 or <0.5 behind it"
+)
+
+_COMPARED = re.compile(rf"(.+?)\s*([<>])({NUMBER})", re.DOTALL)
+
+_BALL = re.compile(rf"({NUMBER}),({NUMBER}),({NUMBER}):(.+)")
+
+_VECTOR = re.compile(f"{NUMBER},{NUMBER},{NUMBER}")
+
+_AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+
+_FARTHEST = 1e18
+"""Largest coordinate, as of a mesh."""
+
+
+def parse_map(text: str) -> SurfaceMap:
+    """Return the map that a text stands for.
+
+    Parameters
+    ----------
+    text
+        The name of an image (``mask.png``), ``part:Seat``, ``height``, ``slope``, ``facing:z`` or
+        ``facing:0,1,1``, a ball ``x,y,z:radius``. Words may have capitals. ``1-`` before it inverts; then
+        ``>0.5`` or ``<0.5`` behind it asks where that holds, so ``1-height>0.8`` is the same as
+        ``height<0.2``. A file whose own name begins with ``1-`` is written ``./1-…``.
+
+    Returns
+    -------
+    SurfaceMap
+        No file has been read yet, and nothing compared with a surface.
+
+    Raises
+    ------
+    InputError
+        If it is none of these, or a number is not finite or out of range.
+    """
+    if not isinstance(text, str):
+        raise InputError(f"map is a {type(text).__name__}; allowed: {ALLOWED}")
+    rest, above, below = text.strip(), None, None
+    if compared := _COMPARED.fullmatch(rest):
+        rest, number = compared[1].strip(), float(compared[3])
+        if not 0 <= number <= 1:
+            raise InputError(f"map {text[:60]!r} compares with {compared[3].strip()}; allowed: 0 to 1")
+        above, below = (number, None) if compared[2] == ">" else (None, number)
+    is_inverted = rest.startswith("1-")
+    rest = rest[2:].strip() if is_inverted else rest
+    return SurfaceMap(text.strip(), _source(rest, text), is_inverted, above, below)
+
+
+def _source(rest: str, text: str) -> Source:
+    """Return the source that is written, once what stands before and behind it is off."""
+    word, colon, argument = rest.partition(":")
+    reader = _WORDS.get((word.strip().lower(), bool(colon)))
+    if reader is not None:
+        return reader(argument.strip(), text)
+    suffix = PurePath(rest).suffix.lower()
+    if suffix in IMAGE_SUFFIXES:
+        return Image(rest)
+    if ball := _BALL.fullmatch(rest):
+        x, y, z = (float(ball[k]) for k in (1, 2, 3))
+        if max(abs(x), abs(y), abs(z)) > _FARTHEST:
+            raise InputError(f"map {text[:60]!r} has a coordinate beyond ±1e18; allowed: less")
+        return Ball((x, y, z), _length(ball[4], text, "radius"))
+    raise _refused(text)
+
+
+def _part(argument: str, text: str) -> Source:
+    if not argument:
+        raise InputError(f"map {text[:60]!r} names no part; allowed: part: and a name or pattern")
+    return Part(argument)
+
+
+def _facing(argument: str, text: str) -> Source:
+    name = argument.lower()
+    sign, axis = (-1.0, name[1:].strip()) if name.startswith("-") else (1.0, name)
+    if axis in _AXES:
+        x, y, z = _AXES[axis]
+    elif _VECTOR.fullmatch(argument):
+        sign, (x, y, z) = 1.0, (float(part) for part in argument.split(","))
+    else:
+        raise InputError(f"map {text[:60]!r}; allowed: facing: and x, y, z, one of them after -, or x,y,z")
+    if not all(map(math.isfinite, (x, y, z))) or x == y == z == 0:
+        raise InputError(f"map {text[:60]!r}; allowed: a finite vector that is not zero")
+    return Facing((sign * x, sign * y, sign * z))
+
+
+def _length(argument: str, text: str, name: str) -> Length:
+    """Return a length above 0.
+
+    Raises
+    ------
+    InputError
+        If it is none.
+    """
+    length = read_length(argument, name=f"{name} of map {text[:60]!r}")
+    if not length.number > 0:
+        raise InputError(f"{name} of map {text[:60]!r} is {argument[:40]}; allowed: a length above 0")
+    return length
+
+
+def _refused(text: str) -> InputError:
+    return InputError(f"map is {text[:60]!r}; allowed: {ALLOWED}")
+
+
+_WORDS: dict[tuple[str, bool], Callable[[str, str], Source]] = {
+    ("part", True): _part,
+    ("height", False): lambda *_: Height(),
+    ("slope", False): lambda *_: Slope(),
+    ("facing", True): _facing,
+}
+"""What reads what stands behind the colon, by the word and whether a colon follows it."""

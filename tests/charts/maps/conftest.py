@@ -1,0 +1,6 @@
+"""Maps are tried on the meshes of the tests beside this folder."""
+
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parents[1]))

@@ -1,0 +1,148 @@
+"""Maps of place, normal and part on flat textures, patches and meshes; comparisons, labels, regions."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from grounds import at_steps, on_flat, on_mesh, on_patches, steps_of, told
+from meshes import box, sphere
+
+from upholster.charts._step_kernels import interpolate
+from upholster.charts.maps import parse_map, region
+from upholster.errors import InputError
+from upholster.geometry import torus
+from upholster.stages import Stages
+
+
+@pytest.fixture(scope="module")
+def cube():
+    mesh = box((2.0, 2.0, 2.0), 2)
+    part = (mesh.flat_normals[:, 2] > 0.5).astype(np.int32)
+    return on_mesh(replace(mesh, part=part, parts=("sides", "Lid"), metres=0.01))
+
+
+@pytest.fixture(scope="module")
+def ball():
+    return on_mesh(sphere(8))
+
+
+def test_corners_values_are_linear_over_triangles(ball) -> None:
+    charted, values = ball.charted, np.random.default_rng(1).random((len(ball.charted.chart), 3, 4))
+    for rows, columns, triangles, weights in steps_of(charted):
+        out = np.empty((len(rows), 4))
+        middles = np.stack([rows, columns], axis=1) + 0.5
+        interpolate(middles, triangles.astype(np.int32), charted.places, values, out)
+        np.testing.assert_allclose(out, np.einsum("nk,nkc->nc", weights, values[triangles]), atol=1e-9)
+
+
+def test_a_step_beside_its_triangle_has_a_value_of_the_triangle(ball) -> None:
+    charted = ball.charted
+    values = np.random.default_rng(1).random((len(charted.chart), 3, 1))
+    triangles = np.arange(len(charted.chart), dtype=np.int32)
+    out = np.empty((len(triangles), 1))
+    beside = charted.places[:, 0] + 0.4 * (charted.places[:, 0] - charted.places[:, 1])
+    interpolate(beside, triangles, charted.places, values, out)
+    assert (values.min(axis=1) - 1e-12 <= out).all()
+    assert (out <= values.max(axis=1) + 1e-12).all()
+
+
+def test_values_are_there_on_the_surface_and_right_beside_it_alone(ball) -> None:
+    values = parse_map("height").values(ball)
+    for found, chart, steps in zip(values, ball.charted.charts, steps_of(ball.charted), strict=True):
+        assert found.shape == (chart.height, chart.width)
+        assert found.dtype == np.float32
+        on = np.zeros(found.shape, bool)
+        on[steps[0], steps[1]] = True
+        assert np.isfinite(found[on]).all()
+        near = np.zeros(found.shape, bool)
+        for down in (-2, -1, 0, 1, 2):
+            for right in (-2, -1, 0, 1, 2):
+                near |= np.roll(on, (down, right), (0, 1))  # charts have margins
+        assert np.isnan(found[~near]).all()
+
+
+def test_height_goes_from_the_lowest_to_the_highest_point(ball) -> None:
+    z = at_steps(ball.charted.mesh.corners, ball)[:, 2]
+    low, high = ball.charted.mesh.box[:, 2]
+    np.testing.assert_allclose(told("height", ball), (z - low) / (high - low), atol=1e-6)
+
+
+def test_what_is_level_has_height_nought() -> None:
+    assert (parse_map("height").values(on_flat())[0] == 0).all()
+
+
+def test_slope_and_facing_follow_the_normal_of_a_torus() -> None:
+    ground = on_patches(torus(2.0, 0.8))
+    x, y, z = at_steps(ground.charted.mesh.corners, ground).T
+    beyond = np.hypot(x, y) - 2.0
+    normal = np.stack([x / np.hypot(x, y) * beyond, y / np.hypot(x, y) * beyond, z]).T
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    np.testing.assert_allclose(told("slope", ground), np.sqrt(1 - normal[:, 2] ** 2), atol=0.02)
+    np.testing.assert_allclose(told("facing:z", ground), (1 + normal[:, 2]) / 2, atol=0.01)
+    np.testing.assert_allclose(told("facing:-z", ground), (1 - normal[:, 2]) / 2, atol=0.01)
+    towards = normal @ np.array([3.0, 0, 4.0]) / 5
+    np.testing.assert_allclose(told("facing:3,0,4", ground), (1 + towards) / 2, atol=0.01)
+
+
+def test_sides_of_a_cube_are_upright_and_its_lid_is_level(cube) -> None:
+    normal = cube.charted.mesh.flat_normals[np.concatenate([t for *_, t, _ in steps_of(cube.charted)])]
+    np.testing.assert_allclose(told("slope", cube), np.abs(normal[:, 2]) < 0.5, atol=1e-6)
+    np.testing.assert_allclose(told("facing:x", cube), (1 + normal[:, 0]) / 2, atol=1e-6)
+
+
+def test_parts_are_chosen_by_patterns(cube) -> None:
+    top = (
+        cube.charted.mesh.flat_normals[np.concatenate([t for *_, t, _ in steps_of(cube.charted)])][:, 2] > 0.5
+    )
+    np.testing.assert_array_equal(told("part:lid", cube), top)
+    np.testing.assert_array_equal(told("1-part:sides", cube), top)
+    assert (told("part:*", cube) == 1).all()
+    with pytest.raises(InputError, match="no part is called 'leg'; allowed: sides, Lid"):
+        parse_map("part:leg").values(cube)
+    with pytest.raises(InputError, match="is for models"):
+        parse_map("part:leg").values(on_flat())
+
+
+def test_a_ball_has_all_steps_that_are_near_enough(cube) -> None:
+    away = np.linalg.norm(at_steps(cube.charted.mesh.corners, cube) - (2, 1, 1.5), axis=1)
+    found = told("2,1,1.5:0.7", cube)
+    sure = np.abs(away - 0.7) > 1e-6
+    np.testing.assert_array_equal(found[sure], away[sure] <= 0.7)
+    np.testing.assert_array_equal(told("2,1,1.5:7mm", cube), found)  # its unit is a centimetre
+    with pytest.raises(InputError, match="radius of a map is '7mm', and this model does not tell"):
+        parse_map("2,1,1.5:7mm").values(on_flat())
+
+
+def test_inverted_and_compared_maps(ball) -> None:
+    plain = told("height", ball)
+    np.testing.assert_array_equal(told("1-height", ball), 1 - plain)
+    np.testing.assert_array_equal(told("height>0.25", ball), plain > np.float32(0.25))
+    np.testing.assert_array_equal(told("height<0.25", ball), plain < np.float32(0.25))
+    np.testing.assert_array_equal(told("1-height>0.25", ball), 1 - plain > np.float32(0.25))
+
+
+def test_regions_and_labels_are_those_of_the_values(ball) -> None:
+    for text in ("height>0.3", "1-0,0,1:0.5", "slope<0.5"):
+        wanted = parse_map(text)
+        values, codes, inside = wanted.values(ball), wanted.codes(ball), region(wanted, ball)
+        for value, code, one in zip(values, codes, inside, strict=True):
+            np.testing.assert_array_equal(one, np.nan_to_num(value) > 0.5)
+            np.testing.assert_array_equal(
+                code, np.where(np.isnan(value), -1, np.where(value > 0, 0xFFFFFF, 0))
+            )
+            assert code.dtype == np.int32
+    with pytest.raises(InputError, match="map 'height' tells no labels; allowed: an image"):
+        parse_map("height").codes(ball)
+
+
+def test_values_are_the_same_for_any_number_of_threads(ball) -> None:
+    for text in ("height", "facing:1,2,3"):
+        once, other = (parse_map(text).values(ball, threads=n) for n in (1, 3))
+        for a, b in zip(once, other, strict=True):
+            np.testing.assert_array_equal(a, b)
+
+
+def test_values_are_kept_where_stages_are(ball) -> None:
+    with Stages().active():
+        assert parse_map("slope").values(ball) is parse_map("slope").values(ball)
+        assert parse_map("slope").values(ball) is not parse_map("1-slope").values(ball)
