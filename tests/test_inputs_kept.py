@@ -96,6 +96,7 @@ REFUSED = [
     ("cover x.png --on n.json -o new.glb --report n.json", "n.json", "n.json"),
     ("cover x.png --on again/n.json -o new.glb --report ./n.json", "./n.json", "again/n.json"),
     ("cover wall --on plane --direction x.png -o x.png", "x.png", "x.png"),
+    ("cover wall --on plane --size-map 1-x.png=1,2 -o x.png", "x.png", "x.png"),
     ("cover wall --on plane --stroke again/s.json --report s.json -o new.glb", "s.json", "again/s.json"),
     ("refine r.uph -o r.uph", "r.uph", "r.uph"),
     ("refine r.uph --bytes 3000 -o new.glb -o again/r.uph", "again/r.uph", "r.uph"),

@@ -204,7 +204,10 @@ class Covering:
         """What will be done, settled; InputError if something is out of range."""
         with _naming(self.name):
             used = used_pixels(self.source)
-            return prepare(self.seen, self.surface, self.asked, largest=self.largest, used=used)
+            own = self.covered
+            return prepare(
+                self.seen, own.surface, self.asked, largest=self.largest, model=own.model, used=used
+            )
 
     @property
     def charts(self) -> tuple[Chart, ...]:

@@ -433,6 +433,17 @@ class SynthesisOptions:
             only="quilt",
         ),
     )
+    size_map: str | None = field(
+        default=None,
+        metadata=_about(
+            _SCALE,
+            "The sample is LOW times as large where a map is 0, HIGH times where it is 1, each 1/8 to 8: "
+            "`height=0.5,2`. The map is an image over texture coordinates, `height`, `slope`, `facing:z`, "
+            "`part:NAME` or a ball `x,y,z:radius`; see docs/meshes.md.",
+            metavar="TARGET=LOW,HIGH",
+            only="quilt",
+        ),
+    )
     crease: float | None = field(
         default=None,
         metadata=_about(

@@ -8,6 +8,7 @@ from upholster.charts.charted import charted_patches
 from upholster.charts.directions import direction_field, in_detail, parse_direction, told_on_patches
 from upholster.charts.directions.asked import asked_at_corners
 from upholster.charts.directions.images import read_direction_image
+from upholster.charts.directions.on_coordinates import told_on_coordinates
 from upholster.charts.layout import density_layout
 from upholster.charts.unwrap import unwrap
 from upholster.errors import InputError
@@ -114,7 +115,7 @@ def test_on_patches_it_lies_over_each_face(tmp_path):
         np.testing.assert_allclose((field.face_vectors * wanted).sum(axis=1), 1, atol=1e-3)
 
 
-def test_detail_keeps_coordinates_normals_and_places():
+def test_detail_keeps_coordinates_and_places(tmp_path):
     mesh = with_uv(height_field(2), [[0.5, 0.2], [-0.1, 0.7]])
     charted = on_charts(unwrap(mesh)[0], 50.0)
     fine = in_detail(charted)
@@ -123,6 +124,16 @@ def test_detail_keeps_coordinates_normals_and_places():
     flat = fine.mesh.corners[..., :2] - 0.5
     wanted = np.stack([flat[..., 0], -flat[..., 1]], axis=-1) @ np.array([[0.5, 0.2], [-0.1, 0.7]]).T + 0.5
     np.testing.assert_allclose(fine.mesh.uv, wanted, atol=1e-9)
+    # What has no coordinates asks for nothing.
+    uv = mesh.uv.copy()
+    uv[0, 2] = np.nan
+    fine = in_detail(charted, uv)
+    field = told_on_coordinates(fine.mesh, parse_direction(everywhere(tmp_path / "one.png", 1, 0)))
+    without = np.linalg.norm(field.vectors, axis=2).max(axis=1) == 0
+    first = np.linalg.norm(mesh.corners[0, [1, 2, 1]] - mesh.corners[0, [0, 0, 2]], axis=1).max()
+    assert fine.mesh.areas[without].sum() == pytest.approx(mesh.areas[0])
+    near = np.linalg.norm(fine.mesh.corners[without].mean(axis=1) - mesh.corners[0].mean(axis=0), axis=1)
+    assert near.max() < first
 
 
 def test_what_asks_for_nothing_is_refused_in_a_line(tmp_path):

@@ -338,6 +338,32 @@ def test_an_image_of_directions_counts_as_it_is_and_lies_in_the_folder(tmp_path)
         read_project(saved_one)
 
 
+def test_an_image_of_sizes_counts_as_it_is_and_lies_in_the_folder(tmp_path):
+    image = tmp_path / "sizes.png"
+    write_image(image, np.zeros((4, 4, 1), np.uint8))
+    sample = Sample(str(EXAMPLES / "bricks.png"))
+    project = Project("plane", sample, synthesis={"texels": 9000, "size_map": f"1-{image}=0.5,2"})
+    assert str(image) in project.files()
+
+    def most():
+        with project.previews.stages.active():
+            return project.coverings()[0].prepared.sizes.most
+
+    assert most() == 2
+    write_image(image, np.full((8, 4, 1), 255, np.uint8))
+    assert most() == 0.5
+    saved_one = tmp_path / "a" / "x.upholster.json"
+    save_project(project, saved_one)
+    told = json.loads(saved_one.read_text())
+    assert told["synthesis"]["size_map"] == "1-sizes.png=0.5,2.0"
+    assert "sizes.png" in told["files"]
+    assert read_project(saved_one).synthesis.size_map == f"1-{saved_one.parent / 'sizes.png'}=0.5,2.0"
+    told["synthesis"]["size_map"] = "../sizes.png=1,2"
+    saved_one.write_text(json.dumps(told))
+    with pytest.raises(InputError, match=r"refers to '\.\./sizes.png'"):
+        read_project(saved_one)
+
+
 def test_links_in_a_folder_reach_nothing_outside(tmp_path):
     project = Project(
         CHAIR, Sample(str(EXAMPLES / "bricks_material")), {"Leg*": str(EXAMPLES / "bricks_material")}

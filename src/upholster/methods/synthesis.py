@@ -29,13 +29,16 @@ from upholster.charts.directions import (
     told_on_patches,
 )
 from upholster.charts.layout import LONGEST, TextureScale, density_layout, texture_scale, uniform_layout
+from upholster.charts.maps import MapGround
 from upholster.charts.mesh_layout import mesh_charts
-from upholster.charts.phases import phase_field
+from upholster.charts.phases import PhaseField, phase_field
+from upholster.charts.sizes import SizeField, parse_size_map, size_field
 from upholster.charts.turns import chart_turns
 from upholster.charts.warp_fields import triangle_frames, warp_fields
 from upholster.elements import Lattice, find_lattice
 from upholster.errors import InputError
 from upholster.geometry import AnySurface, MeshSurface, Surface
+from upholster.geometry.mesh_files import ModelFile
 from upholster.image import Material, check_exemplar
 from upholster.image.masks import Used
 from upholster.image.source import Sample, Source, as_exemplar, used_pixels
@@ -110,6 +113,8 @@ class Prepared:
         Texels for a step of the charts, each way: a power of two.
     used
         (H, W) which pixels of the sample blocks show; None: all.
+    sizes
+        How many times as large the sample is at the corners of `charted`; None: once.
     """
 
     charts: tuple[Chart, ...]
@@ -124,6 +129,7 @@ class Prepared:
     vectors: FloatArray | None = None
     density: float = 1.0
     used: Used | None = None
+    sizes: SizeField | None = None
 
     @property
     def painted(self) -> tuple[Chart, ...]:
@@ -211,9 +217,16 @@ def _color(material: Material) -> PixelArray:
 
 
 def asked_files(options: SynthesisOptions) -> list[str]:
-    """Return the files that options name: of strokes, and an image of directions."""
+    """Return the files that options name: of strokes, images of directions and of sizes.
+
+    Raises
+    ------
+    InputError
+        If a text that names one is wrong.
+    """
     images = [options.direction.strip()] if is_direction_image(options.direction) else []
-    return [*(text.strip() for text in options.stroke or () if is_stroke_file(text)), *images]
+    sizes = () if options.size_map is None else parse_size_map(options.size_map).map.files
+    return [*(text.strip() for text in options.stroke or () if is_stroke_file(text)), *images, *sizes]
 
 
 def _inputs(
@@ -229,12 +242,13 @@ def prepare(
     options: SynthesisOptions,
     *,
     largest: int = LONGEST,
+    model: ModelFile | None = None,
     used: Used | None = None,
 ) -> Prepared:
     """Settle what `synthesize` will do; parameters as there.
 
-    On patches no chart of method "quilt" is longer than `largest` texels. Blocks show pixels alone that are
-    `used`, (H, W) bool; None: all.
+    On patches no chart of method "quilt" is longer than `largest` texels. `model` is the file that a mesh was
+    read from. Blocks show pixels alone that are `used`, (H, W) bool; None: all.
 
     Raises
     ------
@@ -243,7 +257,7 @@ def prepare(
     """
     check_used(used, options.method)
     if isinstance(surface, MeshSurface):
-        return _prepare_mesh(exemplar, surface, options, used)
+        return _prepare_mesh(exemplar, surface, options, model, used)
     if options.method == "paper":
         charts = uniform_layout(surface, chart=options.chart)
         return Prepared(charts, (), None, "", settled(options, PaperOptions))
@@ -262,15 +276,16 @@ def prepare(
     if asked is None:
         asked = "smooth" if options.stroke else default_on_patches(surface, charted)
     wanted = parse_direction(cast(str, asked), patches=True)
-    charted = charted if wanted.image is None else in_detail(charted)
-    wanted = told_on_patches(surface, charted, wanted)
-    return _on_charts(exemplar, charted, options, scale, density, wanted, used)
+    ground = MapGround(charted, None, surface, False)
+    return _on_charts(exemplar, ground, options, scale, density, wanted, used)
 
 
 def _prepare_flat(
     exemplar: PixelArray, chart: Chart, options: SynthesisOptions, used: Used | None
 ) -> Prepared:
     # A flat texture: a step is a pixel, rows run along rows.
+    if options.size_map is not None:
+        raise InputError("size_map is given for a flat texture; allowed: on surfaces and models")
     for name in ("crease", "stroke"):
         if getattr(options, name) is not None:
             raise InputError(f"{name} is given for a flat texture; allowed: none, its rows run to the right")
@@ -288,13 +303,18 @@ def _prepare_flat(
 
 def _on_charts(
     exemplar: PixelArray,
-    charted: ChartedSurface,
+    ground: MapGround,
     options: SynthesisOptions,
     scale: TextureScale,
     density: float,
     direction: Direction,
     used: Used | None,
 ) -> Prepared:
+    charted = ground.charted
+    if direction.image is not None:
+        charted = in_detail(charted, None if ground.model is None else ground.model.uv)
+    if isinstance(ground.surface, Surface):
+        direction = told_on_patches(ground.surface, charted, direction)
     mesh = charted.mesh
     check_level(used, step_level(exemplar.shape[:2], charted, scale.scale))
     lattice, weight = _lattice(exemplar, options, _SURFACE_PHASE)
@@ -305,17 +325,22 @@ def _on_charts(
         crease=default_crease(mesh) if options.crease is None else options.crease,
         lattice=lattice is not None,
     )
-    along, down = triangle_frames(mesh, field.corner_vectors)
+    vectors, sizes = field.corner_vectors, None
+    along, down = triangle_frames(mesh, vectors)
     turns = chart_turns(charted, along, field.fold)
-    fields = warp_fields(charted, along, down, scale.scale, turns, field.corner_vectors)
-    surface_phases, phases, block = None, None, options.block
+    turning = turning_of(charted, vectors, field.fold) / scale.scale
+    block = _side(exemplar, options, scale, turning, None, used)
+    if options.size_map is not None:
+        wanted, wide = parse_size_map(options.size_map), block / scale.scale
+        sizes, charted, vectors, parent = size_field(wanted, ground, charted, vectors, wide)
+        turns, (along, down) = turns[parent], triangle_frames(charted.mesh, vectors)
+    factors = None if sizes is None else sizes.factors
+    fields = warp_fields(charted, along, down, scale.scale, turns, vectors, factors)
+    phases = None
     if lattice is not None:
-        surface_phases = phase_field(charted, field.corner_vectors, scale.scale, lattice.waves)
+        surface_phases = phase_field(charted, vectors, scale.scale, lattice.waves, sizes)
         phases = WantedPhases(lattice, surface_phases, weight)
-    if block is None:
-        across = float(np.sqrt(scale.texels)) / scale.density * scale.scale
-        turning = turning_of(charted, field.corner_vectors, field.fold) / scale.scale
-        block = usable_side(block_side(exemplar, across, turning, surface_phases), used)
+        block = _side(exemplar, options, scale, turning, surface_phases, used)
     own = settled(options, QuiltOptions, block=block)
     text = "strokes" if options.stroke and options.direction is None else direction.text
     return Prepared(
@@ -328,10 +353,26 @@ def _on_charts(
         phases,
         turns,
         charted,
-        field.corner_vectors,
+        vectors,
         density=density,
         used=used,
+        sizes=sizes,
     )
+
+
+def _side(
+    exemplar: PixelArray,
+    options: SynthesisOptions,
+    scale: TextureScale,
+    turning: float,
+    phases: PhaseField | None,
+    used: Used | None,
+) -> int:
+    # The side of blocks, where directions turn by so many radians in a pixel.
+    if options.block is not None:
+        return options.block
+    across = float(np.sqrt(scale.texels)) / scale.density * scale.scale
+    return usable_side(block_side(exemplar, across, turning, phases), used)
 
 
 def _lattice(exemplar: PixelArray, options: SynthesisOptions, weight: float) -> tuple[Lattice | None, float]:
@@ -341,7 +382,11 @@ def _lattice(exemplar: PixelArray, options: SynthesisOptions, weight: float) -> 
 
 
 def _prepare_mesh(
-    exemplar: PixelArray, surface: MeshSurface, options: SynthesisOptions, used: Used | None
+    exemplar: PixelArray,
+    surface: MeshSurface,
+    options: SynthesisOptions,
+    model: ModelFile | None,
+    used: Used | None,
 ) -> Prepared:
     if options.method != "quilt":
         raise InputError(f"method is {options.method!r} on a mesh; allowed there: 'quilt'")
@@ -354,9 +399,8 @@ def _prepare_mesh(
     asked = options.direction
     if asked is None:
         asked = "smooth" if options.stroke else default_direction(surface.mesh)
-    wanted = parse_direction(cast(str, asked))
-    charted = charted if wanted.image is None else in_detail(charted)
-    return _on_charts(exemplar, charted, options, scale, density, wanted, used)
+    ground = MapGround(charted, model, surface, False)
+    return _on_charts(exemplar, ground, options, scale, density, parse_direction(cast(str, asked)), used)
 
 
 @stage
@@ -379,12 +423,13 @@ def coarser(prepared: Prepared, exemplar: PixelArray, octaves: int) -> Prepared:
     charted = on_longer_steps(prepared.charted, octaves)
     along, down = triangle_frames(charted.mesh, prepared.vectors)
     scale = 1.0 if prepared.scale is None else prepared.scale.scale
+    factors = None if prepared.sizes is None else prepared.sizes.factors
     block = min(2 * options.block, 3 * min(exemplar.shape[:2]) // 4)
     return replace(
         prepared,
         charts=charted.charts,
         charted=charted,
-        fields=warp_fields(charted, along, down, scale, prepared.turns, prepared.vectors),
+        fields=warp_fields(charted, along, down, scale, prepared.turns, prepared.vectors, factors),
         options=replace(options, block=block, overlap=None),
         density=min(prepared.density * 2.0**octaves, PAINTED_DENSITIES[1]),
     )
@@ -503,6 +548,7 @@ def lay_plan(prepared: Prepared, exemplar: PixelArray, *, seed: int = 0) -> LayP
         turns=prepared.turns,
         options=prepared.options,
         phases=prepared.phases,
+        sizes=prepared.sizes,
         used=prepared.used,
         seed=seed,
     )
@@ -562,12 +608,12 @@ def synthesize(
     if isinstance(exemplar, Sample) and exemplar.size is not None:
         wanted = replace(wanted, sample_size=exemplar.size, element_size=None)
     check_running(threads, progress)
-    seed, surface = settled_seed(seed), as_covered(surface, patches=needs_patches(wanted)).surface
+    seed, covered = settled_seed(seed), as_covered(surface, patches=needs_patches(wanted))
     source = kept_sample(as_exemplar(exemplar), wanted)
     checked, used = matched_image(source, wanted), used_pixels(source)
     with keeping():
-        prepared = prepare(checked, surface, wanted, used=used)
-        return execute(prepared, checked, surface, seed=seed, threads=threads, progress=progress)
+        prepared = prepare(checked, covered.surface, wanted, model=covered.model, used=used)
+        return execute(prepared, checked, covered.surface, seed=seed, threads=threads, progress=progress)
 
 
 def _size(image: PixelArray) -> str:

@@ -14,6 +14,7 @@ from typing import Any, TypeVar
 
 from upholster.charts.covered import CoveredLike, covered_files
 from upholster.charts.directions import is_direction_image, is_stroke_file, stroke_texts
+from upholster.charts.sizes import parse_size_map
 from upholster.errors import FormatError, InputError, nearest
 from upholster.files import outputs, path_inside, path_text, read_bytes
 from upholster.formats import PROJECT_SUFFIX
@@ -108,6 +109,9 @@ class _Reader:
             options["synthesis"] = replace(options["synthesis"], stroke=tuple(texts))
         if is_direction_image(direction := options["synthesis"].direction):
             options["synthesis"] = replace(options["synthesis"], direction=self.file(direction.strip()))
+        if (sizes := options["synthesis"].size_map) is not None:
+            text = parse_size_map(sizes).named(self.file)
+            options["synthesis"] = replace(options["synthesis"], size_map=text)
         materials = known.get("materials", {})
         if not isinstance(materials, dict):
             raise FormatError("materials are no object; allowed: samples by the names of parts")
@@ -244,6 +248,8 @@ class _Keeper:
             written["synthesis"]["stroke"] = stroke_texts(strokes)
         if is_direction_image(direction := project.synthesis.direction):
             written["synthesis"]["direction"] = self.kept(direction.strip())
+        if (sizes := project.synthesis.size_map) is not None:
+            written["synthesis"]["size_map"] = parse_size_map(sizes).named(self.kept)
         return written | {"seed": project.seed}
 
     def model(self, project: Project) -> str:

@@ -17,16 +17,25 @@ _LONGEST = 0.02
 
 
 @stage
-def in_detail(surface: ChartedSurface) -> ChartedSurface:
+def in_detail(surface: ChartedSurface, uv: FloatArray | None = None) -> ChartedSurface:
     """Return the same surface with shorter edges; triangles on no chart are left out.
 
     Texture coordinates and normals of its mesh are linear over what was one triangle.
+
+    Parameters
+    ----------
+    surface
+        The surface.
+    uv
+        (T, 3, 2) texture coordinates, by default the mesh's own. NaN, of triangles that have none, becomes
+        one place.
     """
     mesh = surface.mesh
+    uv = mesh.uv if uv is None else np.where(np.isfinite(uv).all(axis=(1, 2), keepdims=True), uv, 0.0)
     flat = np.repeat(mesh.flat_normals[:, None], 3, axis=1)
     fine = subdivided(surface, flat if mesh.normals is None else mesh.normals, _LONGEST * mesh.size)
     own, parent = fine.surface.mesh, fine.parent
-    uv = None if mesh.uv is None else _carried(mesh.uv, surface.places, fine.surface.places, parent)
+    uv = None if uv is None else _carried(uv, surface.places, fine.surface.places, parent)
     found = TriangleMesh(
         own.positions,
         own.triangles,

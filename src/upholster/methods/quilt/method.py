@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from upholster.charts.charted import ChartedSurface
+from upholster.charts.sizes import SizeField
 from upholster.elements import find_joints
 from upholster.image.masks import Used
 from upholster.methods.quilt._block_kernels import LayNumbers, LayWeights
@@ -52,6 +53,7 @@ def planned(
     turns: IntArray | None = None,
     options: QuiltOptions,
     phases: WantedPhases | None = None,
+    sizes: SizeField | None = None,
     used: Used | None = None,
     seed: int = 0,
 ) -> LayPlan:
@@ -88,7 +90,8 @@ def planned(
         (rows, columns),
         None if phases is None else phases.surface,
         int(np.random.SeedSequence(seed).generate_state(1, np.uint64)[0]),
-        Parcels.of(surface, vectors, block, density),
+        Parcels.of(surface, vectors, block if sizes is None else block * sizes.most, density),
+        sizes,
     )
 
 
@@ -123,6 +126,8 @@ def synthesize_quilt(
         Parameters of the method.
     phases
         Of a sample that repeats: its own phases; where it shall be is found here. None: not looked at.
+    sizes
+        How many times as large the sample is, as the warp fields have it; None: once.
     used
         (H, W) which pixels of the exemplar blocks may show, see `check_used`; None: all.
     seed
