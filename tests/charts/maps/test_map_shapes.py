@@ -67,6 +67,14 @@ def test_height_goes_from_the_lowest_to_the_highest_point(ball) -> None:
     np.testing.assert_allclose(told("height", ball), (z - low) / (high - low), atol=1e-6)
 
 
+def test_parts_that_are_left_plain_have_no_values(cube) -> None:
+    chart = np.where(cube.charted.mesh.part == 0, -1, cube.charted.chart).astype(np.int32)
+    ground = replace(cube, charted=replace(cube.charted, chart=chart))
+    assert np.unique(told("facing:z", ground)).tolist() == [1]  # the lid's steps
+    count = sum(int(np.isfinite(values).sum()) for values in parse_map("facing:z").values(ground))
+    assert 40 * 40 <= count <= 42 * 42  # 2 by 2 units of 20 steps, and those right beside
+
+
 def test_what_is_level_has_height_nought() -> None:
     assert (parse_map("height").values(on_flat())[0] == 0).all()
 

@@ -9,6 +9,7 @@ WELL = (
     "mask.png",
     "folder/Mask.EXR",
     "part:Leg*",
+    "colors",
     "height",
     "Height",
     "slope",
@@ -17,6 +18,14 @@ WELL = (
     "facing:1,0,-2.5",
     "0,0,1:0.5",
     "-1,.5,1e-3 : 30cm",
+    "curvature",
+    "Curvature:30cm",
+    "occlusion",
+    "occlusion:0.5",
+    "noise",
+    "noise: 2 in",
+    "strokes.json",
+    "some/Strokes.JSON",
 )
 
 
@@ -57,10 +66,14 @@ def test_files_are_told() -> None:
         ("height>1.5", "compares with 1.5; allowed: 0 to 1"),
         ("height>-0.1", "compares with -0.1; allowed: 0 to 1"),
         ("height>half", "map is 'height>half'"),
+        ("curvature:-1", "reach of map 'curvature:-1' is -1; allowed: a length above 0"),
+        ("noise:", "blobs of map 'noise:' is ''"),
+        ("occlusion:5lightyears", "reach of map 'occlusion:5lightyears' is '5lightyears'"),
         ("0,0,0:0", "is 0; allowed: a length above 0"),
         ("0,0,0:-1cm", "is -1cm; allowed: a length above 0"),
         ("0,0,0:wide", "radius of map '0,0,0:wide' is 'wide'"),
         ("0,0,1e300:1", "beyond ±1e18"),
+        ("x" * 5000, "has 5000 characters; allowed: 4096"),
         (3, "map is a int; allowed"),
     ],
 )

@@ -15,14 +15,17 @@ from upholster.charts.directions.frames import PlaneFrames, plane_frames, power
 from upholster.charts.directions.wishes import Wish
 from upholster.errors import InputError
 from upholster.geometry import TriangleMesh
-from upholster.types import FloatArray
+from upholster.types import FloatArray, IntArray
 
 __all__ = [
+    "MOST_STROKES",
     "Strokes",
     "asked_by_strokes",
     "is_stroke_file",
     "parse_strokes",
+    "read_stroke_list",
     "stroke_texts",
+    "stroke_triangles",
     "with_strokes",
 ]
 
@@ -142,14 +145,16 @@ def asked_by_strokes(mesh: TriangleMesh, strokes: Strokes, crease: float | None 
     return np.repeat(asked[:, None], 3, axis=1)
 
 
-def _carried_from_strokes(
-    mesh: TriangleMesh, frames: PlaneFrames, strokes: FloatArray
-) -> tuple[ComplexArray, FloatArray]:
-    # The direction of the nearest stroke (T,), of size 1, carried from its place, 0 where it does not reach;
-    # and how far away its place is, as a part of the model's size, `_AROUND` where none is near.
+def stroke_triangles(mesh: TriangleMesh, points: FloatArray) -> IntArray:
+    """Return which triangle is nearest to each stroke's place, (S,).
+
+    Raises
+    ------
+    InputError
+        If a stroke lies far from the surface.
+    """
     centres = mesh.corners.mean(axis=1)
     radii = np.sqrt(((mesh.corners - centres[:, None]) ** 2).sum(axis=2).max(axis=1)) * (1 + 1e-12)
-    points = np.ascontiguousarray(strokes[:, 0])
     seeds, away = np.zeros(len(points), np.int32), np.empty(len(points))
     nearest_triangles(mesh.corners, centres, radii, points, seeds, away)
     if away.max() > _FARTHEST * mesh.size:
@@ -158,6 +163,16 @@ def _carried_from_strokes(
             f"stroke at {_written(points[n])} lies {away[n]:.4g} from the surface; "
             f"allowed: at most {_FARTHEST * mesh.size:.4g}"
         )
+    return seeds
+
+
+def _carried_from_strokes(
+    mesh: TriangleMesh, frames: PlaneFrames, strokes: FloatArray
+) -> tuple[ComplexArray, FloatArray]:
+    # The direction of the nearest stroke (T,), of size 1, carried from its place, 0 where it does not reach;
+    # and how far away its place is, as a part of the model's size, `_AROUND` where none is near.
+    points = np.ascontiguousarray(strokes[:, 0])
+    centres, seeds = mesh.corners.mean(axis=1), stroke_triangles(mesh, points)
     along = strokes[:, 1] / np.abs(strokes[:, 1]).max(axis=1, keepdims=True)
     along = along / np.sqrt(np.einsum("ij,ij->i", along, along))[:, None]
     upright = np.abs(np.einsum("ij,ij->i", along, frames.normals[seeds]))
@@ -187,21 +202,32 @@ def _carried_from_strokes(
     return drawn, (1 - nearness) * _AROUND
 
 
+def read_stroke_list(path: str) -> list[object]:
+    """Return the list that a JSON file of strokes holds; what stands in it is not checked.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read, or is no list.
+    """
+    try:
+        written = json.loads(Path(path).read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InputError(f"strokes {path}: {error.strerror or error}") from None
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"strokes {path}: no JSON: {error}") from None
+    if not isinstance(written, list):
+        raise InputError(f"strokes {path}: a {type(written).__name__}; allowed: a list")
+    return written
+
+
 def _texts(text: str) -> list[tuple[str, str]]:
     """Return a text, or those of the file that it names, and what each is called in a message."""
     if not is_stroke_file(text):
         return [(text, f"stroke {text[:60]!r}")]
     path = text.strip()
     name = f"strokes {path}"
-    try:
-        written = json.loads(Path(path).read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError(f"{name}: {error.strerror or error}") from None
-    except (ValueError, RecursionError) as error:
-        raise InputError(f"{name}: no JSON: {error}") from None
-    if not isinstance(written, list):
-        raise InputError(f"{name}: a {type(written).__name__}; allowed: a list")
-    return [(_text_of(one, name), name) for one in written]
+    return [(_text_of(one, name), name) for one in read_stroke_list(path)]
 
 
 def _text_of(told: object, name: str) -> str:

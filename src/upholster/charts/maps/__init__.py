@@ -2,7 +2,8 @@
 
 `text` reads maps as users write them: an image, a part, what faces up, what is hollow. `surface_map` is what
 it returns; `ground` has what a map is evaluated on, and goes over its steps. A kind of map is a `source`:
-`shapes` has those of place and normal, `images` those of pictures.
+`shapes` has those of place and normal, `images` those of pictures and of vertex colours, `rays` those of
+edges and hollows (found at `coarse` steps), `noise` and `painted` one each.
 """
 
 from upholster.charts.maps.ground import MapGround

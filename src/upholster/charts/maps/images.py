@@ -7,6 +7,7 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
+from upholster.charts.maps._map_kernels import look_up
 from upholster.charts.maps.ground import AtSteps, MapGround, Steps
 from upholster.charts.maps.source import Source
 from upholster.errors import InputError
@@ -14,7 +15,7 @@ from upholster.geometry import Surface
 from upholster.image import alpha_channel, read_image
 from upholster.types import FloatArray, PixelArray
 
-__all__ = ["Image"]
+__all__ = ["Image", "VertexColors"]
 
 Coordinates = Callable[[Steps], FloatArray]
 """Steps to (u, v) on the image, (n, 2): 0 to 1, to the right and downward; NaN where there are none."""
@@ -42,10 +43,8 @@ class Image(Source):
             grey[clear] = np.nan
 
         def at(steps: Steps) -> NDArray[np.float32]:
-            uv = coordinates(steps)
-            known = np.isfinite(uv).all(axis=1)
-            out = np.full(len(uv), np.nan, np.float32)
-            out[known] = _bilinear(grey, uv[known], repeats)
+            out = np.empty(len(steps.triangles), np.float32)
+            look_up(grey, coordinates(steps), repeats, out)
             return out
 
         return at
@@ -65,6 +64,42 @@ class Image(Source):
             return out
 
         return at
+
+
+@dataclass(frozen=True)
+class VertexColors(Source):
+    """The colours of a model's vertices, as its file has them."""
+
+    def values(self, ground: MapGround, _: int | None, /) -> AtSteps:
+        """Return what tells values: means of red, green and blue."""
+        grey = _vertex_colors(ground).mean(axis=2, dtype=np.float64, keepdims=True)
+        return lambda steps: steps.mean_of(grey)[:, 0]
+
+    def codes(self, ground: MapGround, /) -> AtSteps:
+        """Return what tells labels: the nearest vertex's."""
+        colors = _vertex_colors(ground)
+        labels = np.nan_to_num(np.rint(colors * 255)).astype(np.int32) @ np.array(
+            [1 << 16, 1 << 8, 1], np.int32
+        )
+        labels[np.isnan(colors).any(axis=2)] = -1
+        return lambda steps: steps.nearest_of(labels)
+
+
+def _vertex_colors(ground: MapGround) -> NDArray[np.float32]:
+    """Return the colours at the triangles' corners, (T, 3, 3).
+
+    Raises
+    ------
+    InputError
+        If the model has none.
+    """
+    colors = None if ground.model is None else ground.model.colors
+    if colors is None or not np.isfinite(colors[ground.charted.chart >= 0]).any():
+        raise InputError(
+            "map 'colors' is what a model's vertices have, and this surface has no colours; "
+            "allowed: other maps"
+        )
+    return colors
 
 
 def _pixels(file: str) -> PixelArray:
@@ -104,8 +139,7 @@ def _coordinates(file: str, ground: MapGround) -> tuple[Coordinates, bool]:
     """
     charted = ground.charted
     if ground.is_flat:
-        size = np.array([(chart.width, chart.height) for chart in charted.charts], np.float64)
-        return lambda steps: steps.places[:, ::-1] / size[steps.number], charted.is_tile
+        return lambda steps: steps.places[:, ::-1] / (steps.chart.width, steps.chart.height), charted.is_tile
     if isinstance(ground.surface, Surface):
         return _on_face(ground.surface), False
     uv = charted.mesh.uv if ground.model is None else ground.model.uv
@@ -131,30 +165,3 @@ def _on_face(surface: Surface) -> Coordinates:
 def _within(uv: FloatArray, repeats: bool) -> FloatArray:
     """Return coordinates from 0 to 1."""
     return cast(FloatArray, uv - np.floor(uv) if repeats else np.clip(uv, 0.0, 1.0))
-
-
-def _bilinear(grey: NDArray[np.float32], uv: FloatArray, repeats: bool) -> NDArray[np.float32]:
-    """Return the image's values at (n, 2), between pixels' middles; NaN where the nearest pixel is clear.
-
-    Clear pixels are NaN, and count for nothing where others are beside them.
-    """
-    height, width = grey.shape
-    at = _within(uv, repeats) * (width, height) - 0.5
-    left, top = np.floor(at).astype(np.int64).T
-    x, y = (at - np.floor(at)).T
-    total, weights = np.zeros(len(uv)), np.zeros(len(uv))
-    nearest = np.zeros(len(uv), bool)
-    for down, right in ((0, 0), (0, 1), (1, 0), (1, 1)):
-        row, column = top + down, left + right
-        if repeats:
-            row, column = row % height, column % width
-        else:
-            row, column = np.clip(row, 0, height - 1), np.clip(column, 0, width - 1)
-        weight = np.where(down, y, 1 - y) * np.where(right, x, 1 - x)
-        value = grey[row, column]
-        clear = np.isnan(value)
-        nearest |= clear & ((y >= 0.5) == down) & ((x >= 0.5) == right)
-        total += np.where(clear, 0.0, weight * value)
-        weights += np.where(clear, 0.0, weight)
-    found = total / np.where(weights > 0, weights, 1.0)
-    return np.where(nearest, np.nan, found).astype(np.float32)

@@ -54,7 +54,7 @@ class Slope(Source):
     def values(self, ground: MapGround, _: int | None, /) -> AtSteps:
         """Return what tells values."""
         normals = np.array(corner_normals(ground.charted.mesh))
-        return lambda steps: np.hypot(*_unit(steps.mean_of(normals))[:, :2].T)
+        return lambda steps: np.linalg.norm(_unit(steps.mean_of(normals))[:, :2], axis=1)
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,7 @@ class Facing(Source):
         normals = np.array(corner_normals(ground.charted.mesh))
         wanted = np.array(self.direction) / np.abs(self.direction).max()
         wanted /= np.linalg.norm(wanted)
-        return lambda steps: np.clip((1 + _unit(steps.mean_of(normals)) @ wanted) / 2, 0.0, 1.0)
+        return lambda steps: np.clip((1 + (_unit(steps.mean_of(normals)) * wanted).sum(axis=1)) / 2, 0.0, 1.0)
 
 
 @dataclass(frozen=True)

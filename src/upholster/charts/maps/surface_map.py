@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from upholster.charts.maps.ground import MapGround, Steps, over_steps
 from upholster.charts.maps.source import Source
 from upholster.errors import InputError
-from upholster.stages import file_stage
+from upholster.stages import file_stage, keeping
 
 __all__ = ["SurfaceMap", "region"]
 
@@ -65,7 +65,8 @@ class SurfaceMap:
         InputError
             If the map cannot be told on this surface, or its file is wrong: one line.
         """
-        return _values(self, ground, threads=threads)
+        with keeping():
+            return _values(self, ground, threads=threads)
 
     def codes(self, ground: MapGround, *, threads: int | None = None) -> tuple[NDArray[np.int32], ...]:
         """Return the map as labels at the steps of each chart, (height, width) int32.
@@ -78,7 +79,8 @@ class SurfaceMap:
         InputError
             As `values`; and for maps whose values are no labels.
         """
-        return _codes(self, ground, threads=threads)
+        with keeping():
+            return _codes(self, ground, threads=threads)
 
     def shaped(self, values: NDArray[Any]) -> NDArray[np.float32]:
         """Return what the map makes of its source's values."""

@@ -5,8 +5,11 @@ import re
 from collections.abc import Callable
 from pathlib import PurePath
 
-from upholster.charts.directions import NUMBER
-from upholster.charts.maps.images import Image
+from upholster.charts.directions import NUMBER, is_stroke_file
+from upholster.charts.maps.images import Image, VertexColors
+from upholster.charts.maps.noise import Noise
+from upholster.charts.maps.painted import Painted
+from upholster.charts.maps.rays import Curvature, Occlusion
 from upholster.charts.maps.shapes import Ball, Facing, Height, Part, Slope
 from upholster.charts.maps.source import Source
 from upholster.charts.maps.surface_map import SurfaceMap
@@ -17,8 +20,9 @@ from upholster.lengths import Length, read_length
 __all__ = ["parse_map"]
 
 ALLOWED = (
-    "an image's file, part:PATTERN, height, slope, facing:z (another axis, -z, or a vector x,y,z), "
-    "or a ball x,y,z:radius; 1- before it; >0.5 or <0.5 behind it"
+    "an image's file, colors, part:PATTERN, height, slope, facing:z (another axis, -z, or a vector x,y,z), "
+    "curvature, occlusion, noise (: and a length behind them), a ball x,y,z:radius, or a .json file of "
+    "strokes; 1- before it; >0.5 or <0.5 behind it"
 )
 
 _COMPARED = re.compile(rf"(.+?)\s*([<>])({NUMBER})", re.DOTALL)
@@ -28,6 +32,8 @@ _BALL = re.compile(rf"({NUMBER}),({NUMBER}),({NUMBER}):(.+)")
 _VECTOR = re.compile(f"{NUMBER},{NUMBER},{NUMBER}")
 
 _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+
+_LONGEST = 4096
 
 _FARTHEST = 1e18
 """Largest coordinate, as of a mesh."""
@@ -39,10 +45,25 @@ def parse_map(text: str) -> SurfaceMap:
     Parameters
     ----------
     text
-        The name of an image (``mask.png``), ``part:Seat``, ``height``, ``slope``, ``facing:z`` or
-        ``facing:0,1,1``, a ball ``x,y,z:radius``. Words may have capitals. ``1-`` before it inverts; then
-        ``>0.5`` or ``<0.5`` behind it asks where that holds, so ``1-height>0.8`` is the same as
-        ``height<0.2``. A file whose own name begins with ``1-`` is written ``./1-…``.
+        One of these, at most 4096 characters; words may have capitals:
+
+        - the name of an image, ``mask.png``: the mean of its colours as they are stored. It lies over a whole
+          flat texture, over each face of patches, or by a model's texture coordinates; nothing is asked where
+          it is clear;
+        - ``colors``: the mean of the colours of a model's vertices;
+        - ``part:Leg*``: 1 on these parts of a model;
+        - ``height``: 0 at the lowest point, 1 at the highest;
+        - ``slope``: 0 where it is level, 1 where it is upright;
+        - ``facing:z``, ``facing:-x``, ``facing:0,1,1``: 1 where it faces that way, ½ across, 0 the other way;
+        - ``curvature``, ``curvature:3cm``: 1 at edges, ½ where it is flat, 0 in hollows, as far as that;
+        - ``occlusion``, ``occlusion:3cm``: 1 where it is open, 0 where it is hidden, as far as that;
+        - ``noise``, ``noise:3cm``: smooth blobs, as large as that;
+        - ``x,y,z:3cm``: 1 within that distance of a place;
+        - the name of a file of strokes with values, ``strokes.json``, see `Painted`.
+
+        Lengths are in model units, or have a unit. ``1-`` before it inverts; then ``>0.5`` or ``<0.5`` behind
+        it asks where that holds, so ``1-height>0.8`` is the same as ``height<0.2``. A file whose own name
+        begins with ``1-`` is written ``./1-…``.
 
     Returns
     -------
@@ -56,6 +77,8 @@ def parse_map(text: str) -> SurfaceMap:
     """
     if not isinstance(text, str):
         raise InputError(f"map is a {type(text).__name__}; allowed: {ALLOWED}")
+    if len(text) > _LONGEST:
+        raise InputError(f"map {text[:60]!r} … has {len(text)} characters; allowed: {_LONGEST}")
     rest, above, below = text.strip(), None, None
     if compared := _COMPARED.fullmatch(rest):
         rest, number = compared[1].strip(), float(compared[3])
@@ -76,6 +99,8 @@ def _source(rest: str, text: str) -> Source:
     suffix = PurePath(rest).suffix.lower()
     if suffix in IMAGE_SUFFIXES:
         return Image(rest)
+    if is_stroke_file(rest):
+        return Painted(rest)
     if ball := _BALL.fullmatch(rest):
         x, y, z = (float(ball[k]) for k in (1, 2, 3))
         if max(abs(x), abs(y), abs(z)) > _FARTHEST:
@@ -125,7 +150,14 @@ def _refused(text: str) -> InputError:
 _WORDS: dict[tuple[str, bool], Callable[[str, str], Source]] = {
     ("part", True): _part,
     ("height", False): lambda *_: Height(),
+    ("colors", False): lambda *_: VertexColors(),
     ("slope", False): lambda *_: Slope(),
     ("facing", True): _facing,
+    ("curvature", False): lambda *_: Curvature(),
+    ("curvature", True): lambda argument, text: Curvature(_length(argument, text, "reach")),
+    ("noise", False): lambda *_: Noise(),
+    ("noise", True): lambda argument, text: Noise(_length(argument, text, "blobs")),
+    ("occlusion", False): lambda *_: Occlusion(),
+    ("occlusion", True): lambda argument, text: Occlusion(_length(argument, text, "reach")),
 }
 """What reads what stands behind the colon, by the word and whether a colon follows it."""

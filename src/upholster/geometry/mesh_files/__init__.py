@@ -5,6 +5,7 @@
 - `draco`, `meshopt`: compressed geometry
 - `obj`, `ply`, `stl`, `off`: the other formats, each a `RawModel`; `numbers`: numbers in text
 - `cad`: CAD files, which `upholster.occt` reads; `units`: those that a user can tell
+- `colors`: colours of vertices
 - `polygons`: quadrilaterals and polygons as triangles
 """
 

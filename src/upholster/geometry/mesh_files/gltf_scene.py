@@ -5,9 +5,11 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from upholster.errors import FormatError, InputError
 from upholster.geometry.mesh_files.accessors import MAX_ELEMENTS, Accessor, Accessors, as_floats
+from upholster.geometry.mesh_files.colors import as_colors
 from upholster.geometry.mesh_files.draco import decoded_primitive
 from upholster.geometry.mesh_files.gltf import Gltf, Json
 from upholster.geometry.mesh_files.gltf_nodes import Stand, stands, vertex_matrices
@@ -40,6 +42,7 @@ class _Piece:
     triangles: IntArray
     uv: FloatArray | None
     normals: FloatArray | None
+    colors: NDArray[np.float32] | None
     stand: Stand = field(repr=False)
 
 
@@ -164,6 +167,7 @@ def _piece(gltf: Gltf, accessors: Accessors, stand: Stand, number: int, primitiv
     if normals is not None:
         normals = _turned_normals(normals, matrices)
     uv = _floats(arrays, "TEXCOORD_0", 2)
+    colors = _colors(arrays)
     label, names = _names(gltf, stand)
     material = ""
     if "material" in primitive:
@@ -179,6 +183,7 @@ def _piece(gltf: Gltf, accessors: Accessors, stand: Stand, number: int, primitiv
         triangles,
         None if uv is None else uv[triangles],
         None if normals is None else normals[triangles],
+        None if colors is None else colors[triangles],
         stand,
     )
 
@@ -190,6 +195,18 @@ def _floats(arrays: dict[str, Accessor], name: str, width: int) -> FloatArray | 
     if values.shape[1] != width:
         raise FormatError(f"{name} has {values.shape[1]} components; allowed: {width}")
     return values
+
+
+def _colors(arrays: dict[str, Accessor]) -> NDArray[np.float32] | None:
+    """Return the vertices' colours, (V, 3); what we have covered before keeps them as _COLOR_0.
+
+    Colours that break the format are none: nothing else depends on them.
+    """
+    found = arrays.get("COLOR_0", arrays.get("_COLOR_0"))
+    if found is None or found.values.shape[1] < 3:
+        return None
+    kind = found.values.dtype
+    return as_colors(found.values.astype(np.float64), 1.0 if kind.kind == "f" else np.iinfo(kind).max)
 
 
 def _turned_normals(normals: FloatArray, matrices: FloatArray) -> FloatArray:
@@ -294,16 +311,19 @@ def _together(gltf: Gltf, pieces: Sequence[_Piece], notes: list[str]) -> RawMode
         {kind: len(gltf.items(kind)) for kind in _KEPT if gltf.items(kind)},
         gltf,
         [piece.source for piece in pieces],
+        colors=_all_or_none([piece.colors for piece in pieces], counts, 3, np.float32),
     )
 
 
-def _all_or_none(arrays: Sequence[FloatArray | None], counts: list[int], width: int) -> FloatArray | None:
+def _all_or_none(
+    arrays: Sequence[NDArray[Any] | None], counts: list[int], width: int, kind: type = np.float64
+) -> NDArray[Any] | None:
     """Put arrays of corners together; None if no part has any, NaN where a part has none."""
     if all(array is None for array in arrays):
         return None
     return np.concatenate(
         [
-            np.full((count, 3, width), np.nan) if array is None else array
+            np.full((count, 3, width), np.nan, kind) if array is None else array
             for array, count in zip(arrays, counts, strict=True)
         ]
     )

@@ -7,6 +7,7 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from upholster.errors import InputError
 from upholster.geometry.mesh_files.gltf import Gltf
@@ -108,6 +109,9 @@ class ModelFile(Shown):
     axes
         Of a CAD file: (T, 2, 3), a point and the direction of the axis that each triangle's face has, as a
         cylinder has one; zero where it has none.
+    colors
+        Red, green and blue of each triangle's corners, (T, 3, 3) float32, 0 to 1 as the file stores them; NaN
+        for what has none, None if nothing has some.
     """
 
     path: str
@@ -122,6 +126,7 @@ class ModelFile(Shown):
     gltf: Gltf | None = None
     gltf_parts: tuple[GltfPart, ...] = ()
     axes: FloatArray | None = None
+    colors: NDArray[np.float32] | None = None
 
     def __repr__(self) -> str:
         parts = {"path": self.path, "triangles": len(self.mesh.triangles), "parts": len(self.parts)}

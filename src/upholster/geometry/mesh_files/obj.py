@@ -1,4 +1,4 @@
-"""Wavefront OBJ files: objects, groups and materials as parts, polygons, texture coordinates, normals.
+"""Wavefront OBJ files: objects, groups and materials as parts, polygons, and what vertices have.
 
 References
 ----------
@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.errors import FormatError, InputError
+from upholster.geometry.mesh_files.colors import as_colors, largest_color
 from upholster.geometry.mesh_files.faces import CutFaces, Faces, check_corners, cut_faces
 from upholster.geometry.mesh_files.model_file import MAX_PARTS, ModelPart, named_parts
 from upholster.geometry.mesh_files.raw_model import RawModel
@@ -52,7 +53,8 @@ def read_obj(data: bytes, name: str) -> RawModel:
     labels = list(dict.fromkeys(label for _, label, _ in lines.runs))
     if len(labels) > MAX_PARTS:
         raise InputError(f"it has {len(labels)} parts; allowed: {MAX_PARTS}")
-    positions = _table(lines.v, "v", (3, 4, 6, 7))[:, :3]
+    vertices = _table(lines.v, "v", (3, 4, 6, 7))
+    positions = vertices[:, :3]
     coordinates = _table(lines.vt, "vt", (1, 2, 3))
     normals = _table(lines.vn, "vn", (3,))
     groups, pointers = _read_faces(lines, (len(positions), len(coordinates), len(normals)))
@@ -68,7 +70,11 @@ def read_obj(data: bytes, name: str) -> RawModel:
         uv = np.stack([uv[..., 0], 1.0 - uv[..., 1]], axis=-1)
     if len(normals):
         normal = _at_corners(cut, [each[:, :, 1] for each in pointers], normals)
-    return _by_part(positions, cut, part, [_part(label, name) for label in labels], uv, normal)
+    model = _by_part(positions, cut, part, [_part(label, name) for label in labels], uv, normal)
+    if vertices.shape[1] in (6, 7):  # x y z r g b, or x y z w r g b
+        colors = vertices[:, -3:]
+        model.colors = as_colors(colors, largest_color(colors))[model.triangles]
+    return model
 
 
 def _by_part(

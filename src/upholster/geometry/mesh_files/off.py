@@ -10,6 +10,7 @@ import re
 import numpy as np
 
 from upholster.errors import FormatError
+from upholster.geometry.mesh_files.colors import as_colors, largest_color
 from upholster.geometry.mesh_files.faces import listed_faces, model_of_faces
 from upholster.geometry.mesh_files.model_file import ModelPart
 from upholster.geometry.mesh_files.raw_model import RawModel
@@ -24,7 +25,7 @@ _MAX_VERTICES = 3 * MAX_TRIANGLES
 
 
 def read_off(data: bytes, name: str) -> RawModel:
-    """Read an OFF file: one part, called after the file. Colours are left out.
+    """Read an OFF file: one part, called after the file. Colours of faces are left out.
 
     Raises
     ------
@@ -63,6 +64,9 @@ def read_off(data: bytes, name: str) -> RawModel:
     at = 3 + (3 if head[3] else 0)
     if head[3] and width >= 6:
         model.normals = table[:, 3:6][model.triangles]
+    if head[2] and width >= at + 3:
+        colors = table[:, at:]
+        model.colors = as_colors(colors, largest_color(colors))[model.triangles]
     if head[1] and width >= at + 2:
         uv = table[:, -2:][model.triangles]
         model.uv = np.stack([uv[..., 0], 1.0 - uv[..., 1]], axis=-1)

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from upholster.errors import FormatError, InputError
 from upholster.geometry.mesh_files._ply_kernels import walk_bytes, walk_numbers
-from upholster.geometry.mesh_files.faces import Faces, check_corners, cut_faces
+from upholster.geometry.mesh_files.colors import as_colors
+from upholster.geometry.mesh_files.faces import CutFaces, Faces, check_corners, cut_faces
 from upholster.geometry.mesh_files.model_file import ModelPart
 from upholster.geometry.mesh_files.raw_model import RawModel
 from upholster.geometry.mesh_files.text_numbers import numbers_of
@@ -35,6 +36,10 @@ _TYPES = {
 }
 _FORMATS = ("ascii", "binary_little_endian", "binary_big_endian")
 _COORDINATES = (("s", "t"), ("u", "v"), ("texture_u", "texture_v"), ("texture_s", "texture_t"))
+_COLORS = (("red", "green", "blue"), ("diffuse_red", "diffuse_green", "diffuse_blue"), ("r", "g", "b"))
+_LARGEST = {"u2": 65535.0, "f4": 1.0, "f8": 1.0}
+"""What stands for 1 in a colour of a type; 255 in the other ones."""
+
 _MOST_ROWS = 3 * MAX_TRIANGLES
 _MOST_PROPERTIES = 1000
 
@@ -79,7 +84,7 @@ class _Rows:
 
 
 def read_ply(data: bytes, name: str) -> RawModel:
-    """Read a PLY file: one part, called after the file. Colours are left out.
+    """Read a PLY file: one part, called after the file. Colours of faces are left out.
 
     Texture coordinates may belong to vertices or to the corners of faces.
 
@@ -106,6 +111,7 @@ def read_ply(data: bytes, name: str) -> RawModel:
     own = vertices.element.properties.keys()
     if {"nx", "ny", "nz"} <= own:
         model.normals = _columns(vertices, ("nx", "ny", "nz"))[cut.triangles]
+    model.colors = _colors(vertices, cut)
     pair = next((pair for pair in _COORDINATES if own >= set(pair)), None)
     uv = None
     if "texcoord" in faces.element.properties:
@@ -191,6 +197,16 @@ def _rows(form: str, elements: Sequence[_Element], body: bytes) -> dict[str, _Ro
 
 def _columns(rows: _Rows, names: Sequence[str]) -> FloatArray:
     return np.stack([rows.column(name) for name in names], axis=1)
+
+
+def _colors(vertices: _Rows, cut: CutFaces) -> NDArray[np.float32] | None:
+    """Return the vertices' colours at the triangles' corners."""
+    own = vertices.element.properties
+    names = next((names for names in _COLORS if own.keys() >= set(names)), None)
+    if names is None:
+        return None
+    largest = _LARGEST.get(own[names[0]][1], 255.0)
+    return as_colors(_columns(vertices, names), largest)[cut.triangles]
 
 
 def _faces(rows: _Rows, name: str) -> list[Faces]:

@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from upholster.geometry.mesh_files.gltf import Gltf
 from upholster.geometry.mesh_files.model_file import GltfPart, ModelPart
@@ -33,6 +34,8 @@ class RawModel:
         (T, 3, 2), v downward; None without.
     normals
         (T, 3, 3); None without. They need not be of length 1.
+    colors
+        As of `ModelFile`.
     metres
         Length of a unit; None where the file does not tell.
     up
@@ -56,3 +59,4 @@ class RawModel:
     gltf: Gltf | None = None
     gltf_parts: list[GltfPart] = field(default_factory=list)
     axes: FloatArray | None = None
+    colors: NDArray[np.float32] | None = None

@@ -159,6 +159,7 @@ def _model(
         raw.gltf,
         tuple(raw.gltf_parts[number] for number in kept) if raw.gltf_parts else (),
         None if raw.axes is None else raw.axes[mine],
+        None if raw.colors is None else raw.colors[mine],
     )
 
 

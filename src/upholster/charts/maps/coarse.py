@@ -1,0 +1,161 @@
+"""Values that take long to find: found at some steps, and spread over the others.
+
+Each chart is cut into square cells; of each the step nearest to its middle stands for it. Between cells'
+middles values are bilinear. Two cells of an island that are far apart in space, as on both sides of a gap, or
+that face different ways, as on both sides of an edge, have nothing to do with each other.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from upholster.charts.charted import ChartedSurface
+from upholster.charts.maps._map_kernels import ALIKE, middle_steps, spread
+from upholster.charts.maps.ground import AtSteps, Steps, located
+from upholster.types import FloatArray, IntArray
+
+__all__ = ["CLASSES", "Cells", "SurfacePoints", "coarse_cells", "spread_over_steps"]
+
+MOST_POINTS = 250_000
+"""Cells with a step on the surface, of all charts together."""
+
+CLASSES = 16
+"""Cells are of so many classes, and each square of four cells a side has one of each."""
+
+_TENT = (1, 2, 2, 2, 1)
+"""Weights of cells beside each other: among them each row, and each column, of classes counts the same."""
+
+_INWARD = 1e-3
+"""How far points are moved towards the middles of their triangles, as a part of the way."""
+
+_STRETCH = 1.5
+"""How many times as far apart cells may be in space as they are on the chart."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class SurfacePoints:
+    """Points on a surface.
+
+    Attributes
+    ----------
+    positions
+        (n, 3) in model units.
+    normals
+        (n, 3): unit normals of the triangles that they lie on.
+    kind
+        (n,) the class of the cell that each stands for, 0 to `CLASSES` less 1.
+    """
+
+    positions: FloatArray
+    normals: FloatArray
+    kind: NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Cells:
+    """A chart's cells.
+
+    Attributes
+    ----------
+    stride
+        Steps that each is wide.
+    on
+        (rows, columns): which have a step on the surface.
+    positions, normals
+        (rows, columns, 3) where that is, and the normal of the triangle there; NaN for others.
+    length
+        (rows, columns) how long a cell is in space, at most.
+    """
+
+    stride: int
+    on: NDArray[np.bool_]
+    positions: FloatArray
+    normals: FloatArray
+    length: FloatArray
+
+
+def coarse_cells(charted: ChartedSurface, *, threads: int | None = None) -> tuple[Cells, ...]:
+    """Cut charts into cells of as few steps as `MOST_POINTS` allows: 1, 2, 4 … each way."""
+    triangles = located(charted, threads=threads)
+    count, stride = sum(int((each >= 0).sum()) for each in triangles), 1
+    while count > stride * stride * MOST_POINTS:  # however few cells are not full
+        stride *= 2
+    found = [_middles(each, stride) for each in triangles]
+    while sum(int((each[..., 0] >= 0).sum()) for each in found) > MOST_POINTS:
+        stride *= 2
+        found = [_middles(each, stride) for each in triangles]
+    corners = charted.mesh.positions[charted.mesh.triangles]
+    longest = np.linalg.norm(charted.steps, axis=1).max(axis=1)
+    out = []
+    for number, (each, middles) in enumerate(zip(triangles, found, strict=True)):
+        on = middles[..., 0] >= 0
+        row, column = middles[on].T
+        mine = each[row, column]
+        places = middles[on].astype(np.float64) + 0.5
+        steps = Steps(charted, number, charted.charts[number], places, mine)
+        positions, length = np.full((*on.shape, 3), np.nan), np.zeros(on.shape)
+        normals = positions.copy()
+        # A little away from edges: on them it is chance on which side of another triangle they lie.
+        positions[on] = (1 - _INWARD) * steps.mean_of(corners) + _INWARD * corners[mine].mean(axis=1)
+        normals[on], length[on] = charted.mesh.flat_normals[mine], stride * longest[mine]
+        out.append(Cells(stride, on, positions, normals, length))
+    return tuple(out)
+
+
+def _middles(triangles: IntArray, stride: int) -> NDArray[np.int64]:
+    found = np.empty((*(-(-side // stride) for side in triangles.shape), 2), np.int64)
+    middle_steps(triangles, stride, found)
+    return found
+
+
+def spread_over_steps(cells: Sequence[Cells], told: Callable[[SurfacePoints], FloatArray]) -> AtSteps:
+    """Return what tells steps the values of cells.
+
+    Parameters
+    ----------
+    cells
+        Those of a surface's charts.
+    told
+        Points (n, 3) to a value each. Values may be rough, if those of all classes together are not: they are
+        smoothed over four cells.
+    """
+    kinds = [np.indices(each.on.shape) % 4 for each in cells]
+    own = [(4 * kind[0] + kind[1])[each.on] for kind, each in zip(kinds, cells, strict=True)]
+    positions = np.concatenate([each.positions[each.on] for each in cells])
+    normals = np.concatenate([each.normals[each.on] for each in cells])
+    found = told(SurfacePoints(positions, normals, np.concatenate(own)))
+    values = []
+    for each, part in zip(cells, np.split(found, np.cumsum([len(one) for one in own])[:-1]), strict=True):
+        grid = np.full(each.on.shape, np.nan)
+        grid[each.on] = part
+        values.append(_smoothed(each, grid))
+    reach = [_STRETCH * (np.sqrt(2) + 1) * each.length for each in cells]
+
+    def at(steps: Steps) -> NDArray[np.float32]:
+        mine, out = cells[steps.number], np.empty(len(steps.triangles), np.float32)
+        k = steps.number
+        spread(steps.places, mine.stride, values[k], mine.positions, mine.normals, reach[k], out)
+        return out
+
+    return at
+
+
+def _smoothed(cells: Cells, values: FloatArray) -> NDArray[np.float32]:
+    """Return means over cells beside each other, weighted by `_TENT` each way; NaN where there is none."""
+    total, weights = np.zeros(values.shape), np.zeros(values.shape)
+    height, width = values.shape
+    half = len(_TENT) // 2
+    for down in range(-half, half + 1):
+        for right in range(-half, half + 1):
+            here = np.s_[max(0, -down) : height - max(0, down), max(0, -right) : width - max(0, right)]
+            there = np.s_[max(0, down) : height + min(0, down), max(0, right) : width + min(0, right)]
+            reach = _STRETCH * (np.hypot(down, right) + 1) * cells.length[here]
+            away = np.linalg.norm(cells.positions[here] - cells.positions[there], axis=2)
+            alike = (cells.normals[here] * cells.normals[there]).sum(axis=2) >= ALIKE
+            counts = alike & (away <= reach) if down or right else cells.on  # false where there is none
+            weight = np.where(counts, _TENT[half + down] * _TENT[half + right], 0)
+            total[here] += np.where(counts, values[there], 0.0) * weight
+            weights[here] += weight
+    return np.where(weights > 0, total / np.maximum(weights, 1), np.nan).astype(np.float32)

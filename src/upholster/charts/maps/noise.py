@@ -1,0 +1,102 @@
+"""A map of smooth noise in space: the same on every machine, and on both sides of every seam.
+
+References
+----------
+K. Perlin: Improving noise, SIGGRAPH 2002.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from upholster.charts.maps._noise_kernels import add_noise
+from upholster.charts.maps.ground import AtSteps, MapGround, Steps
+from upholster.charts.maps.shapes import corners_of, length_on
+from upholster.charts.maps.source import Source
+from upholster.errors import InputError
+from upholster.lengths import Length
+from upholster.types import FloatArray
+
+__all__ = ["Noise"]
+
+_BLOB = 1 / 8
+_MOST_BLOBS = 1_000_000
+
+_TURN = np.array([(2, -1, 2), (2, 2, -1), (-1, 2, 2)]) @ np.array([(3, -4, 0), (4, 3, 0), (0, 0, 5)]) / 15
+"""How the lattice lies in space: along no axis, so that it does not show on what is level or upright."""
+
+_Period = tuple[int, int, int]
+
+_OCTAVES = ((1, 1.0), (2, 0.5))
+"""Sizes of lattices, as parts of the blobs', and their weights."""
+
+_SPREAD = 2.5 * 0.3
+"""What becomes 0 and 1: two and a half standard deviations of the sum of octaves."""
+
+
+@dataclass(frozen=True)
+class Noise(Source):
+    """Smooth blobs of light and dark, spread over 0 to 1 about evenly; on a tile they go on beyond its edges.
+
+    Two octaves of gradient noise on a lattice that begins at the lowest corner of the model's box. A sum n
+    becomes 3t² − 2t³ with t = ½ + n / 2s, cut to 0 … 1; s is 2½ standard deviations.
+
+    Attributes
+    ----------
+    blob
+        About how large blobs are; None: an eighth of the model's size.
+    """
+
+    blob: Length | None = None
+
+    def values(self, ground: MapGround, _: int | None, /) -> AtSteps:
+        """Return what tells values."""
+        mesh = ground.charted.mesh
+        size = mesh.size or 1.0
+        blob = _BLOB * size if self.blob is None else length_on(ground, self.blob, "blobs")
+        if blob * _MOST_BLOBS < size:
+            raise InputError(
+                f"blobs of a map are {blob:g} model units; allowed: at least {size / _MOST_BLOBS:g}"
+            )
+        laid_on = _on_tile if ground.charted.is_tile else _in_space
+        corners, (d, s, e) = laid_on(corners_of(mesh) - mesh.box[0], blob)
+
+        def at(steps: Steps) -> NDArray[np.float32]:
+            points, total = steps.mean_of(corners), np.zeros(len(steps.triangles))
+            for finer, weight in _OCTAVES:
+                add_noise(points * finer, (d * finer, s * finer, e * finer), weight, total)
+            t = np.clip(0.5 + total / (2 * _SPREAD), 0.0, 1.0)
+            return (t * t * (3 - 2 * t)).astype(np.float32)
+
+        return at
+
+
+def _in_space(corners: FloatArray, blob: float) -> tuple[FloatArray, _Period]:
+    """Return where corners lie on the lattice, with no coordinate below 0; and no period."""
+    x, y, z = np.moveaxis(corners / blob, 2, 0)[..., None]  # sums in one order, on any machine
+    turned = x * _TURN[:, 0] + y * _TURN[:, 1] + z * _TURN[:, 2]
+    return turned - np.floor(turned.min(axis=(0, 1))), (0, 0, 0)
+
+
+def _on_tile(corners: FloatArray, blob: float) -> tuple[FloatArray, _Period]:
+    """Return where a tile's corners lie on a lattice, and the period with which it goes on beyond its edges.
+
+    The lattice is turned. From an edge to the opposite one it is a whole number of cells each way, so that
+    what lies there is the same.
+    """
+    width, height, _ = corners.max(axis=(0, 1))
+    cells = [(max(1, round(0.9 * side / blob)), round(0.44 * side / blob)) for side in (width, height)]
+    right, up = (cells[0][0], -cells[0][1]), (cells[1][1], cells[1][0])
+    x, y = corners[..., :1] / width, corners[..., 1:2] / height
+    laid = np.concatenate([x * right + y * up, np.full_like(x, 0.37)], axis=2)  # between the lattice's layers
+    return laid, _period(right, up)
+
+
+def _period(first: tuple[int, int], second: tuple[int, int]) -> _Period:
+    """Return (d, s, e): (d, 0) and (s, e) lead from a lattice's points to the same as two vectors do."""
+    (a, b), (c, e) = first, second
+    while b:  # as Euclid finds a common divisor
+        times = e // b
+        a, b, c, e = c - times * a, e - times * b, a, b
+    return abs(a), c if e > 0 else -c, abs(e)

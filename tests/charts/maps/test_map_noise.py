@@ -1,0 +1,108 @@
+"""Noise: as it is defined, in space, spread over its range, and on a tile without an edge."""
+
+import numpy as np
+import pytest
+from grounds import at_steps, on_flat, on_mesh, told
+from meshes import box, sphere
+
+from upholster.charts.maps import parse_map
+from upholster.charts.maps._noise_kernels import GRADIENTS, add_noise
+from upholster.errors import InputError
+
+
+def plain_noise(points: np.ndarray, same=lambda lattice: lattice) -> np.ndarray:
+    """Return gradient noise at points (n, 3); `same` says which points of the lattice count as one."""
+    first = np.floor(points).astype(np.int64)
+    inside = points - first
+    total = np.zeros(len(points))
+    for corner in np.ndindex(2, 2, 2):
+        x, y, z = same(first + corner).T
+        h = (x * 73856093) ^ (y * 19349663) ^ (z * 83492791)
+        h = ((h ^ (h >> 15)) & 0x7FFFFFFF) * 668265263
+        h = ((h ^ (h >> 17)) & 0x7FFFFFFF) * 374761393
+        slope = (GRADIENTS[(h >> 20) & 15] * (inside - corner)).sum(axis=1)
+        t = np.where(corner, inside, 1 - inside)
+        total += (t**3 * (t * (t * 6 - 15) + 10)).prod(axis=1) * slope
+    return total
+
+
+def kernel_noise(points: np.ndarray, period: tuple[int, int, int] = (0, 0, 0)) -> np.ndarray:
+    out = np.zeros(len(points))
+    add_noise(points, period, 1.0, out)
+    return out
+
+
+def test_noise_is_what_perlin_defined() -> None:
+    points = np.random.default_rng(1).random((500, 3)) * 1000
+    np.testing.assert_allclose(kernel_noise(points), plain_noise(points), atol=1e-12)
+    assert (kernel_noise(np.floor(points)) == 0).all()
+
+
+def test_noise_is_the_same_on_every_machine() -> None:
+    points = np.array([(0.5, 0.25, 0.75), (10.1, 20.2, 30.3), (1e6 + 0.3, 7.7, 123456.9)])
+    np.testing.assert_allclose(kernel_noise(points), PINNED, atol=1e-9)
+
+
+def test_noise_repeats_with_its_period() -> None:
+    points = np.random.default_rng(2).random((500, 3)) * 50 - 25
+    points[:, 2] += 25
+    d, s, e = period = (17, 5, 6)
+
+    def same(lattice: np.ndarray) -> np.ndarray:
+        turns = lattice[:, 1] // e
+        return np.stack([(lattice[:, 0] - turns * s) % d, lattice[:, 1] - turns * e, lattice[:, 2]], axis=1)
+
+    found = kernel_noise(points, period)
+    np.testing.assert_allclose(found, plain_noise(points, same), atol=1e-12)
+    for shift in ((d, 0, 0), (s, e, 0), (3 * s - 2 * d, 3 * e, 0)):
+        np.testing.assert_allclose(kernel_noise(points + shift, period), found, atol=1e-9)
+
+
+def test_noise_belongs_to_places_in_space_not_to_charts() -> None:
+    mesh = sphere(8)
+    coarse, fine = on_mesh(mesh, 12), on_mesh(mesh, 17)
+    places, others = (at_steps(mesh.corners, ground) for ground in (coarse, fine))
+    away = np.linalg.norm(places[:, None] - others, axis=2)
+    near = away.min(axis=1) < 0.02
+    assert near.sum() > 100
+    difference = told("noise:0.8", coarse) - told("noise:0.8", fine)[away.argmin(axis=1)]
+    assert np.abs(difference[near]).max() < 0.12  # it is that smooth
+
+
+def test_noise_is_spread_over_its_range_and_blobs_are_as_large_as_asked() -> None:
+    ground = on_mesh(box((10.0, 10.0, 10.0), 2), 8)
+    for text, blob in (("noise:1", 1.0), ("noise", ground.charted.mesh.size / 8)):
+        values = [v for v in parse_map(text).values(ground) if np.isfinite(v).sum() > 1000]
+        every = np.concatenate([v[np.isfinite(v)] for v in values])
+        assert every.min() >= 0
+        assert every.max() <= 1
+        if text == "noise:1":
+            shares = np.histogram(every, 4, (0, 1))[0] / len(every)
+            assert np.abs(shares - 0.25).max() < 0.07
+        steps = round(8 * blob)  # half of one blob on it is alike, two are not
+        alike = [
+            np.corrcoef(*(part[~np.isnan(a + b)] for part in (a, b)))[0, 1]
+            for by in (steps // 4, 2 * steps)
+            for a, b in [(values[0][:-by], values[0][by:])]
+        ]
+        assert alike[0] > 0.5
+        assert abs(alike[1]) < 0.5
+
+
+def test_noise_goes_on_beyond_the_edges_of_a_tile() -> None:
+    whole = parse_map("noise:9").values(on_flat(60, 80, tile=True))[0]
+    for axis in (0, 1):
+        inside = np.abs(np.diff(whole, axis=axis)).max()
+        first, last = whole.take(0, axis), whole.take(-1, axis)
+        assert np.abs(first - last).max() <= inside
+    bare = parse_map("noise:9").values(on_flat(60, 80))[0]
+    assert np.abs(bare[0] - bare[-1]).max() > 0.3
+
+
+def test_blobs_that_are_too_small_are_refused() -> None:
+    with pytest.raises(InputError, match="blobs of a map are 1e-09 model units; allowed: at least"):
+        parse_map("noise:1e-9").values(on_flat())
+
+
+PINNED = (0.015163421631, 0.092743360438, 0.119720407596)
+"""Noise at some places."""
