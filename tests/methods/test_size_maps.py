@@ -15,6 +15,7 @@ from upholster.measure.trace import Trace
 from upholster.methods import coarser, lay_plan, prepare
 from upholster.methods.quilt.method import laid_quilt
 from upholster.options import SynthesisOptions
+from upholster.reports import notes_before
 
 SIDE = 128
 SAMPLE = texture(SIDE, SIDE)
@@ -75,6 +76,17 @@ def test_one_size_is_that_of_a_larger_sample():
 def test_once_everywhere_is_as_without_a_map():
     without, once = prepared(), prepared(size_map="height=1,1")
     assert alike(*(laid_quilt(lay_plan(each, SAMPLE, seed=1), threads=1) for each in (without, once)))
+
+
+def test_what_blocks_cannot_follow_is_told():
+    def notes(text):
+        return [note for note in notes_before(PLANE, prepared(size_map=text), SAMPLE, 1) if "size" in note]
+
+    assert notes("facing:z=0.5,2") == []
+    share = prepared(size_map="0,0,0:0.2>0.5=0.5,2").sizes.smoothed
+    words = f"size changes faster than blocks can follow on {100 * share:.0f} % of the surface: smoothed"
+    assert notes("0,0,0:0.2>0.5=0.5,2") == [words]
+    assert 0.2 < share < 1
 
 
 def test_a_quick_look_has_the_same_sizes():
