@@ -33,6 +33,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     write_image(tmp_path / "x.png", pixels)
     (tmp_path / "x.ezw").write_bytes(codec.encode(pixels))
     write_nets(tmp_path / "n.json", upholster.plane(1, 1))
+    (tmp_path / "s.json").write_text('[{"line": [[0, 0, 0], [1, 0, 0]]}]')
     shutil.copy(STREAM, tmp_path / "r.uph")
     for link, file in {
         "x.mtl": "x.png", "x_texture.png": "x.png", "soft.png": "x.png", "code.png": "x.ezw",
@@ -94,6 +95,9 @@ REFUSED = [
     ("cover again/wall --on sphere -o wall/b_albedo.png", "wall/b_albedo.png", "again/wall/b_albedo.png"),
     ("cover x.png --on n.json -o new.glb --report n.json", "n.json", "n.json"),
     ("cover x.png --on again/n.json -o new.glb --report ./n.json", "./n.json", "again/n.json"),
+    ("cover wall --on plane --direction x.png -o x.png", "x.png", "x.png"),
+    ("cover wall --on plane --size-map 1-x.png=1,2 -o x.png", "x.png", "x.png"),
+    ("cover wall --on plane --stroke again/s.json --report s.json -o new.glb", "s.json", "again/s.json"),
     ("refine r.uph -o r.uph", "r.uph", "r.uph"),
     ("refine r.uph --bytes 3000 -o new.glb -o again/r.uph", "again/r.uph", "r.uph"),
     ("refine r.uph -o page.html", "page.html", "r.uph"),

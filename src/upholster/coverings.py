@@ -27,6 +27,7 @@ from upholster.joined import joined_model
 from upholster.methods import (
     Guidance,
     Prepared,
+    asked_files,
     coarser,
     execute,
     is_guided,
@@ -52,6 +53,7 @@ from upholster.writing import painted
 
 __all__ = [
     "Covering",
+    "asked_files",
     "check_not_swapped",
     "check_samples",
     "check_streamed",
@@ -211,6 +213,7 @@ class Covering:
                 self.surface,
                 self.asked,
                 largest=self.largest,
+                model=self.covered.model,
                 used=used_pixels(self.source),
                 guidance=self.guidance,
             )
@@ -335,7 +338,7 @@ def _covering(
     asked = _with_axes(asked, covered, source, notes)
     mesh = covered.surface.mesh if isinstance(covered.surface, MeshSurface) else None
     metres = None if mesh is None else mesh.metres
-    source, guidance = read_guidance(asked, source, sample.options, covered.model, metres)
+    source, guidance = read_guidance(asked, source, sample.options, metres)
     return Covering(pattern, covered, kept_sample(source, asked), asked, title, guidance=guidance)
 
 

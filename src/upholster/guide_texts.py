@@ -5,7 +5,16 @@ from dataclasses import dataclass
 
 from upholster.errors import InputError
 
-__all__ = ["GuideText", "PutText", "ZoneText", "parse_again", "parse_guide", "parse_put", "parse_zone"]
+__all__ = [
+    "AgainText",
+    "GuideText",
+    "PutText",
+    "ZoneText",
+    "parse_again",
+    "parse_guide",
+    "parse_put",
+    "parse_zone",
+]
 
 _MOST_WEIGHT = 100.0
 
@@ -53,6 +62,25 @@ class ZoneText:
         return f"{self.sample}={self.target}"
 
 
+@dataclass(frozen=True, slots=True)
+class AgainText:
+    """A region that is laid once more: ``REGION@seed``.
+
+    Attributes
+    ----------
+    region
+        As `GuideText.target`.
+    seed
+        None: by how many regions come before.
+    """
+
+    region: str
+    seed: int | None = None
+
+    def __str__(self) -> str:
+        return self.region if self.seed is None else f"{self.region}@{self.seed}"
+
+
 def parse_guide(text: str, what: str = "guide") -> GuideText:
     """Read a guide: split at the first ``=`` and the last ``@``.
 
@@ -78,7 +106,7 @@ def parse_guide(text: str, what: str = "guide") -> GuideText:
     return GuideText(sample.strip(), target.strip(), weight)
 
 
-def parse_again(text: str) -> tuple[str, int | None]:
+def parse_again(text: str) -> AgainText:
     """Read a region that is laid once more: ``REGION`` or ``REGION@seed``.
 
     Raises
@@ -88,10 +116,10 @@ def parse_again(text: str) -> tuple[str, int | None]:
     """
     region, at, seed = text.rpartition("@")
     if not at or re.search(r"\.[a-zA-Z]", seed):
-        return _region(text), None
+        return AgainText(_region(text))
     if not (seed.isascii() and seed.isdecimal() and int(seed) < 2**63):
         raise InputError(f"seed of again {text[:80]!r} is {seed[:20]!r}; allowed: 0 to 2^63 - 1")
-    return _region(region), int(seed)
+    return AgainText(_region(region), int(seed))
 
 
 def _region(text: str) -> str:
@@ -120,6 +148,12 @@ class PutText:
     place: tuple[float, ...]
     size: float = 1.0
     degrees: float = 0.0
+
+    def __str__(self) -> str:
+        piece = self.piece if isinstance(self.piece, str) else ",".join(map(str, self.piece))
+        size = "" if self.size == 1 else f"*{self.size!r}"
+        degrees = "" if self.degrees == 0 else f"@{self.degrees!r}"
+        return f"{piece}={','.join(map(repr, self.place))}{size}{degrees}"
 
 
 _PLACE = re.compile(rf"({_NUMBER}),({_NUMBER})(?:,({_NUMBER}))?(?:\*({_NUMBER}))?(?:@({_NUMBER}))?")

@@ -417,10 +417,11 @@ class SynthesisOptions:
         metadata=_about(
             _SCALE,
             "Which way the sample's rows run: level (along lines of equal z), along the patches, at an angle "
-            "to that, along a vector, or round an axis; on CAD models along or around the axes of its faces. "
+            "to that, along a vector, or round an axis; on CAD models along or around the axes of its faces; "
+            "or as an image's red and green tell, over texture coordinates. "
             "On models also by part, several times: `Shaft=along`; names as of --part. "
             "Default: along the patches, the longer way round a ring; level where patches do not agree.",
-            metavar="[PART=]level|u|v|DEG|X,Y,Z|around:AXIS|along|around",
+            metavar="[PART=]level|u|v|DEG|X,Y,Z|around:AXIS|along|around|IMAGE",
             only="quilt",
         ),
     )
@@ -428,8 +429,19 @@ class SynthesisOptions:
         default=None,
         metadata=_about(
             _SCALE,
-            "Near x,y,z rows run along dx,dy,dz; several times, or the name of a .json file of such strokes.",
+            "Near x,y,z rows run along dx,dy,dz; or along a line near it, `X,Y,Z/X,Y,Z/X,Y,Z`; several "
+            "times, or the name of a .json file of such strokes and lines.",
             metavar="X,Y,Z:DX,DY,DZ",
+            only="quilt",
+        ),
+    )
+    size_map: str | None = field(
+        default=None,
+        metadata=_about(
+            _SCALE,
+            "The sample is LOW times as large where a map is 0, HIGH times where it is 1, each 1/8 to 8: "
+            "`height=0.5,2`. The map is a TARGET as of --guide.",
+            metavar="TARGET=LOW,HIGH",
             only="quilt",
         ),
     )

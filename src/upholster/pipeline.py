@@ -16,6 +16,7 @@ from upholster._version import __version__
 from upholster.charts.covered import CoveredLike, as_covered, covered_files
 from upholster.coverings import (
     Covering,
+    asked_files,
     check_not_swapped,
     check_samples,
     check_streamed,
@@ -149,7 +150,7 @@ def cover(
     chosen_materials, reading = read_materials(materials), chosen(ModelOptions, model)
     check_not_swapped(exemplar.source if isinstance(exemplar, Sample) else exemplar, on)
     own_sample = read_sample(exemplar, chosen(SampleOptions, sample))
-    read = [*check_samples(own_sample, chosen_materials), *covered_files(on)]
+    read = [*check_samples(own_sample, chosen_materials), *covered_files(on), *asked_files(asked)]
     check_several(wanted, chosen_materials)
     if asked.method == "paper" and options.wavelet is None:
         options = replace(options, wavelet="haar")

@@ -48,6 +48,9 @@ _FEW = 4
 _STRETCHED = 0.01
 """From here on a tile's better size is told."""
 
+_SMOOTHED = 0.01
+"""Part of the surface from which on it is told that sizes are smoothed there."""
+
 _MANY_TEXELS = 2**25
 """From here on the size of what will be written is told before the work begins."""
 
@@ -144,6 +147,8 @@ def settled_words(
             found["element"] = f"{sides} units ({' x '.join(f'{side:.3g}' for side in pixels)} pixels)"
         if asked.sample_size is None and asked.element_size is None:
             found["sample"] += f" (--sample-size {2 * size:.3g} makes it twice as large)"
+        if prepared.sizes is not None:
+            found["sizes"] = f"{prepared.sizes.least:.3g} to {prepared.sizes.most:.3g} times that"
         found["direction"] = prepared.direction
     if roles:
         found["maps"] = ", ".join(("albedo", *roles))
@@ -206,6 +211,9 @@ def notes_before(surface: AnySurface, prepared: Prepared, sample: PixelArray, ma
             f"the sample has {pixels:.2g} pixels to a texel, so the texture will be soft: a larger sample, a "
             "smaller --sample-size or fewer texels make it sharp"
         )
+    if prepared.sizes is not None and prepared.sizes.smoothed >= _SMOOTHED:
+        share = f"{100 * prepared.sizes.smoothed:.0f} %"
+        found.append(f"size changes faster than blocks can follow on {share} of the surface: smoothed")
     painted = _painted(prepared.painted)
     if prepared.scale is not None and prepared.scale.texels == MOST_TEXELS:
         coarse = prepared.scale.scale / prepared.scale.density

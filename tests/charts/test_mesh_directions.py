@@ -13,6 +13,7 @@ from upholster.charts.directions import (
     direction_field,
     parse_direction,
     parse_strokes,
+    stroke_texts,
 )
 from upholster.charts.directions.asked import laid_over, shading_normals
 from upholster.errors import InputError
@@ -287,7 +288,7 @@ def test_strokes_are_read_from_texts_files_and_arrays(tmp_path):
     objects.write_text(json.dumps([{"at": at, "along": along} for at, along in array.tolist()]))
     lists.write_text(json.dumps(array.tolist()))
     for written in (texts, str(objects), [lists], array, array.tolist()):
-        np.testing.assert_array_equal(parse_strokes(written), array)
+        np.testing.assert_array_equal(parse_strokes(written, size=1.0), array)
 
 
 @pytest.mark.parametrize(
@@ -317,7 +318,56 @@ def test_wrong_files_of_strokes_are_told_in_a_line(tmp_path, text):
     path = tmp_path / "strokes.json"
     path.write_text(text)
     with pytest.raises(InputError, match=r"strokes\.json"):
-        parse_strokes(path)
+        parse_strokes(path, size=1.0)
+
+
+def test_a_line_is_followed_round_its_curve():
+    # Three quarters of a circle on a hilly sheet: near it rows run round its middle.
+    mesh, radius = height_field(60), 0.3
+    angles = np.radians(np.linspace(0, 270, 28))
+    line = np.stack([0.5 + radius * np.cos(angles), 0.5 + radius * np.sin(angles)], axis=1)
+    line = np.column_stack([line, 0.1 * np.sin(5 * line[:, 0]) * np.cos(4 * line[:, 1])])
+    field = direction_field(mesh, strokes="/".join(",".join(map(repr, at)) for at in line.tolist()))
+    to = mesh.corners.mean(axis=1)[:, :2] - 0.5
+    turned = np.arctan2(to[:, 1], to[:, 0]) % (2 * np.pi)
+    near = (np.abs(np.hypot(*to.T) - radius) < 0.02) & (turned > 0.1) & (turned < np.radians(260))
+    degrees, _ = off(mesh, field.face_vectors, np.column_stack([-to[:, 1], to[:, 0], 0 * turned]))
+    assert near.sum() > 300
+    assert np.quantile(degrees[near], 0.95) < 6
+
+
+def test_lines_become_strokes_a_hundredth_of_the_model_apart(tmp_path):
+    line, path = [[0, 0, 0], [0, 0, 0], [0.25, 0, 0], [0.25, 0.001, 0]], tmp_path / "lines.json"
+    path.write_text(json.dumps([{"line": line}, {"at": [1, 1, 0], "along": [0, 1, 0]}]))
+    found = parse_strokes(path, size=5.0)
+    np.testing.assert_allclose(found[:5, 0, 0], 0.025 + 0.05 * np.arange(5))
+    np.testing.assert_allclose(found[5], [(0.25, 0.0005, 0), (0, 0.001, 0)])
+    np.testing.assert_allclose(found[6], [(1, 1, 0), (0, 1, 0)])
+    texts = stroke_texts([str(path)])
+    np.testing.assert_array_equal(parse_strokes(texts, size=5.0), found)
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ([[0, 0, 0]], "at least two points"),
+        ([[0, 0, 0], [0, 0, 0]], "at least two points"),
+        ([[0, 0, 0], [1, 0]], r"shape \(n, 3\)"),
+        ([[0, 0, 0], [0, 0, 1e300]], "no finite numbers"),
+        ([[0, 0, 0], [0, 0, 1e6]], r"1e\+06 times as long as the model; allowed: 10000 strokes"),
+        ("abc", "no finite numbers"),
+    ],
+)
+def test_wrong_lines_are_told_in_a_line(tmp_path, line, words):
+    path = tmp_path / "lines.json"
+    path.write_text(json.dumps([{"line": line}]))
+    with pytest.raises(InputError, match=rf"strokes .*lines\.json: .*{words}"):
+        parse_strokes(path, size=1.0)
+
+
+def test_a_line_far_from_the_surface_is_refused():
+    with pytest.raises(InputError, match="from the surface"):
+        direction_field(sphere(4), strokes="0,0,1/0,0,7")
 
 
 def test_arrays_and_functions_are_followed():

@@ -1,6 +1,7 @@
 """Parcels: a surface laid cube by cube is as good as one laid as a whole, and one parcel is the whole."""
 
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -23,12 +24,19 @@ SAMPLE = read_exemplar(Path(__file__).parent.parent.parent / "examples" / "grani
 SPHERE = "sphere:r=1"
 
 
-@pytest.fixture(scope="module")
-def small_parcels() -> Iterator[None]:
+@contextmanager
+def in_small_parcels() -> Iterator[None]:
+    """Cut surfaces into many parcels, those whose plans are made within."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(parcels, "MOST_WHOLE", 1000)
         patch.setattr(parcels, "SIDE", 60)
         patch.setattr(parcels, "BLOCKS", 4)
+        yield
+
+
+@pytest.fixture
+def small_parcels() -> Iterator[None]:
+    with in_small_parcels():
         yield
 
 
@@ -43,8 +51,21 @@ def whole() -> LayPlan:
 
 
 @pytest.fixture(scope="module")
-def cut(small_parcels: None) -> LayPlan:
-    return plan_on(SPHERE)
+def cut() -> LayPlan:
+    with in_small_parcels():
+        return plan_on(SPHERE)
+
+
+@pytest.fixture(scope="module")
+def sized() -> LayPlan:
+    """Return a plan with blocks of two sizes and all between; once in one parcel, once in many."""
+    return plan_on(SPHERE, size_map="height=0.6,1.5")
+
+
+@pytest.fixture(scope="module")
+def sized_cut() -> LayPlan:
+    with in_small_parcels():
+        return plan_on(SPHERE, size_map="height=0.6,1.5")
 
 
 def test_parcels_tile_the_surface(cut: LayPlan) -> None:
@@ -86,7 +107,10 @@ def test_triangles_in_a_box_are_those_of_the_whole(cut: LayPlan) -> None:
     assert subdivided_in(cut.surface, cut.vectors, longest, box + 100) is None
 
 
-def test_one_parcel_drawn_again_is_as_it_was_laid(whole: LayPlan) -> None:
+@pytest.mark.parametrize("plan", ["whole", "sized"])
+def test_one_parcel_drawn_again_is_as_it_was_laid(plan: str, request: pytest.FixtureRequest) -> None:
+    whole = request.getfixturevalue(plan)
+    assert len(whole.parcels) == 1
     blocks, laid = lay_parcel(whole, 0, whole.empty_usage(), [])
     drawn = draw_parcel(whole, 0, [blocks])
     assert laid is not None
@@ -96,11 +120,15 @@ def test_one_parcel_drawn_again_is_as_it_was_laid(whole: LayPlan) -> None:
     )
 
 
-def test_threads_do_not_change_a_quilt_of_parcels(cut: LayPlan) -> None:
-    assert alike(laid_quilt(cut, threads=1), laid_quilt(cut, threads=3))
+@pytest.mark.parametrize("plan", ["cut", "sized_cut", "sized"])
+def test_threads_do_not_change_a_quilt_of_parcels(plan: str, request: pytest.FixtureRequest) -> None:
+    found = request.getfixturevalue(plan)
+    assert alike(laid_quilt(found, threads=1), laid_quilt(found, threads=3))
 
 
-def test_seams_of_parcels_do_not_show(whole: LayPlan, cut: LayPlan) -> None:
+@pytest.mark.parametrize(("one", "many"), [("whole", "cut"), ("sized", "sized_cut")])
+def test_seams_of_parcels_do_not_show(one: str, many: str, request: pytest.FixtureRequest) -> None:
+    whole, cut = request.getfixturevalue(one), request.getfixturevalue(many)
     quilts = [laid_quilt(plan, threads=1) for plan in (whole, cut)]
     counts = [len(quilt.placements) for quilt in quilts]
     assert counts[1] == pytest.approx(counts[0], rel=0.03)

@@ -26,7 +26,7 @@ def test_a_mesh_has_them_as_well(name: str, allowed: set[int]) -> None:
 
 
 def test_flat_textures_have_no_strokes_and_creases() -> None:
-    for more in ({"crease": 20.0}, {"stroke": ("0,0,0:1,0,0",)}):
+    for more in ({"crease": 20.0}, {"stroke": ("0,0,0:1,0,0",)}, {"size_map": "height=1,2"}):
         with pytest.raises(InputError, match="is given for a flat texture"):
             synthesize(texture(64, 64), "plane", texels=(64, 64), **more)
 

@@ -9,6 +9,7 @@ import pytest
 from command_line import assert_one_line, run_cli
 
 from upholster import FormatError, InputError, Project, Sample, read_project, save_project, synthesize
+from upholster.image import write_image
 from upholster.quilt import paint
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -307,6 +308,59 @@ def test_a_file_of_strokes_counts_as_it_is_and_lies_in_the_folder(tmp_path, chai
     told["synthesis"]["stroke"] = ["../strokes.json"]
     saved_one.write_text(json.dumps(told))
     with pytest.raises(InputError, match=r"refers to '\.\./strokes.json'"):
+        read_project(saved_one)
+
+
+def test_an_image_of_directions_counts_as_it_is_and_lies_in_the_folder(tmp_path):
+    image = tmp_path / "rows.png"
+    write_image(image, np.full((4, 4, 3), (255, 128, 255), np.uint8))
+    sample = Sample(np.random.default_rng(1).integers(0, 256, (64, 64, 3), np.uint8))
+    project = Project("plane", sample, synthesis={"texels": 9000, "direction": str(image)})
+    assert str(image) in project.files()
+
+    def rows():
+        with project.previews.stages.active():
+            return project.coverings()[0].prepared.vectors[:, 0]
+
+    np.testing.assert_allclose(rows(), np.broadcast_to((1, 0, 0), rows().shape), atol=0.01)
+    write_image(image, np.full((8, 4, 3), (128, 255, 255), np.uint8))
+    np.testing.assert_allclose(rows(), np.broadcast_to((0, 1, 0), rows().shape), atol=0.01)
+    project = project.change(sample=Sample(str(EXAMPLES / "bricks.png")))
+    saved_one = tmp_path / "a" / "x.upholster.json"
+    assert str(saved_one.parent / "rows.png") in save_project(project, saved_one)
+    told = json.loads(saved_one.read_text())
+    assert told["synthesis"]["direction"] == "rows.png"
+    assert "rows.png" in told["files"]
+    assert read_project(saved_one).synthesis.direction == str(saved_one.parent / "rows.png")
+    told["synthesis"]["direction"] = "../rows.png"
+    saved_one.write_text(json.dumps(told))
+    with pytest.raises(InputError, match=r"refers to '\.\./rows.png'"):
+        read_project(saved_one)
+
+
+def test_an_image_of_sizes_counts_as_it_is_and_lies_in_the_folder(tmp_path):
+    image = tmp_path / "sizes.png"
+    write_image(image, np.zeros((4, 4, 1), np.uint8))
+    sample = Sample(str(EXAMPLES / "bricks.png"))
+    project = Project("plane", sample, synthesis={"texels": 9000, "size_map": f"1-{image}=0.5,2"})
+    assert str(image) in project.files()
+
+    def most():
+        with project.previews.stages.active():
+            return project.coverings()[0].prepared.sizes.most
+
+    assert most() == 2
+    write_image(image, np.full((8, 4, 1), 255, np.uint8))
+    assert most() == 0.5
+    saved_one = tmp_path / "a" / "x.upholster.json"
+    save_project(project, saved_one)
+    told = json.loads(saved_one.read_text())
+    assert told["synthesis"]["size_map"] == "1-sizes.png=0.5,2.0"
+    assert "sizes.png" in told["files"]
+    assert read_project(saved_one).synthesis.size_map == f"1-{saved_one.parent / 'sizes.png'}=0.5,2.0"
+    told["synthesis"]["size_map"] = "../sizes.png=1,2"
+    saved_one.write_text(json.dumps(told))
+    with pytest.raises(InputError, match=r"refers to '\.\./sizes.png'"):
         read_project(saved_one)
 
 

@@ -49,6 +49,7 @@ def warp_fields(
     scale: float,
     turns: IntArray | None = None,
     corners: FloatArray | None = None,
+    factors: FloatArray | None = None,
 ) -> tuple[WarpField, ...]:
     """Return each chart's warp field: what its triangles have, smoothed to the nodes, and beyond as near by.
 
@@ -65,6 +66,8 @@ def warp_fields(
         `upholster.charts.turns`.
     corners
         (T, 3, 3) the field at the triangles' corners, by default `along`.
+    factors
+        (T, 3) how many times as large the sample is at the triangles' corners, by default once.
     """
     places, charts = surface.places - 0.5, surface.charts
     matrices = _matrices(surface, along, down, scale)
@@ -74,6 +77,8 @@ def warp_fields(
     if corners is None:
         corners = np.repeat(along[:, None], 3, axis=1)
     matrices = _turned(matrices, corners, along, down)
+    if factors is not None:
+        matrices /= factors[:, :, None]
     counts = [(node_count(chart.height, 1), node_count(chart.width, 1)) for chart in charts]
     firsts = np.cumsum([0, *(rows * columns for rows, columns in counts)])
     shapes = np.array([(first, *count) for first, count in zip(firsts, counts, strict=False)], np.int64)
@@ -85,6 +90,7 @@ def warp_fields(
         return sums
 
     sizes = scale * np.array([(chart.s1 - chart.s0) / chart.height for chart in charts])
+    sizes /= 1.0 if factors is None else float(factors.max())
     fill_nodes(summed(), shapes, sizes, nodes, rounds)
     for _ in range(_ROUNDS):
         # Between matrices that turn the size is too small: what is near a node makes it larger.

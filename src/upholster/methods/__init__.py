@@ -4,9 +4,10 @@
 """
 
 from upholster.methods.guidance import Guidance
-from upholster.methods.guided import guidance_files, is_guided, read_guidance, sized_sample
+from upholster.methods.guided import guidance_files, is_guided, read_guidance, sized_sample, with_names
 from upholster.methods.synthesis import (
     Prepared,
+    asked_files,
     coarser,
     execute,
     kept_sample,
@@ -22,6 +23,7 @@ from upholster.methods.synthesis import (
 __all__ = [
     "Guidance",
     "Prepared",
+    "asked_files",
     "coarser",
     "execute",
     "guidance_files",
@@ -36,4 +38,5 @@ __all__ = [
     "settled_seed",
     "sized_sample",
     "synthesize",
+    "with_names",
 ]

@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 from upholster.charts.directions._kernels import nearest_triangles
 from upholster.charts.maps import MapGround, SurfaceMap, parse_map, region, softened
 from upholster.errors import InputError
-from upholster.geometry.mesh_files import ModelFile
 from upholster.image.masks import Used
 from upholster.methods.quilt.guides import EITHER, Again, Guide, Rectangle, as_guide
 from upholster.methods.quilt.putting import PutPiece
@@ -134,15 +133,12 @@ class Guidance:
         Regions that are laid once more, one after another, and their seeds.
     put
         Pieces that lie where they are put.
-    model
-        The file of the model that is covered: maps may name what it has.
     """
 
     guides: tuple[GuidePair, ...] = ()
     zones: ZoneMaps | None = None
     again: tuple[tuple[SurfaceMap, int], ...] = ()
     put: tuple[Put, ...] = ()
-    model: ModelFile | None = None
 
 
 @stage

@@ -2,6 +2,7 @@
 
 import os
 import re
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -10,7 +11,6 @@ from numpy.typing import NDArray
 
 from upholster.charts.maps import SurfaceMap, parse_map
 from upholster.errors import InputError
-from upholster.geometry.mesh_files import ModelFile
 from upholster.guide_texts import GuideText, PutText, parse_again, parse_guide, parse_put, parse_zone
 from upholster.image import Material, read_image
 from upholster.image.color import alpha_channel
@@ -27,7 +27,7 @@ from upholster.options import SampleOptions, SynthesisOptions
 from upholster.stages import file_stage
 from upholster.types import IntArray, PixelArray
 
-__all__ = ["guidance_files", "is_guided", "read_guidance", "sized_sample"]
+__all__ = ["guidance_files", "is_guided", "read_guidance", "sized_sample", "with_names"]
 
 _LUMINANCE = "luminance"
 """The word for how light a sample is: of its colours."""
@@ -57,11 +57,40 @@ def guidance_files(asked: SynthesisOptions) -> list[str]:
         sample = sized_sample(zone.sample, f"zone {str(zone)!r}")
         found += [*sample.folders, *sample.files, *parse_map(zone.target).files]
     for text in asked.again or ():
-        found += parse_map(parse_again(text)[0]).files
+        found += parse_map(parse_again(text).region).files
     for put in map(parse_put, asked.put or ()):
         if isinstance(put.piece, str):
             found += sized_sample(put.piece, f"put {put.piece!r}").files
     return list(dict.fromkeys(found))
+
+
+def with_names(asked: SynthesisOptions, name: Callable[[str], str]) -> dict[str, tuple[str, ...]]:
+    """Return guides, labels, zones, regions and pieces by option, with other names for the files in them."""
+
+    def map_(text: str) -> str:
+        return parse_map(text).named(name)
+
+    def sample(text: str) -> str:
+        own = sized_sample(text, "sample")
+        return name(str(own.source)) + ("" if own.size is None else f"@{own.size}")
+
+    def guide(text: GuideText) -> str:
+        own = text.sample if _is_word(text.sample) else name(text.sample)
+        return str(replace(text, sample=own, target=map_(text.target)))
+
+    zones = [parse_zone(text) for text in asked.zone or ()]
+    puts = [parse_put(text) for text in asked.put or ()]
+    again = [parse_again(text) for text in asked.again or ()]
+    found = {
+        "guide": [guide(parse_guide(text)) for text in asked.guide or ()],
+        "labels": [guide(parse_guide(text)) for text in asked.labels or ()],
+        "zone": [str(replace(one, sample=sample(one.sample), target=map_(one.target))) for one in zones],
+        "again": [str(replace(one, region=map_(one.region))) for one in again],
+        "put": [
+            str(replace(one, piece=sample(one.piece)) if isinstance(one.piece, str) else one) for one in puts
+        ],
+    }
+    return {option: tuple(texts) for option, texts in found.items() if texts}
 
 
 def sized_sample(text: str, what: str) -> Sample:
@@ -91,7 +120,6 @@ def read_guidance(
     asked: SynthesisOptions,
     source: PixelArray | Material,
     reading: SampleOptions,
-    model: ModelFile | None,
     metres: float | None,
 ) -> tuple[PixelArray | Material, Guidance | None]:
     """Return what is painted, with the samples of zones in it, and what is asked of where things go.
@@ -102,8 +130,8 @@ def read_guidance(
         The options.
     source, reading
         The sample, and how it was read: guides are read alike.
-    model, metres
-        What is covered, and the length of its unit where that is known.
+    metres
+        Length of a model unit; None where it is not known.
 
     Raises
     ------
@@ -125,7 +153,7 @@ def read_guidance(
     others += [_other(file, "put", shape[1], asked, metres) for file in files]
     if not others:
         placed = tuple(_put(put, shape, None, None) for put in puts)
-        return source, Guidance(tuple(pairs), None, again, placed, model)
+        return source, Guidance(tuple(pairs), None, again, placed)
     whole, rectangles = combined([own, *others])
     pieces = iter(zip(rectangles[1 + len(zones) :], others[len(zones) :], strict=True))
     placed = tuple(
@@ -135,7 +163,7 @@ def read_guidance(
     blend = None if asked.blend is None else parse_length(asked.blend, metres, name="blend")
     maps = ZoneMaps(rectangles[: 1 + len(zones)], wanted, blend)
     pairs = [replace(pair, shown=_widened(pair.shown, whole.shape, rectangles[0])) for pair in pairs]
-    return whole, Guidance(tuple(pairs), maps, again, placed, model)
+    return whole, Guidance(tuple(pairs), maps, again, placed)
 
 
 def _put(put: PutText, shape: tuple[int, int], rectangle: Rectangle | None, material: Material | None) -> Put:
@@ -156,8 +184,8 @@ def _put(put: PutText, shape: tuple[int, int], rectangle: Rectangle | None, mate
 
 def _again(text: str, number: int) -> tuple[SurfaceMap, int]:
     # What is laid for the n-th time has seed n, unless another is asked for.
-    region, seed = parse_again(text)
-    return parse_map(region), number if seed is None else seed
+    again = parse_again(text)
+    return parse_map(again.region), number if again.seed is None else again.seed
 
 
 def _other(text: str, what: str, width: int, asked: SynthesisOptions, metres: float | None) -> Material:

@@ -5,13 +5,14 @@ from dataclasses import dataclass
 from upholster.charts.charted import ChartedSurface
 from upholster.charts.maps import MapGround
 from upholster.charts.phases import phase_field
+from upholster.charts.sizes import SizeField
 from upholster.elements import Lattice, find_lattice
 from upholster.errors import InputError
-from upholster.geometry import AnySurface
 from upholster.image.masks import Used
 from upholster.methods.guidance import Guidance, ZoneMaps, guides_on, put_on, region_again, zones_on
 from upholster.methods.quilt.guides import Again, Steering, Zones, cropped
 from upholster.methods.quilt.phases import WantedPhases
+from upholster.methods.quilt.sizes import block_side
 from upholster.methods.quilt.structure import block_size
 from upholster.methods.quilt.usable import largest_block, usable_side
 from upholster.options import SynthesisOptions
@@ -79,11 +80,6 @@ class Seen:
         asked = () if self.guidance is None else self.guidance.again
         return tuple(region_again(wanted, ground, seed) for wanted, seed in asked)
 
-    def ground(self, charted: ChartedSurface, surface: AnySurface, *, is_flat: bool = False) -> MapGround:
-        """Return what maps are evaluated on."""
-        model = None if self.guidance is None else self.guidance.model
-        return MapGround(charted, model, surface, is_flat)
-
     def lattices(self, options: SynthesisOptions, weight: float) -> list[Lattice | None]:
         """Return what repeats in each sample, if to be out of phase costs something: by default `weight`."""
         counts = (weight if options.phase is None else options.phase) > 0
@@ -96,15 +92,32 @@ class Seen:
         charted: ChartedSurface,
         vectors: FloatArray,
         scale: float,
+        sizes: SizeField | None = None,
     ) -> tuple[WantedPhases | None, ...]:
         """Return where in its periods each sample shall be; other parameters as of `phase_field`."""
         weight = weight if options.phase is None else options.phase
         return tuple(
             None
             if lattice is None
-            else WantedPhases(lattice, phase_field(charted, vectors, scale, lattice.waves), weight)
+            else WantedPhases(lattice, phase_field(charted, vectors, scale, lattice.waves, sizes), weight)
             for lattice in self.lattices(options, weight)
         )
+
+    def block_side(
+        self,
+        options: SynthesisOptions,
+        across: float,
+        turning: float,
+        phases: tuple[WantedPhases | None, ...] | None = None,
+    ) -> int:
+        """Return the side of blocks on a surface; the other parameters as of `block_side` of one sample."""
+        if options.block is not None:
+            return options.block
+        sides = [
+            block_side(part, across, turning, None if one is None else one.surface)
+            for part, one in zip(self.parts, phases or (None,) * len(self.parts), strict=True)
+        ]
+        return min(usable_side(max(sides), mask) for mask in self.masks)
 
     def wanted_block(self, options: SynthesisOptions) -> int:
         """Return the side of blocks in pixels, as it is asked for, or as it suits the samples.

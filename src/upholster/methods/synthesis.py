@@ -22,22 +22,28 @@ from upholster.charts.directions import (
     default_direction,
     default_on_patches,
     direction_field,
+    in_detail,
+    is_direction_image,
+    is_stroke_file,
     parse_direction,
     told_on_patches,
 )
 from upholster.charts.layout import LONGEST, TextureScale, density_layout, texture_scale, uniform_layout
+from upholster.charts.maps import MapGround
 from upholster.charts.mesh_layout import mesh_charts
+from upholster.charts.sizes import SizeField, parse_size_map, size_field
 from upholster.charts.turns import chart_turns
 from upholster.charts.warp_fields import triangle_frames, warp_fields
 from upholster.elements import find_lattice
 from upholster.errors import InputError
 from upholster.geometry import AnySurface, MeshSurface, Surface
+from upholster.geometry.mesh_files import ModelFile
 from upholster.image import Material, check_exemplar
 from upholster.image.masks import Used
 from upholster.image.source import Sample, Source, as_exemplar, used_pixels
 from upholster.lengths import parse_length
 from upholster.methods.guidance import Guidance
-from upholster.methods.guided import read_guidance
+from upholster.methods.guided import guidance_files, read_guidance
 from upholster.methods.paper.coefficients import keep_coefficients
 from upholster.methods.paper.method import PaperOptions, synthesize_paper
 from upholster.methods.pixel.method import PixelOptions, check_sample, synthesize_pixel
@@ -46,8 +52,8 @@ from upholster.methods.quilt.laying import LayPlan
 from upholster.methods.quilt.method import laid_quilt, planned, step_level
 from upholster.methods.quilt.options import QuiltOptions
 from upholster.methods.quilt.phases import WantedPhases
-from upholster.methods.quilt.sizes import block_side, turning_of
-from upholster.methods.quilt.usable import check_level, check_used, usable_side
+from upholster.methods.quilt.sizes import turning_of
+from upholster.methods.quilt.usable import check_level, check_used
 from upholster.methods.seen import Seen
 from upholster.options import SampleOptions, SynthesisOptions, chosen, settled
 from upholster.parallel import check_running
@@ -55,11 +61,12 @@ from upholster.quilt.chart import MAX_CHART, Chart
 from upholster.quilt.model import Quilt
 from upholster.quilt.painting import PAINTED_DENSITIES, painted_charts
 from upholster.quilt.warp_field import WarpField
-from upholster.stages import keeping, stage
+from upholster.stages import file_stage, keeping, stage
 from upholster.types import FloatArray, IntArray, PixelArray, Progress
 
 __all__ = [
     "Prepared",
+    "asked_files",
     "coarser",
     "execute",
     "kept_sample",
@@ -112,6 +119,8 @@ class Prepared:
         What blocks are asked to show where; None: nothing.
     again
         Regions that are laid once more, one after another.
+    sizes
+        How many times as large the sample is at the corners of `charted`; None: once.
     """
 
     charts: tuple[Chart, ...]
@@ -128,6 +137,7 @@ class Prepared:
     used: Used | None = None
     steering: Steering | None = None
     again: tuple[Again, ...] = ()
+    sizes: SizeField | None = None
 
     @property
     def painted(self) -> tuple[Chart, ...]:
@@ -166,6 +176,7 @@ def needs_patches(options: SynthesisOptions) -> bool:
     """Return whether what is asked for can be done on patches, and not on a mesh."""
     along = options.direction
     on_patches = callable(along) or (isinstance(along, str) and along.strip() in ("u", "v"))
+    on_patches = on_patches or is_direction_image(along)
     return options.method != "quilt" or on_patches or isinstance(options.texels, tuple)
 
 
@@ -213,20 +224,41 @@ def _color(material: Material) -> PixelArray:
     return material.color()
 
 
-@stage
+def asked_files(options: SynthesisOptions) -> list[str]:
+    """Return the files that options name: of strokes, images of directions and of sizes, of guides.
+
+    Raises
+    ------
+    InputError
+        If a text that names one is wrong.
+    """
+    images = [options.direction.strip()] if is_direction_image(options.direction) else []
+    sizes = () if options.size_map is None else parse_size_map(options.size_map).map.files
+    strokes = [text.strip() for text in options.stroke or () if is_stroke_file(text)]
+    return [*strokes, *images, *sizes, *guidance_files(options)]
+
+
+def _inputs(
+    _made: Prepared, _exemplar: PixelArray, _surface: AnySurface, options: SynthesisOptions, **_more: object
+) -> list[str]:
+    return asked_files(options)
+
+
+@file_stage(_inputs)
 def prepare(
     exemplar: PixelArray,
     surface: AnySurface,
     options: SynthesisOptions,
     *,
     largest: int = LONGEST,
+    model: ModelFile | None = None,
     used: Used | None = None,
     guidance: Guidance | None = None,
 ) -> Prepared:
     """Settle what `synthesize` will do; parameters as there.
 
-    On patches no chart of method "quilt" is longer than `largest` texels. Blocks show pixels alone that are
-    `used`, (H, W) bool; None: all. They lie as `guidance` says.
+    On patches no chart of method "quilt" is longer than `largest` texels. `model` is the file that a mesh was
+    read from. Blocks show pixels alone that are `used`, (H, W) bool; None: all. They lie as `guidance` says.
 
     Raises
     ------
@@ -236,7 +268,7 @@ def prepare(
     check_used(used, options.method)
     seen = Seen(exemplar, used, guidance)
     if isinstance(surface, MeshSurface):
-        return _prepare_mesh(seen, surface, options)
+        return _prepare_mesh(seen, surface, options, model)
     if options.method == "paper":
         charts = uniform_layout(surface, chart=options.chart)
         return Prepared(charts, (), None, "", settled(options, PaperOptions))
@@ -254,17 +286,21 @@ def prepare(
     asked = options.direction
     if asked is None:
         asked = "smooth" if options.stroke else default_on_patches(surface, charted)
-    wanted = told_on_patches(surface, charted, parse_direction(cast(str, asked), patches=True))
-    return _on_charts(seen, surface, charted, options, scale, density, wanted)
+    wanted = parse_direction(cast(str, asked), patches=True)
+    ground = MapGround(charted, None, surface, False)
+    return _on_charts(seen, ground, options, scale, density, wanted)
 
 
 def _prepare_flat(seen: Seen, surface: AnySurface, chart: Chart, options: SynthesisOptions) -> Prepared:
     # A flat texture: a step is a pixel, rows run along rows.
+    if options.size_map is not None:
+        raise InputError("size_map is given for a flat texture; allowed: on surfaces and models")
     for name in ("crease", "stroke"):
         if getattr(options, name) is not None:
             raise InputError(f"{name} is given for a flat texture; allowed: none, its rows run to the right")
     charted = charted_plane(chart, tile=options.tileable)
     vectors = np.broadcast_to((1.0, 0.0, 0.0), (len(charted.chart), 3, 3))
+    ground = MapGround(charted, None, surface, True)
     phases = seen.wanted_phases(options, _FLAT_PHASE, charted, vectors, 1.0)
     own = settled(options, QuiltOptions, block=seen.wanted_block(options))
     turns = np.zeros(len(vectors), np.int32)
@@ -280,20 +316,24 @@ def _prepare_flat(seen: Seen, surface: AnySurface, chart: Chart, options: Synthe
         charted,
         vectors,
         used=seen.used,
-        steering=seen.steering(seen.ground(charted, surface, is_flat=True), own.block, phases),
-        again=seen.again(seen.ground(charted, surface, is_flat=True)),
+        steering=seen.steering(ground, own.block, phases),
+        again=seen.again(ground),
     )
 
 
 def _on_charts(
     seen: Seen,
-    surface: AnySurface,
-    charted: ChartedSurface,
+    ground: MapGround,
     options: SynthesisOptions,
     scale: TextureScale,
     density: float,
     direction: Direction,
 ) -> Prepared:
+    charted = ground.charted
+    if direction.image is not None:
+        charted = in_detail(charted, None if ground.model is None else ground.model.uv)
+    if isinstance(ground.surface, Surface):
+        direction = told_on_patches(ground.surface, charted, direction)
     mesh = charted.mesh
     for part, mask in zip(seen.parts, seen.masks, strict=True):
         check_level(mask, step_level(part.shape[:2], charted, scale.scale))
@@ -304,19 +344,21 @@ def _on_charts(
         crease=default_crease(mesh) if options.crease is None else options.crease,
         lattice=any(lattice is not None for lattice in seen.lattices(options, _SURFACE_PHASE)),
     )
-    along, down = triangle_frames(mesh, field.corner_vectors)
+    vectors, sizes = field.corner_vectors, None
+    along, down = triangle_frames(mesh, vectors)
     turns = chart_turns(charted, along, field.fold)
-    fields = warp_fields(charted, along, down, scale.scale, turns, field.corner_vectors)
-    phases = seen.wanted_phases(options, _SURFACE_PHASE, charted, field.corner_vectors, scale.scale)
-    block = options.block
-    if block is None:
-        across = float(np.sqrt(scale.texels)) / scale.density * scale.scale
-        turning = turning_of(charted, field.corner_vectors, field.fold) / scale.scale
-        sides = [
-            block_side(part, across, turning, None if one is None else one.surface)
-            for part, one in zip(seen.parts, phases, strict=True)
-        ]
-        block = min(usable_side(max(sides), mask) for mask in seen.masks)
+    turning = turning_of(charted, vectors, field.fold) / scale.scale
+    across = float(np.sqrt(scale.texels)) / scale.density * scale.scale
+    block = seen.block_side(options, across, turning)
+    if options.size_map is not None:
+        wanted, wide = parse_size_map(options.size_map), block / scale.scale
+        sizes, charted, vectors, parent = size_field(wanted, ground, charted, vectors, wide)
+        turns, (along, down) = turns[parent], triangle_frames(charted.mesh, vectors)
+    factors = None if sizes is None else sizes.factors
+    fields = warp_fields(charted, along, down, scale.scale, turns, vectors, factors)
+    phases = seen.wanted_phases(options, _SURFACE_PHASE, charted, vectors, scale.scale, sizes)
+    if any(one is not None for one in phases):
+        block = seen.block_side(options, across, turning, phases)
     own = settled(options, QuiltOptions, block=block)
     text = "strokes" if options.stroke and options.direction is None else direction.text
     return Prepared(
@@ -329,17 +371,18 @@ def _on_charts(
         phases[0],
         turns,
         charted,
-        field.corner_vectors,
+        vectors,
         density=density,
         used=seen.used,
-        steering=seen.steering(
-            seen.ground(charted, surface), block / scale.scale * scale.density / density, phases
-        ),
-        again=seen.again(seen.ground(charted, surface)),
+        sizes=sizes,
+        steering=seen.steering(ground, block / scale.scale * scale.density / density, phases),
+        again=seen.again(ground),
     )
 
 
-def _prepare_mesh(seen: Seen, surface: MeshSurface, options: SynthesisOptions) -> Prepared:
+def _prepare_mesh(
+    seen: Seen, surface: MeshSurface, options: SynthesisOptions, model: ModelFile | None
+) -> Prepared:
     if options.method != "quilt":
         raise InputError(f"method is {options.method!r} on a mesh; allowed there: 'quilt'")
     if isinstance(options.texels, tuple):
@@ -351,8 +394,8 @@ def _prepare_mesh(seen: Seen, surface: MeshSurface, options: SynthesisOptions) -
     asked = options.direction
     if asked is None:
         asked = "smooth" if options.stroke else default_direction(surface.mesh)
-    wanted = parse_direction(cast(str, asked))
-    return _on_charts(seen, surface, charted, options, scale, density, wanted)
+    ground = MapGround(charted, model, surface, False)
+    return _on_charts(seen, ground, options, scale, density, parse_direction(cast(str, asked)))
 
 
 @stage
@@ -375,12 +418,13 @@ def coarser(prepared: Prepared, exemplar: PixelArray, octaves: int) -> Prepared:
     charted = on_longer_steps(prepared.charted, octaves)
     along, down = triangle_frames(charted.mesh, prepared.vectors)
     scale = 1.0 if prepared.scale is None else prepared.scale.scale
+    factors = None if prepared.sizes is None else prepared.sizes.factors
     block = min(2 * options.block, 3 * min(exemplar.shape[:2]) // 4)
     return replace(
         prepared,
         charts=charted.charts,
         charted=charted,
-        fields=warp_fields(charted, along, down, scale, prepared.turns, prepared.vectors),
+        fields=warp_fields(charted, along, down, scale, prepared.turns, prepared.vectors, factors),
         options=replace(options, block=block, overlap=None),
         density=min(prepared.density * 2.0**octaves, PAINTED_DENSITIES[1]),
         steering=prepared.steering and prepared.steering.on_charts(prepared.charts, charted.charts),
@@ -488,6 +532,7 @@ def lay_plan(prepared: Prepared, exemplar: PixelArray, *, seed: int = 0) -> LayP
         turns=prepared.turns,
         options=prepared.options,
         phases=prepared.phases,
+        sizes=prepared.sizes,
         used=prepared.used,
         steering=prepared.steering,
         seed=seed,
@@ -553,11 +598,11 @@ def synthesize(
     if isinstance(surface, MeshSurface):
         metres = surface.mesh.metres
     reading = exemplar.options if isinstance(exemplar, Sample) else SampleOptions()
-    source, guidance = read_guidance(wanted, as_exemplar(exemplar), reading, covered.model, metres)
+    source, guidance = read_guidance(wanted, as_exemplar(exemplar), reading, metres)
     source = kept_sample(source, wanted)
     checked, used = matched_image(source, wanted), used_pixels(source)
     with keeping():
-        prepared = prepare(checked, surface, wanted, used=used, guidance=guidance)
+        prepared = prepare(checked, surface, wanted, model=covered.model, used=used, guidance=guidance)
         return execute(prepared, checked, surface, seed=seed, threads=threads, progress=progress)
 
 

@@ -13,11 +13,13 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from upholster.charts.covered import CoveredLike, covered_files
-from upholster.charts.directions import is_stroke_file, stroke_texts
+from upholster.charts.directions import is_direction_image, is_stroke_file, stroke_texts
+from upholster.charts.sizes import parse_size_map
 from upholster.errors import FormatError, InputError, nearest
 from upholster.files import outputs, path_inside, path_text, read_bytes
 from upholster.formats import PROJECT_SUFFIX
 from upholster.image.source import Sample, Source
+from upholster.methods import with_names
 from upholster.options import SampleOptions, differing
 from upholster.project.project import KINDS, Project
 
@@ -106,6 +108,14 @@ class _Reader:
         if strokes := options["synthesis"].stroke:
             texts = [self.file(text) if is_stroke_file(text) else text for text in strokes]
             options["synthesis"] = replace(options["synthesis"], stroke=tuple(texts))
+        if is_direction_image(direction := options["synthesis"].direction):
+            options["synthesis"] = replace(options["synthesis"], direction=self.file(direction.strip()))
+        if (sizes := options["synthesis"].size_map) is not None:
+            text = parse_size_map(sizes).named(self.file)
+            options["synthesis"] = replace(options["synthesis"], size_map=text)
+        options["synthesis"] = replace(
+            options["synthesis"], **with_names(options["synthesis"], self.file_or_folder)
+        )
         materials = known.get("materials", {})
         if not isinstance(materials, dict):
             raise FormatError("materials are no object; allowed: samples by the names of parts")
@@ -154,6 +164,12 @@ class _Reader:
         except InputError as error:
             raise InputError(f"{error}, and in those of --allow DIR") from None
         return os.path.normpath(os.path.join(self.folders[0], told))
+
+    def file_or_folder(self, told: str) -> str:
+        found = self.file(told)
+        for file in Sample(found).files:  # of a folder those in it: links may lead elsewhere
+            self.file(os.path.relpath(file, self.folders[0]))
+        return found
 
     def options(self, kind: type[Kind], told: Any, what: str) -> Kind:
         known = _object(told, what, [entry.name for entry in fields(kind)])  # type: ignore[arg-type]
@@ -240,6 +256,13 @@ class _Keeper:
                 written[key] = options
         if strokes := project.synthesis.stroke:
             written["synthesis"]["stroke"] = stroke_texts(strokes)
+        if is_direction_image(direction := project.synthesis.direction):
+            written["synthesis"]["direction"] = self.kept(direction.strip())
+        if (sizes := project.synthesis.size_map) is not None:
+            written["synthesis"]["size_map"] = parse_size_map(sizes).named(self.kept)
+        guided = with_names(project.synthesis, lambda file: str(self.source(Sample(file))))
+        if guided:
+            written["synthesis"] |= guided
         return written | {"seed": project.seed}
 
     def model(self, project: Project) -> str:

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 
 from upholster.charts.covered import CoveredLike, covered_files
-from upholster.charts.directions import is_stroke_file
 from upholster.coverings import (
     Covering,
+    asked_files,
     check_not_swapped,
     check_samples,
     read_coverings,
@@ -145,9 +145,8 @@ class Project(Shown):
 
     def files(self) -> list[str]:
         """Return the files and folders that it names."""
-        strokes = [text for text in self.synthesis.stroke or () if is_stroke_file(text)]
         named = (name for each in self.samples for name in (*each.folders, *each.files))
-        return list(dict.fromkeys([*named, *covered_files(self.model), *strokes]))
+        return list(dict.fromkeys([*named, *covered_files(self.model), *asked_files(self.synthesis)]))
 
     def inputs(self) -> list[str]:
         """Return the files that the model is read from: that of a glTF names others."""

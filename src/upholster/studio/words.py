@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import fields
 from typing import Any
 
+from upholster.charts.sizes import parse_size_map
 from upholster.image.source import Sample
 from upholster.options import Options, SampleOptions, differing
 from upholster.project import KINDS, Project
@@ -97,8 +98,10 @@ def _flags(options: Options) -> Iterator[str]:
 
 
 def _texts(name: str, value: Any) -> list[str]:
-    if name == "use":
+    if name == "use" or (name == "direction" and isinstance(value, str)):
         return [_name(value)]
+    if name == "size_map":
+        return [parse_size_map(value).named(_name)]
     if isinstance(value, Mapping):
         return [f"{key}={one if name == 'direction' else _name(one)}" for key, one in value.items()]
     if isinstance(value, (tuple, list)):

@@ -7,6 +7,7 @@ normals that are interpolated, is asked for by the same normals; over sharp edge
 import numpy as np
 
 from upholster.charts.directions.direction import Direction, TriangleVectors, Vectors, called
+from upholster.charts.directions.on_coordinates import told_on_coordinates
 from upholster.errors import InputError
 from upholster.geometry import TriangleMesh
 from upholster.geometry.corner_normals import corner_normals
@@ -44,14 +45,15 @@ def asked_at_corners(
     Returns
     -------
     ndarray or None
-        (T, 3, 3); lengths are the sine of the angle between what is asked for and the normal. None for
-        ``smooth``, ``curvature`` and ``edges``, which only a field can tell.
+        (T, 3, 3); lengths are the sine of the angle between what is asked for and the normal, times how much
+        it counts. None for ``smooth``, ``curvature`` and ``edges``, which only a field can tell.
 
     Raises
     ------
     InputError
         If vectors are not finite, or of another shape.
     """
+    direction = told_on_coordinates(mesh, direction)
     if direction.kind not in ("level", "vectors"):
         return None
     if normals is None:
@@ -60,6 +62,8 @@ def asked_at_corners(
         along = np.cross((0.0, 0.0, 1.0), normals)
     else:
         given = _vectors_at_corners(mesh, direction.vectors)
+        if direction.weighted:  # in the triangles' planes already
+            return given
         length = np.linalg.norm(given, axis=2, keepdims=True)
         unit = given / np.where(length > 0, length, 1.0)
         along = unit - (unit * normals).sum(axis=2, keepdims=True) * normals

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from upholster.charts.directions.images import DirectionImage, is_direction_image, read_direction_image
 from upholster.errors import InputError
-from upholster.stages import stage
+from upholster.stages import file_stage
 from upholster.types import FloatArray
 
 __all__ = ["NUMBER", "Direction", "TriangleVectors", "Vectors", "called", "parse_direction"]
@@ -18,7 +19,7 @@ Vectors = Callable[[FloatArray], ArrayLike]
 
 ALLOWED = (
     "level, smooth, curvature, edges, degrees from level, x, y or z, a vector x,y,z, "
-    "or around: and one of these axes; on patches u and v as well"
+    "or around: and one of these axes; an image's file; on patches u and v as well"
 )
 
 NUMBER = r"\s*[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?\s*"
@@ -58,19 +59,25 @@ class Direction:
     text
         As the user writes it: see `parse_direction`.
     kind
-        ``"level"``, ``"smooth"``, ``"curvature"``, ``"edges"`` or ``"vectors"``; on patches also ``"u"`` and
-        ``"v"``.
+        ``"level"``, ``"smooth"``, ``"curvature"``, ``"edges"``, ``"vectors"`` or ``"image"``; on patches also
+        ``"u"`` and ``"v"``.
     angle
         Degrees by which the field is turned in the end, clockwise seen from outside.
     vectors
         Of kind "vectors": points (n, 3) to vectors (n, 3); or an array, (V, 3) of vertices or (T, 3, 3) of
         triangles' corners.
+    weighted
+        Whether `vectors` lie in the triangles' planes, and their lengths, 0 to 1, tell how much they count.
+    image
+        Of kind "image".
     """
 
     text: str
     kind: str
     angle: float = 0.0
     vectors: Vectors | FloatArray | None = None
+    weighted: bool = False
+    image: DirectionImage | None = None
 
     @property
     def is_around(self) -> bool:
@@ -79,7 +86,11 @@ class Direction:
         return by_part or self.text.startswith("around:")
 
 
-@stage
+def _inputs(found: "Direction", *_: object, **__: object) -> list[str]:
+    return [] if found.image is None else [found.image.name]
+
+
+@file_stage(_inputs)
 def parse_direction(wanted: str | Vectors | ArrayLike | Direction, *, patches: bool = False) -> Direction:
     """Return the direction that a text, a function of points or an array of vectors stands for.
 
@@ -92,6 +103,8 @@ def parse_direction(wanted: str | Vectors | ArrayLike | Direction, *, patches: b
         from level elsewhere), ``x``, ``y``, ``z`` or a vector ``x,y,z`` (projected on the surface),
         ``around:z`` (or another axis, through the origin, as a right-handed screw turns); a function of
         points (n, 3), in model units, to vectors (n, 3); or an array of vectors (V, 3), one for each vertex.
+        Or an image's file, see `read_direction_image`, over the model's texture coordinates; over each face's
+        parameters on patches.
     patches
         Of a surface of patches: there it may be ``u`` (along the patches' t: to the right along rows of
         texels) or ``v`` (along s) as well.
@@ -99,7 +112,7 @@ def parse_direction(wanted: str | Vectors | ArrayLike | Direction, *, patches: b
     Raises
     ------
     InputError
-        If it is none of these, a number is not finite, or a vector is zero.
+        If it is none of these, a number is not finite, a vector is zero, or an image can not be read.
     """
     if isinstance(wanted, Direction):
         if wanted.kind in ("u", "v") and not patches:
@@ -112,6 +125,8 @@ def parse_direction(wanted: str | Vectors | ArrayLike | Direction, *, patches: b
     written = wanted.strip()
     if written in ("level", "smooth", "curvature", "edges") or (patches and written in ("u", "v")):
         return Direction(written, written)
+    if is_direction_image(written):
+        return Direction(written, "image", image=read_direction_image(written))
     if re.fullmatch(NUMBER, written):
         angle = float(written)
         if abs(angle) > _MOST_DEGREES:

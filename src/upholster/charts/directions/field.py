@@ -11,6 +11,7 @@ from upholster.charts.directions._kernels import comb, corner_fans, take_branche
 from upholster.charts.directions.direction import Direction, Vectors, parse_direction
 from upholster.charts.directions.frames import PlaneFrames, plane_frames, power, root
 from upholster.charts.directions.held import Held, held_on_faces
+from upholster.charts.directions.on_coordinates import told_on_coordinates
 from upholster.charts.directions.singular import (
     indices_at_vertices,
     jumps_over_edges,
@@ -169,12 +170,13 @@ def direction_field(
     InputError
         If an option is out of range, or the direction is wrong for the mesh.
     """
-    drawn = None if strokes is None else parse_strokes(strokes)
+    drawn = None if strokes is None else parse_strokes(strokes, size=mesh.size)
     if direction is None:
         direction = default_direction(mesh) if drawn is None else "smooth"
     wanted = parse_direction(direction)
     if symmetry not in (1, 2, 4):
         raise InputError(f"symmetry is {symmetry!r}; allowed: 1, 2 or 4")
+    wanted = told_on_coordinates(mesh, wanted)
     if crease is not None and not 0 <= crease <= 180:
         raise InputError(f"crease is {crease!r} degrees; allowed: 0 to 180")
     frames = plane_frames(mesh, crease)

@@ -6,6 +6,7 @@ import numpy as np
 
 from upholster.charts.charted import ChartedSurface
 from upholster.charts.directions.direction import Direction
+from upholster.charts.directions.on_coordinates import told_on_coordinates
 from upholster.charts.tessellation import face_parameters, own_patches
 from upholster.geometry import Surface
 from upholster.stages import stage
@@ -24,13 +25,17 @@ _MOST_AGREE = 0.95
 def told_on_patches(surface: Surface, charted: ChartedSurface, direction: Direction) -> Direction:
     """Return a direction as a mesh has it: ``u`` and ``v`` are the surface's derivatives at corners.
 
+    An image lies over each face's parameters, its rows along t and its columns along s.
+
     Parameters
     ----------
     surface, charted
         A surface of patches, and what `charted_patches` made of it.
     direction
-        Any direction; others than along u and v are returned as they are.
+        Any direction; others are returned as they are.
     """
+    if direction.kind == "image":
+        return told_on_coordinates(charted.mesh, direction, _parameters(surface, charted))
     if direction.kind not in ("u", "v"):
         return direction
     return replace(direction, kind="vectors", vectors=_derivatives(surface, charted, direction.kind))
@@ -60,6 +65,17 @@ def default_on_patches(surface: Surface, charted: ChartedSurface) -> str:
         sides.append(one / np.maximum(np.linalg.norm(one, axis=1), 1e-300)[:, None])
     agree = (sides[0] * sides[1]).sum(axis=1) > _AGREED
     return "u" if length[agree].sum() >= _MOST_AGREE * length.sum() else "level"
+
+
+def _parameters(surface: Surface, charted: ChartedSurface) -> FloatArray:
+    # (T, 3, 2) at the triangles' corners: the share of its face that lies to the left, and above.
+    out = np.empty((len(charted.chart), 3, 2))
+    for number, chart in enumerate(charted.charts):
+        own = np.flatnonzero(charted.chart == number)
+        face = surface.faces[chart.face]
+        s, t = face_parameters(chart, *charted.places[own].transpose(2, 0, 1))
+        out[own] = np.stack([t / face.columns, s / face.rows], axis=-1)
+    return out
 
 
 def _derivatives(surface: Surface, charted: ChartedSurface, along: str) -> FloatArray:

@@ -1,4 +1,4 @@
-"""Directions at single places: strokes over the surface, from texts, JSON files or arrays."""
+"""Directions at single places and along lines: strokes over the surface, from texts, JSON files or arrays."""
 
 import json
 import re
@@ -34,6 +34,9 @@ Strokes = str | Path | ArrayLike | Sequence[str | Path]
 
 MOST_STROKES = 10_000
 
+_APART = 0.01
+"""Between strokes along a line, as a part of the model's size: less than how far the texture follows one."""
+
 _SHOWN = 0.03
 """How far round its place the texture follows a stroke, as a part of the model's size."""
 
@@ -52,29 +55,39 @@ _FARTHEST = 0.1
 _LEAST_ALONG = 0.05
 """Sine of the angle between a stroke and the normal at its place: with less it has no direction there."""
 
-ALLOWED = "x,y,z:dx,dy,dz, a JSON file, or numbers of shape (n, 2, 3)"
+ALLOWED = "x,y,z:dx,dy,dz, a line x,y,z/x,y,z/…, a JSON file, or numbers of shape (n, 2, 3)"
+
+_POINT = ",".join([NUMBER] * 3)
 
 
-def parse_strokes(wanted: Strokes) -> FloatArray:
+def parse_strokes(wanted: Strokes, *, size: float) -> FloatArray:
     """Return strokes, (S, 2, 3): a place and a direction each, in model units.
 
     Parameters
     ----------
     wanted
-        A text ``x,y,z:dx,dy,dz``; the path of a JSON file, whose name ends with ``.json``; a list of such
-        texts and paths; or numbers of shape (S, 2, 3). A file holds a list of ``{"at": [x, y, z], "along":
-        [dx, dy, dz]}``, or of ``[[x, y, z], [dx, dy, dz]]``.
+        A text ``x,y,z:dx,dy,dz``, or a line through two points or more, ``x,y,z/x,y,z/x,y,z``; the path of a
+        JSON file, whose name ends with ``.json``; a list of such texts and paths; or numbers of shape
+        (S, 2, 3). A file holds a list of ``{"at": [x, y, z], "along": [dx, dy, dz]}``, of ``{"line":
+        [[x, y, z], …]}``, or of ``[[x, y, z], [dx, dy, dz]]``.
+    size
+        Of the model: along a line there is a stroke every hundredth of it, or in each shorter part.
 
     Raises
     ------
     InputError
-        If a text, a file or a number is wrong, a direction is zero, or there are none or more than 10,000.
+        If a text, a file or a number is wrong, a direction is zero, a line has fewer than two points that
+        differ, or there are none or more than 10,000 strokes, those along lines counted.
     """
     if isinstance(wanted, (str, Path)):
         wanted = [wanted]
     if isinstance(wanted, Sequence) and all(isinstance(one, (str, Path)) for one in wanted):
-        found = [_of_text(str(one)) for one in wanted]
-        strokes = np.concatenate(found) if found else np.zeros((0, 2, 3))
+        texts = [(text, name) for one in wanted for text, name in _texts(str(one))]
+        count, found = 0, [np.zeros((0, 2, 3))]
+        for text, name in texts:
+            found.append(_of_text(text, name, size, MOST_STROKES - count))
+            count += len(found[-1])
+        strokes = np.concatenate(found)
     else:
         strokes = _checked(wanted, "strokes")
     if not 1 <= len(strokes) <= MOST_STROKES:
@@ -88,16 +101,9 @@ def stroke_texts(wanted: Sequence[str]) -> tuple[str, ...]:
     Raises
     ------
     InputError
-        As `parse_strokes` does.
+        As `parse_strokes` does, of files.
     """
-    found: list[str] = []
-    for text in wanted:
-        if is_stroke_file(text):
-            pairs = parse_strokes(text).tolist()
-            found += (":".join(",".join(map(repr, part)) for part in pair) for pair in pairs)
-        else:
-            found.append(text)
-    return tuple(found)
+    return tuple(text for one in wanted for text, _ in _texts(one))
 
 
 def is_stroke_file(text: str) -> bool:
@@ -134,7 +140,7 @@ def asked_by_strokes(mesh: TriangleMesh, strokes: Strokes, crease: float | None 
     carried straight on over the surface.
     """
     frames = plane_frames(mesh, crease)
-    drawn, distance = _carried_from_strokes(mesh, frames, parse_strokes(strokes))
+    drawn, distance = _carried_from_strokes(mesh, frames, parse_strokes(strokes, size=mesh.size))
     asked = np.where((distance < _SHOWN)[:, None], frames.vectors(drawn), 0.0)
     return np.repeat(asked[:, None], 3, axis=1)
 
@@ -196,16 +202,6 @@ def _carried_from_strokes(
     return drawn, (1 - nearness) * _AROUND
 
 
-def _of_text(text: str) -> FloatArray:
-    if is_stroke_file(text):
-        return _of_file(text.strip())
-    numbers = ",".join([NUMBER] * 3)
-    if not re.fullmatch(f"{numbers}:{numbers}", text):
-        raise InputError(f"stroke is {text[:60]!r}; allowed: {ALLOWED}")
-    at, along = ([float(x) for x in part.split(",")] for part in text.split(":"))
-    return _checked([[at, along]], f"stroke {text[:60]!r}")
-
-
 def read_stroke_list(path: str) -> list[object]:
     """Return the list that a JSON file of strokes holds; what stands in it is not checked.
 
@@ -225,10 +221,59 @@ def read_stroke_list(path: str) -> list[object]:
     return written
 
 
-def _of_file(path: str) -> FloatArray:
-    listed = read_stroke_list(path)
-    pairs = [[one.get("at"), one.get("along")] if isinstance(one, dict) else one for one in listed]
-    return _checked(pairs, f"strokes {path}")
+def _texts(text: str) -> list[tuple[str, str]]:
+    """Return a text, or those of the file that it names, and what each is called in a message."""
+    if not is_stroke_file(text):
+        return [(text, f"stroke {text[:60]!r}")]
+    path = text.strip()
+    name = f"strokes {path}"
+    return [(_text_of(one, name), name) for one in read_stroke_list(path)]
+
+
+def _text_of(told: object, name: str) -> str:
+    """Return the text of one entry of a file."""
+    if isinstance(told, dict) and "line" in told:
+        return "/".join(",".join(map(repr, point)) for point in _points(told["line"], name).tolist())
+    pair = [told.get("at"), told.get("along")] if isinstance(told, dict) else told
+    return ":".join(",".join(map(repr, part)) for part in _checked([pair], name)[0].tolist())
+
+
+def _of_text(text: str, name: str, size: float, most: int) -> FloatArray:
+    """Return the strokes of a text, those along a line if there are no more than `most`."""
+    mark = "/" if "/" in text else ":"
+    if not re.fullmatch(f"{_POINT}(?:/{_POINT})*" if mark == "/" else f"{_POINT}:{_POINT}", text):
+        raise InputError(f"stroke is {text[:60]!r}; allowed: {ALLOWED}")
+    points = [[float(x) for x in part.split(",")] for part in text.split(mark)]
+    return _checked([points], name) if mark == ":" else _along(_points(points, name), size, most, name)
+
+
+def _points(told: object, name: str) -> FloatArray:
+    """Return the points of a line, (n, 3): two or more, of which each differs from the one before."""
+    try:
+        points = np.array(told, np.float64)
+    except (TypeError, ValueError):
+        points = np.zeros(0)
+    if points.ndim != 2 or points.shape[1] != 3 or not (np.abs(points) <= 1e18).all():
+        raise InputError(f"{name}: a line is no finite numbers of shape (n, 3); allowed: [[x, y, z], …]")
+    kept: FloatArray = points[np.append(True, (np.diff(points, axis=0) != 0).any(axis=1))]
+    if len(kept) < 2:
+        raise InputError(f"{name}: a line has one place; allowed: at least two points that differ")
+    return kept
+
+
+def _along(points: FloatArray, size: float, most: int, name: str) -> FloatArray:
+    """Return strokes along a line (n, 3), in the middles of parts that are short for a model of a size."""
+    ways = np.diff(points, axis=0)
+    counts = np.ceil(np.sqrt((ways**2).sum(axis=1)) / (_APART * size))
+    if not counts.sum() <= most:
+        raise InputError(
+            f"{name}: a line is {counts.sum() * _APART:.4g} times as long as the model; "
+            f"allowed: {MOST_STROKES} strokes in all, a hundredth apart"
+        )
+    part = np.repeat(np.arange(len(ways)), counts.astype(np.int64))
+    first = np.cumsum(counts) - counts
+    share = (np.arange(len(part)) - first[part] + 0.5) / counts[part]
+    return np.stack([points[part] + share[:, None] * ways[part], ways[part]], axis=1)
 
 
 def _checked(wanted: object, name: str) -> FloatArray:

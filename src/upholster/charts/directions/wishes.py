@@ -87,7 +87,9 @@ def wish_of(mesh: TriangleMesh, frames: PlaneFrames, direction: Direction, creas
     vectors = vectors_at(mesh, direction.vectors)
     lying = vectors - np.einsum("ij,ij->i", vectors, normals)[:, None] * normals
     whole = np.sqrt(np.einsum("ij,ij->i", vectors, vectors))
+    strength = np.minimum(whole, 1.0) if direction.weighted else 1.0
     wish = _projected(frames, laid_over(lying, normals, frames.normals), whole, _VECTOR)
+    wish = replace(wish, confidence=wish.confidence * strength)
     if not wish.confidence.any():
         raise InputError(
             f"direction {direction.text!r} is nowhere along the surface; allowed: one that is somewhere"
@@ -102,6 +104,8 @@ def _corners(
 ) -> FloatArray:
     asked = asked_at_corners(mesh, direction, normals=shaded)
     assert asked is not None
+    if direction.weighted:  # in the triangles' planes, and as long as it counts
+        return asked
     length = np.sqrt(np.einsum("tki,tki->tk", asked, asked))[..., None]
     corners: FloatArray = asked * (_stepped(length, *limits) / np.maximum(length, 1e-300))
     return corners

@@ -1,4 +1,4 @@
-"""Hot loops of maps: steps that stand for their neighbours, values spread from these, and nearest strokes."""
+"""Hot loops of maps: images, steps that stand for their neighbours and what is spread from them, strokes."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -6,13 +6,44 @@ from numpy.typing import NDArray
 from upholster.jit import inline, kernel
 from upholster.types import FloatArray, IntArray, int64
 
-__all__ = ["ALIKE", "middle_steps", "nearest_strokes", "spread"]
+__all__ = ["ALIKE", "look_up", "middle_steps", "nearest_strokes", "spread"]
 
 ALIKE = 0.5
 """Cosine between normals of cells beside each other that have something to do with each other."""
 
 BESIDE_EACH_OTHER = 256
 """Points for which strokes that may reach them are listed together."""
+
+
+@kernel
+def look_up(grey: NDArray[np.float32], uv: FloatArray, repeats: bool, out: NDArray[np.float32]) -> None:
+    """Write to `out` (n,) an image's values (height, width) at places `uv` (n, 2), between pixels' middles.
+
+    u runs to the right and v downward, from 0 to 1; beyond, the image repeats, or its border goes on. Clear
+    pixels are NaN: what lies in one is NaN, and they count for nothing elsewhere. So are places of NaN.
+    """
+    height, width = grey.shape
+    for n in range(uv.shape[0]):
+        u, v = uv[n, 0], uv[n, 1]
+        out[n] = np.nan
+        if not (np.isfinite(u) and np.isfinite(v)):
+            continue
+        u = u - np.floor(u) if repeats else min(max(u, 0.0), 1.0)
+        v = v - np.floor(v) if repeats else min(max(v, 0.0), 1.0)
+        if np.isnan(grey[min(int64(v * height), height - 1), min(int64(u * width), width - 1)]):
+            continue
+        y, x = v * height - 0.5, u * width - 0.5
+        top, left = int64(np.floor(y)), int64(np.floor(x))
+        total, weights = 0.0, 0.0
+        for r in range(top, top + 2):
+            for c in range(left, left + 2):
+                row = r % height if repeats else min(max(r, 0), height - 1)
+                column = c % width if repeats else min(max(c, 0), width - 1)
+                weight = (1.0 - abs(y - r)) * (1.0 - abs(x - c))
+                if not np.isnan(grey[row, column]):
+                    total += weight * grey[row, column]
+                    weights += weight
+        out[n] = np.float32(total / weights)
 
 
 @kernel

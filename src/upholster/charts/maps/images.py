@@ -7,6 +7,7 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
+from upholster.charts.maps._map_kernels import look_up
 from upholster.charts.maps.ground import AtSteps, MapGround, Steps
 from upholster.charts.maps.source import Source
 from upholster.errors import InputError
@@ -42,10 +43,8 @@ class Image(Source):
             grey[clear] = np.nan
 
         def at(steps: Steps) -> NDArray[np.float32]:
-            uv = coordinates(steps)
-            known = np.isfinite(uv).all(axis=1)
-            out = np.full(len(uv), np.nan, np.float32)
-            out[known] = _bilinear(grey, uv[known], repeats)
+            out = np.empty(len(steps.triangles), np.float32)
+            look_up(grey, coordinates(steps), repeats, out)
             return out
 
         return at
@@ -140,8 +139,7 @@ def _coordinates(file: str, ground: MapGround) -> tuple[Coordinates, bool]:
     """
     charted = ground.charted
     if ground.is_flat:
-        size = np.array([(chart.width, chart.height) for chart in charted.charts], np.float64)
-        return lambda steps: steps.places[:, ::-1] / size[steps.number], charted.is_tile
+        return lambda steps: steps.places[:, ::-1] / (steps.chart.width, steps.chart.height), charted.is_tile
     if isinstance(ground.surface, Surface):
         return _on_face(ground.surface), False
     uv = charted.mesh.uv if ground.model is None else ground.model.uv
@@ -167,30 +165,3 @@ def _on_face(surface: Surface) -> Coordinates:
 def _within(uv: FloatArray, repeats: bool) -> FloatArray:
     """Return coordinates from 0 to 1."""
     return cast(FloatArray, uv - np.floor(uv) if repeats else np.clip(uv, 0.0, 1.0))
-
-
-def _bilinear(grey: NDArray[np.float32], uv: FloatArray, repeats: bool) -> NDArray[np.float32]:
-    """Return the image's values at (n, 2), between pixels' middles; NaN where the nearest pixel is clear.
-
-    Clear pixels are NaN, and count for nothing where others are beside them.
-    """
-    height, width = grey.shape
-    at = _within(uv, repeats) * (width, height) - 0.5
-    left, top = np.floor(at).astype(np.int64).T
-    x, y = (at - np.floor(at)).T
-    total, weights = np.zeros(len(uv)), np.zeros(len(uv))
-    nearest = np.zeros(len(uv), bool)
-    for down, right in ((0, 0), (0, 1), (1, 0), (1, 1)):
-        row, column = top + down, left + right
-        if repeats:
-            row, column = row % height, column % width
-        else:
-            row, column = np.clip(row, 0, height - 1), np.clip(column, 0, width - 1)
-        weight = np.where(down, y, 1 - y) * np.where(right, x, 1 - x)
-        value = grey[row, column]
-        clear = np.isnan(value)
-        nearest |= clear & ((y >= 0.5) == down) & ((x >= 0.5) == right)
-        total += np.where(clear, 0.0, weight * value)
-        weights += np.where(clear, 0.0, weight)
-    found = total / np.where(weights > 0, weights, 1.0)
-    return np.where(nearest, np.nan, found).astype(np.float32)

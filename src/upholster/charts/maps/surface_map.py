@@ -1,5 +1,6 @@
 """A surface map: a source, maybe inverted, maybe compared with a number."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -42,6 +43,13 @@ class SurfaceMap:
     def files(self) -> tuple[str, ...]:
         """Files that it reads."""
         return self.source.files
+
+    def named(self, name: Callable[[str], str]) -> str:
+        """Return its text with other names for the files in it."""
+        text = self.text
+        for file in self.files:
+            text = text.replace(file, name(file))
+        return text
 
     @property
     def is_binary(self) -> bool:

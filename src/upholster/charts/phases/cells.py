@@ -10,6 +10,7 @@ from upholster.charts.charted import ChartedSurface
 from upholster.charts.phases._kernels import first_members, nearest_parts
 from upholster.charts.phases.links import Links, matched_waves
 from upholster.charts.phases.solving import solved_phases, turned
+from upholster.charts.sizes import SizeField
 from upholster.charts.subdivision import subdivided
 from upholster.charts.warp_fields import triangle_frames
 from upholster.stages import stage
@@ -98,7 +99,13 @@ class PhaseField:
 
 
 @stage
-def phase_field(surface: ChartedSurface, vectors: FloatArray, scale: float, waves: FloatArray) -> PhaseField:
+def phase_field(
+    surface: ChartedSurface,
+    vectors: FloatArray,
+    scale: float,
+    waves: FloatArray,
+    sizes: SizeField | None = None,
+) -> PhaseField:
     """Find the phases that follow a surface's directions best.
 
     Over an edge at which directions jump by quarter turns a wave goes on as its opposite or as another one;
@@ -114,10 +121,13 @@ def phase_field(surface: ChartedSurface, vectors: FloatArray, scale: float, wave
         Exemplar pixels per model unit.
     waves
         (n, 2) cycles per exemplar pixel.
+    sizes
+        How many times as large the sample is; None: once.
     """
     period = 1 / float(np.sqrt((waves**2).sum(axis=1).max()))
     area = float(surface.mesh.areas[surface.chart >= 0].sum())
-    side = max(_SIDE * period / scale, (area / _MOST_CELLS) ** 0.5)
+    smallest = 1.0 if sizes is None else sizes.least
+    side = max(_SIDE * period / scale * smallest, (area / _MOST_CELLS) ** 0.5)
     fine = subdivided(surface, vectors, _LONGEST * side)
     flat, mesh = fine.surface, fine.surface.mesh
     along, down = triangle_frames(mesh, fine.vectors)
@@ -128,8 +138,13 @@ def phase_field(surface: ChartedSurface, vectors: FloatArray, scale: float, wave
     centres = _mean(cell, areas, middles, total)
     axes = np.stack([_unit(_mean(cell, areas, of, total)) for of in (down, along)], axis=1) * scale
     own = np.stack([down, along], axis=1) * scale
+    shown = total * scale**2
+    if sizes is not None:
+        smaller = 1 / sizes.at(fine.parent, middles)
+        of_cells = np.bincount(cell, areas * smaller) / total
+        own, axes, shown = own * smaller[:, None, None], axes * of_cells[:, None, None], shown * of_cells**2
     links = _links(flat, cell, centres, axes, own, waves)
-    phases = solved_phases(links, total * scale**2, waves)
+    phases = solved_phases(links, shown, waves)
     firsts = np.searchsorted(fine.parent, np.arange(len(surface.chart) + 1)).astype(np.int32)
     missing, between = _strains(links, waves, phases)
     return PhaseField(waves, firsts, middles, own, cell, centres, axes, phases, missing, between)

@@ -44,6 +44,9 @@ __all__ = ["BlockArrays", "Ground", "LayScratch", "find_block", "lay_blocks", "r
 _MOST_TRIANGLES = 1 << 13
 """Of a block."""
 
+_NEAR = 2.0
+"""Blocks: so near lie others whose sources cost more."""
+
 
 class Ground(NamedTuple):
     """What blocks are laid on."""
@@ -58,13 +61,14 @@ class BlockArrays(NamedTuple):
     """Blocks, in the order in which they are laid, B of them.
 
     `triangles` (B,) are those of the mesh in which their centres lie, `roots` (B, 6) where that is on a
-    chart, see `fit_block`, and `spots` (B, 3) in space. `records` (B, `BLOCK_COLUMNS`) receive what is found,
-    see `_block_kernels`; they have the wanted phases.
+    chart, see `fit_block`, and `spots` (B, 3) in space; `scales` (B,) are frame pixels per model unit.
+    `records` (B, `BLOCK_COLUMNS`) receive what is found, see `_block_kernels`; they have the wanted phases.
     """
 
     triangles: IntArray
     roots: FloatArray
     spots: FloatArray
+    scales: FloatArray
     records: IntArray
 
 
@@ -294,7 +298,6 @@ def find_block(
     half: float,
     blocks: BlockArrays,
     n: int,
-    scale: float,
     fits: FloatArray,
     scratch: LayScratch,
 ) -> tuple[Any, Any]:
@@ -307,7 +310,8 @@ def find_block(
     if count > 0:
         return count, int64(1)
     found, sheets = unfold_block(
-        ground.mesh, int64(blocks.triangles[n]), blocks.spots[n], half, scale, scratch.unfold, scratch.found
+        *(ground.mesh, int64(blocks.triangles[n]), blocks.spots[n], half, blocks.scales[n]),
+        *(scratch.unfold, scratch.found),
     )
     pieces = fit_block(
         *(ground.mesh, ground.field, root, half),
@@ -323,19 +327,18 @@ def replay_blocks(
     blocks: BlockArrays,
     order: NDArray[np.int64],
     masks: NDArray[np.uint8],
-    scale: float,
     fits: FloatArray,
     pieces: NDArray[np.int64],
     scratch: LayScratch,
 ) -> None:
     """Write blocks that were laid before, in an order: where they lie is found again, nothing else.
 
-    `masks` (blocks, cells) is what they show, `scale` frame pixels per model unit; `fits` and `pieces` as in
-    `lay_blocks`. Those without a triangle, −1, are left out.
+    `masks` (blocks, cells) is what they show; `fits` and `pieces` as in `lay_blocks`. Those without a
+    triangle, −1, are left out.
     """
     for n in order:
         if blocks.triangles[n] >= 0:
-            count, pieces[n] = find_block(ground, 0.5 * numbers.size, blocks, n, scale, fits[n], scratch)
+            count, pieces[n] = find_block(ground, 0.5 * numbers.size, blocks, n, fits[n], scratch)
             _write(ground.canvases, numbers, blocks, n, masks[n], int64(count), scratch)
 
 
@@ -349,7 +352,6 @@ def lay_blocks(
     blocks: BlockArrays,
     part: tuple[int, int],
     near: NDArray[np.int64],
-    reaches: tuple[float, float],
     seed: np.uint64,
     fits: FloatArray,
     pieces: NDArray[np.int64],
@@ -362,10 +364,10 @@ def lay_blocks(
     A block that shows nothing new is left out. One on nothing is drawn from all sources that fit; any other
     is chosen by what it continues, and cut where the two differ least. `usage` counts how much each part of
     the exemplar is used, every `usage_step` pixels, for each symmetry that is allowed, one below the other.
-    `near` (k, 2) are blocks that may lie near, from, to; `reaches` how far they are near, in model units, and
-    frame pixels per model unit. Each block draws from its own generator, which follows from `seed`. `fits`
-    (blocks, `MOST_SHEETS`, `FIT`) and `pieces` (blocks,) receive how sheets read, and how many there are,
-    `masks` (blocks, cells) which cells are shown. It ends early once `stop` (1,) is not 0.
+    `near` (k, 2) are blocks that may lie near, from, to. Each block draws from its own generator, which
+    follows from `seed`. `fits` (blocks, `MOST_SHEETS`, `FIT`) and `pieces` (blocks,) receive how sheets read,
+    and how many there are, `masks` (blocks, cells) which cells are shown. It ends early once `stop` (1,) is
+    not 0.
     """
     for n in range(part[0], part[1]):
         if stop[0]:
@@ -373,9 +375,10 @@ def lay_blocks(
         own = n - part[0]
         scratch.state[0] = seed + np.uint64(n) * np.uint64(0xD1342543DE82EF95)
         blocks.records[n, LAID] = 0
-        count, pieces[own] = find_block(ground, 0.5 * numbers.size, blocks, n, reaches[1], fits[own], scratch)
+        count, pieces[own] = find_block(ground, 0.5 * numbers.size, blocks, n, fits[own], scratch)
+        reach = _NEAR * numbers.size / blocks.scales[n]
         _settle(
-            *(ground, match, numbers, weights, usage, blocks, n, near, reaches[0]),
+            *(ground, match, numbers, weights, usage, blocks, n, near, reach),
             *(count, scratch),
         )
         for m in range(masks.shape[1]):

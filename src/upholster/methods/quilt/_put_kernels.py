@@ -39,17 +39,16 @@ def put_block(
     turn: FloatArray,
     half: float,
     mask: NDArray[np.uint8],
-    scale: float,
     fits: FloatArray,
     scratch: LayScratch,
 ) -> Any:
     """Lay block n with a size and turn of its own; return how many sheets it has.
 
     `turn` (4,) is S, row by row: from frame pixels as any block has them to those of its piece. `half` is how
-    far it reaches, in the former; `numbers` and `mask` are those of the piece. `scale` and `fits` are as in
+    far it reaches, in the former; `numbers` and `mask` are those of the piece. `fits` is as in
     `lay_blocks`.
     """
-    count, pieces = find_block(ground, half, blocks, n, scale, fits, scratch)
+    count, pieces = find_block(ground, half, blocks, n, fits, scratch)
     maps = scratch.found.maps
     for k in range(count):
         for corner in range(3):

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from upholster.charts.charted import ChartedSurface
 from upholster.charts.mesh_layout import GUTTER
 from upholster.charts.phases import PhaseField
+from upholster.charts.sizes import SizeField
 from upholster.charts.subdivision import subdivided_in
 from upholster.elements._joint_kernels import measure_distances
 from upholster.methods.quilt._block_kernels import (
@@ -49,6 +50,9 @@ __all__ = ["Drawn", "LayPlan", "ParcelBlocks", "draw_parcel", "lay_parcel"]
 _SHORT = 0.6
 """Longest edge of a triangle that blocks are unfolded over, in blocks."""
 
+_RANGE = 8.0
+"""Blocks so many times smaller than the largest have triangles that are longer: else those had too many."""
+
 _BARE = 1.0
 """Blocks: so near lie the parcels that may show what is bare."""
 
@@ -57,6 +61,9 @@ _AROUND_LAYING, _AROUND_LABELS = 3.3, 1.5
 
 _REACH = 1.2
 """Blocks: so far reaches the surface that a block lies on, or looks at, from its centre."""
+
+_SIZES = 3.0
+"""Grids of blocks of so many sizes in an octave, where sizes differ."""
 
 _NUMBERS = 2**24
 """Blocks of a parcel have numbers below that: each parcel's follow those of the one before."""
@@ -99,6 +106,8 @@ class LayPlan:
         The quilt of which a part is kept; None: nothing is.
     put
         Pieces of the sample that lie where they were put.
+    sizes
+        How many times as large the sample is; None: once.
     """
 
     surface: ChartedSurface
@@ -121,6 +130,7 @@ class LayPlan:
     asked: Asked | None = None
     before: Quilt | None = None
     put: tuple[PutPiece, ...] = ()
+    sizes: SizeField | None = None
 
     @property
     def pixels(self) -> float:
@@ -143,6 +153,7 @@ class LayPlan:
         """
         box = self.parcels.box(parcel, blocks)
         longest = _SHORT * self.numbers.size / self.pixels
+        longest *= 1.0 if self.sizes is None else max(self.sizes.least, self.sizes.most / _RANGE)
         how: dict[str, Any] = {"turns": self.turns, "fold": self.fold, "crease": self.crease}
         if box is None:
             whole = whole_ground(self.surface, self.vectors, self.field, longest, threads=threads, **how)
@@ -287,11 +298,13 @@ class _Laying:
         self.own = plan.parcels.of_points(middles) == parcel
         self.bare = plan.parcels.last_of_points(middles, _BARE) == parcel
         tile = plan.surface.mesh.box if plan.surface.is_tile else None
-        self.regions = Regions(plan.numbers.size / plan.pixels, tile)
+        largest = 1.0 if plan.sizes is None else plan.sizes.most
+        self.regions = Regions(plan.numbers.size / plan.pixels * largest, tile)
         # Whatever is kept is block 0, which lies nowhere.
         fixed = placed.ground.canvases.fixed
         self.centres = centres_at(placed, np.full((fixed, 3), (0, -1, -1), np.int32))
         self.numbers = np.full(fixed, -1, np.int64)
+        self.scales = np.full(fixed, plan.pixels)
         self.records = np.zeros((fixed, BLOCK_COLUMNS), np.int32)
         self.masks = np.zeros((fixed, (plan.numbers.size // plan.numbers.cell) ** 2), np.uint8)
         self.sheets: dict[int, tuple[NDArray[np.int64], FloatArray]] = {}
@@ -317,8 +330,7 @@ class _Laying:
         order = np.argsort(self.numbers)
         scratch = self._scratch()
         replay_blocks(
-            self.placed.ground, self.plan.numbers, self._arrays(), order, self.masks, self.plan.pixels, fits,
-            pieces, scratch,
+            self.placed.ground, self.plan.numbers, self._arrays(), order, self.masks, fits, pieces, scratch,
         )  # fmt: skip
         self._keep(0, fits, pieces)
         self._free.append(scratch)
@@ -328,10 +340,9 @@ class _Laying:
         self._put_all()
         numbers = self.plan.numbers
         across = numbers.size / self.plan.pixels * self.plan.density  # a block, in steps
-        step = max(2.0, (1 - self.plan.overlap) * across)
-        self.lay(centres_on(self.placed, self.own, step, GUTTER + 0.35 * step, bare=False))
+        self.lay(self._on_grids(max(2.0, (1 - self.plan.overlap) * across)))
         # Each block shows at least its centre: at the latest on a grid of single steps nothing stays bare.
-        step = 0.5 * across
+        step = 0.5 * across * (1.0 if self.plan.sizes is None else self.plan.sizes.most)
         while len((centres := centres_on(self.placed, self.bare, step, 0.5 * step, bare=True)).steps):
             self.lay(centres)
             step = max(1.0, 0.5 * step)
@@ -348,11 +359,28 @@ class _Laying:
             fits = np.empty((1, MOST_SHEETS, FIT))
             pieces = put_block(
                 self.placed.ground, frame.numbers, self._arrays(), n, piece.turn(), frame.half, frame.mask,
-                self.plan.pixels, fits[0], LayScratch.of(self.placed.ground, frame.numbers, self.usage),
+                fits[0], LayScratch.of(self.placed.ground, frame.numbers, self.usage),
             )  # fmt: skip
             self._keep(n, fits, np.array([pieces]))
             canvases = self.placed.ground.canvases._replace(fixed=n + 1)
             self.placed = replace(self.placed, ground=self.placed.ground._replace(canvases=canvases))
+
+    def _on_grids(self, step: float) -> Centres:
+        # Centres so many steps apart; where the sample is larger or smaller as many times as far.
+        if self.plan.sizes is None:
+            return centres_on(self.placed, self.own, step, GUTTER + 0.35 * step, bare=False)
+        middles = self.placed.ground.mesh.corners.mean(axis=1)
+        sizes = self.plan.sizes.at(self.placed.parent, middles)
+        finer = np.rint(np.log2(sizes) * _SIZES).astype(np.int64)
+        parts = []
+        for number in np.unique(finer[self.own]).tolist():
+            wide = max(2.0, step * 2.0 ** (number / _SIZES))
+            own = self.own & (finer == number)
+            parts.append(centres_on(self.placed, own, wide, GUTTER + 0.35 * wide, bare=False))
+        found = centres_at(self.placed, np.zeros((0, 3), np.int32))
+        for part in parts:
+            found = found.with_more(part)
+        return found
 
     def lay(self, centres: Centres) -> None:
         """Lay blocks."""
@@ -424,7 +452,11 @@ class _Laying:
             if phases is not None and len(mine):
                 wanted = phases.at(self.placed.parent[centres.triangles[mine]], centres.spots[mine])
                 records[mine, PHASE : PHASE + len(wanted)] = wanted.T
+        scales = np.full(len(numbers), self.plan.pixels)
+        if self.plan.sizes is not None:
+            scales /= self.plan.sizes.at(self.placed.parent[centres.triangles], centres.spots)
         masks = np.zeros((len(numbers), self.masks.shape[1]), np.uint8)
+        self.scales = np.concatenate([self.scales, scales])
         self.centres = self.centres.with_more(centres)
         self.numbers = np.concatenate([self.numbers, numbers])
         self.records = np.concatenate([self.records, records])
@@ -441,18 +473,17 @@ class _Laying:
 
     def _arrays(self) -> BlockArrays:
         own = self.centres
-        return BlockArrays(own.triangles, own.roots, own.spots, self.records)
+        return BlockArrays(own.triangles, own.roots, own.spots, self.scales, self.records)
 
     def _lay_region(self, part: tuple[int, int], near: NDArray[np.int64], usage: FloatArray) -> None:
         plan, (start, stop) = self.plan, part
         scratch = self._free.pop() if self._free else self._scratch()
         fits, pieces = np.empty((stop - start, MOST_SHEETS, FIT)), np.zeros(stop - start, np.int64)
-        reaches = 2.0 * plan.numbers.size / plan.pixels, plan.pixels
         # Generators follow from blocks' numbers: the first one's, less its place here.
         moved = (int(self.numbers[start]) - start) * _MULTIPLIER
         lay_blocks(
             self.placed.ground, plan.match, plan.numbers, plan.weights, usage, self._arrays(), part, near,
-            reaches, np.uint64((plan.seed + moved) % 2**64), fits, pieces, self.masks[start:stop], self.stop,
+            np.uint64((plan.seed + moved) % 2**64), fits, pieces, self.masks[start:stop], self.stop,
             scratch,
         )  # fmt: skip
         self._keep(start, fits, pieces)

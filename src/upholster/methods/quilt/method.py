@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.charts.charted import ChartedSurface
+from upholster.charts.sizes import SizeField
 from upholster.elements import find_joints
 from upholster.image.masks import Used
 from upholster.methods.quilt._block_kernels import LayNumbers, LayWeights
@@ -59,6 +60,7 @@ def planned(
     turns: IntArray | None = None,
     options: QuiltOptions,
     phases: WantedPhases | None = None,
+    sizes: SizeField | None = None,
     used: Used | None = None,
     steering: Steering | None = None,
     seed: int = 0,
@@ -109,10 +111,11 @@ def planned(
         (rows, columns),
         tuple(None if one is None else one.surface for one in wanted),
         int(np.random.SeedSequence(seed).generate_state(1, np.uint64)[0]),
-        Parcels.of(surface, vectors, block, density),
+        Parcels.of(surface, vectors, block if sizes is None else block * sizes.most, density),
         asked,
         None if steering is None or steering.kept is None else steering.kept[0],
         () if steering is None else steering.put,
+        sizes,
     )
 
 
@@ -179,6 +182,8 @@ def synthesize_quilt(
         Parameters of the method.
     phases
         Of a sample that repeats: its own phases; where it shall be is found here. None: not looked at.
+    sizes
+        How many times as large the sample is, as the warp fields have it; None: once.
     used
         (H, W) which pixels of the exemplar blocks may show, see `check_used`; None: all.
     steering
