@@ -154,3 +154,11 @@ def test_values_are_kept_where_stages_are(ball) -> None:
     with Stages().active():
         assert parse_map("slope").values(ball) is parse_map("slope").values(ball)
         assert parse_map("slope").values(ball) is not parse_map("1-slope").values(ball)
+
+
+def test_what_rays_find_is_kept_for_every_comparison(ball) -> None:
+    stages = Stages()
+    with stages.active():
+        for text in ("curvature", "curvature>0.5", "1-curvature<0.3", "curvature>0.7"):
+            parse_map(text).values(ball)
+    assert [ran.name for ran in stages.ran].count("_told") == 1

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -90,11 +89,9 @@ class SurfaceMap:
         with keeping():
             return _codes(self, ground, threads=threads)
 
-    def shaped(self, values: NDArray[Any]) -> NDArray[np.float32]:
+    def shaped(self, values: NDArray[np.float32]) -> NDArray[np.float32]:
         """Return what the map makes of its source's values."""
-        found = np.asarray(values, np.float32)
-        if self.is_inverted:
-            found = np.float32(1) - found
+        found = np.float32(1) - values if self.is_inverted else values
         if self.above is not None:
             holds = found > self.above
         elif self.below is not None:
@@ -117,18 +114,20 @@ def region(
     return tuple(values > 0.5 for values in wanted.values(ground, threads=threads))
 
 
-def _inputs(_: object, wanted: SurfaceMap, *__: object, **___: object) -> tuple[str, ...]:
-    return wanted.files
+def _inputs(_: object, read: SurfaceMap | Source, *__: object, **___: object) -> tuple[str, ...]:
+    return read.files
 
 
 @file_stage(_inputs)
 def _values(wanted: SurfaceMap, ground: MapGround, *, threads: int | None) -> tuple[NDArray[np.float32], ...]:
-    at = wanted.source.values(ground, threads)
+    return tuple(map(wanted.shaped, _told(wanted.source, ground, threads=threads)))
 
-    def shaped(steps: Steps) -> NDArray[np.float32]:
-        return wanted.shaped(at(steps))
 
-    return over_steps(ground.charted, shaped, np.array(np.nan, np.float32), threads=threads)
+@file_stage(_inputs)
+def _told(source: Source, ground: MapGround, *, threads: int | None) -> tuple[NDArray[np.float32], ...]:
+    # A stage of its own: the same curvature is compared with one number after the other.
+    nothing = np.array(np.nan, np.float32)
+    return over_steps(ground.charted, source.values(ground, threads), nothing, threads=threads)
 
 
 @file_stage(_inputs)
