@@ -439,7 +439,7 @@ class SynthesisOptions:
             _SCALE,
             "The sample is LOW times as large where a map is 0, HIGH times where it is 1, each 1/8 to 8: "
             "`height=0.5,2`. The map is an image over texture coordinates, `height`, `slope`, `facing:z`, "
-            "`part:NAME` or a ball `x,y,z:radius`; see docs/meshes.md.",
+            "`curvature`, `noise`, `part:NAME`, a ball `x,y,z:radius` …; see docs/meshes.md.",
             metavar="TARGET=LOW,HIGH",
             only="quilt",
         ),

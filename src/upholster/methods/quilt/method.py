@@ -58,7 +58,9 @@ def planned(
     seed: int = 0,
 ) -> LayPlan:
     """Return what a surface is laid by; parameters as of `synthesize_quilt`."""
-    pyramid, numbers = _numbers(exemplar, surface, options, scale, phases, used)
+    # As fine as the sample is seen where it is largest.
+    coarsest = scale if sizes is None else scale / sizes.most
+    pyramid, numbers = _numbers(exemplar, surface, options, coarsest, phases, used)
     match = pyramid.levels[numbers.level].match
     if used is not None:
         allowed = allowed_places(used_level(used, numbers.level), numbers.size)
