@@ -70,7 +70,9 @@ def planned(
     wanted = (phases,) if zones is None else zones.phases
     masks = _masks(zones, used, exemplar.shape[:2])
     parts = _parts(exemplar, zones, wanted)
-    pyramid, numbers = _numbers(exemplar, surface, options, scale, parts, masks)
+    # As fine as the sample is seen where it is largest.
+    coarsest = scale if sizes is None else scale / sizes.most
+    pyramid, numbers = _numbers(exemplar, surface, options, coarsest, parts, masks)
     match = pyramid.levels[numbers.level].match
     if masks:
         allowed = _allowed(numbers, masks)
