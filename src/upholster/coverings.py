@@ -9,10 +9,13 @@ from functools import cached_property, partial
 from pathlib import Path
 from typing import cast
 
+import numpy as np
+
 from upholster.charts.axis_directions import closed_rounds
 from upholster.charts.covered import Covered, CoveredLike, as_covered, covered_parts
 from upholster.charts.directions import stroke_texts
 from upholster.charts.layout import LONGEST, texture_scale
+from upholster.charts.maps import parse_map
 from upholster.charts.part_directions import is_by_part, part_direction, triangles_by_direction
 from upholster.elements import find_lattice
 from upholster.errors import FormatError, InputError
@@ -30,6 +33,7 @@ from upholster.methods import (
     asked_files,
     coarser,
     execute,
+    holding,
     is_guided,
     kept_sample,
     matched_image,
@@ -52,7 +56,9 @@ from upholster.types import PixelArray, Progress
 from upholster.writing import painted
 
 __all__ = [
+    "MOST_PINNED",
     "Covering",
+    "Pinned",
     "asked_files",
     "check_not_swapped",
     "check_samples",
@@ -67,6 +73,9 @@ __all__ = [
     "settled",
     "synthesized",
 ]
+
+MOST_PINNED = 8
+"""States at which something is pinned: each is laid once more."""
 
 _REST = "the others"
 """What a report calls the parts that no pattern fits."""
@@ -148,6 +157,45 @@ def _material(pattern: str, source: Source | Sample) -> Sample:
     return sized_sample(text, f"material for {pattern!r}")
 
 
+@dataclass(frozen=True, slots=True)
+class Pinned:
+    """Regions that stay as they were when they were pinned.
+
+    Attributes
+    ----------
+    regions
+        Each as `upholster.charts.maps.parse_map` reads it.
+    synthesis, seed
+        With which they were laid.
+    before
+        What was pinned when that was; None: nothing.
+    """
+
+    regions: tuple[str, ...]
+    synthesis: SynthesisOptions
+    seed: int
+    before: "Pinned | None" = None
+
+    def __post_init__(self) -> None:
+        for text in self.regions:
+            parse_map(text)
+        if self.depth > MOST_PINNED:
+            raise InputError(
+                f"regions are pinned at {self.depth} states; allowed: {MOST_PINNED}, so unpin, and pin anew"
+            )
+
+    @property
+    def depth(self) -> int:
+        """At how many states something was pinned."""
+        return 1 if self.before is None else 1 + self.before.depth
+
+    @property
+    def files(self) -> list[str]:
+        """The files that it names."""
+        own = [file for text in self.regions for file in parse_map(text).files]
+        return [*own, *asked_files(self.synthesis), *([] if self.before is None else self.before.files)]
+
+
 @dataclass(frozen=True, eq=False)
 class Covering:
     """A sample, and what it covers.
@@ -168,6 +216,8 @@ class Covering:
         Texels: greatest height and width of a chart on patches.
     guidance
         What is asked of where things go; None: nothing.
+    held
+        What covered it before, of which regions stay, and its seed; None: nothing stays.
     """
 
     pattern: str | None
@@ -177,6 +227,7 @@ class Covering:
     title: str = ""
     largest: int = LONGEST
     guidance: Guidance | None = None
+    held: "tuple[Covering, int] | None" = None
 
     @property
     def name(self) -> str:
@@ -240,6 +291,14 @@ class Covering:
         """Return the quilt; for a quick look one whose steps are longer by so many powers of two."""
         with _naming(self.name):
             prepared = coarser(self.prepared, self.seen, octaves) if octaves else self.prepared
+            if self.held is not None:
+                before, own_seed = replace(self.held[0], largest=self.largest), self.held[1]
+                if not np.array_equal(before.seen, self.seen):
+                    raise InputError(
+                        "a pinned region can not stay where the sample changes; allowed: unpin it"
+                    )
+                quilt = before.synthesized(octaves=octaves, seed=own_seed, threads=threads, progress=None)
+                prepared = holding(prepared, quilt)
             return execute(prepared, self.seen, self.surface, seed=seed, threads=threads, progress=progress)
 
     def textured(
@@ -267,6 +326,7 @@ def read_coverings(
     reading: ModelOptions,
     asked: SynthesisOptions,
     *,
+    pinned: Pinned | None = None,
     notes: list[str],
     progress: Progress | None = None,
 ) -> list[Covering]:
@@ -282,6 +342,8 @@ def read_coverings(
         Other samples, each for parts of the model.
     reading, asked
         How the model is read, and how it is covered. A number of texels is for all together.
+    pinned
+        Regions that stay as they were; None: nothing does.
     notes
         What the user should know is added.
     progress
@@ -302,8 +364,8 @@ def read_coverings(
             progress=progress,
         )
         notes += covered.notes
-        return [_covering(None, covered, sample, asked, notes)]
-    if is_guided(asked):
+        return [_pinned(_covering(None, covered, sample, asked, notes), sample, pinned)]
+    if is_guided(asked) or pinned is not None:
         raise InputError("guides and zones are given with several materials; allowed: with one sample")
     if asked.method != "quilt":
         raise InputError(f"method is {asked.method!r} with several materials; allowed there: 'quilt'")
@@ -340,6 +402,19 @@ def _covering(
     metres = None if mesh is None else mesh.metres
     source, guidance = read_guidance(asked, source, sample.options, metres)
     return Covering(pattern, covered, kept_sample(source, asked), asked, title, guidance=guidance)
+
+
+def _pinned(covering: Covering, sample: Sample, pinned: Pinned | None) -> Covering:
+    # A covering with regions that stay as they were.
+    if pinned is None:
+        return covering
+    held = tuple(map(parse_map, pinned.regions))
+    before = _covering(None, covering.covered, sample, pinned.synthesis, [])
+    return replace(
+        covering,
+        guidance=replace(covering.guidance or Guidance(), held=held),
+        held=(_pinned(before, sample, pinned.before), pinned.seed),
+    )
 
 
 def _with_axes(

@@ -16,6 +16,7 @@ from upholster._version import __version__
 from upholster.charts.covered import CoveredLike, as_covered, covered_files
 from upholster.coverings import (
     Covering,
+    Pinned,
     asked_files,
     check_not_swapped,
     check_samples,
@@ -73,6 +74,7 @@ def cover(
     synthesis: SynthesisOptions | Mapping[str, Any] | None = None,
     seed: int | None = 0,
     options: WriteOptions | None = None,
+    pinned: Pinned | None = None,
     report: str | os.PathLike[str] | None = None,
     threads: int | None = None,
     workers: int | None = None,
@@ -118,6 +120,8 @@ def cover(
         As there; None: a random one, which the report tells.
     options
         How models and pictures are written.
+    pinned
+        Regions that stay as they were, see `upholster.Project.pin`.
     report
         Where to write the report as JSON: a file that ends in ``.json``.
     threads, progress
@@ -151,13 +155,21 @@ def cover(
     check_not_swapped(exemplar.source if isinstance(exemplar, Sample) else exemplar, on)
     own_sample = read_sample(exemplar, chosen(SampleOptions, sample))
     read = [*check_samples(own_sample, chosen_materials), *covered_files(on), *asked_files(asked)]
+    read += [] if pinned is None else pinned.files
     check_several(wanted, chosen_materials)
     if asked.method == "paper" and options.wavelet is None:
         options = replace(options, wavelet="haar")
     with keeping(), outputs([*files_of(wanted), *([report] if report else [])], inputs=read) as files:
         with timed("read", seconds, progress):
             coverings = read_coverings(
-                own_sample, on, chosen_materials, reading, asked, notes=notes, progress=progress
+                own_sample,
+                on,
+                chosen_materials,
+                reading,
+                asked,
+                pinned=pinned,
+                notes=notes,
+                progress=progress,
             )
             coverings = [replace(each, largest=largest_chart(wanted, options)) for each in coverings]
             covered = coverings[0].covered

@@ -27,6 +27,8 @@ def show_project(path: str) -> None:
     lines |= {f"part {name}": _sample(sample, folder) for name, sample in project.materials.items()}
     lines |= {name: _settings(differing(getattr(project, name))) for name in KINDS}
     lines["seed"] = project.seed
+    if project.pinned is not None:
+        lines["pinned"] = ", ".join(project.pinned.regions)
     say(f"{path}:")
     for name, text in lines.items():
         if text != "":

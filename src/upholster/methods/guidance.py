@@ -24,6 +24,7 @@ __all__ = [
     "guides_on",
     "put_on",
     "region_again",
+    "regions_held",
     "zones_on",
 ]
 
@@ -36,8 +37,8 @@ _LISTED = 6
 _MOST_LABELS = 254
 
 _BLENDED = 3
-"""Steps that blocks are blended over, at most: a region that is laid once more is so much smaller, for all
-else to stay as it is."""
+"""Steps that blocks are blended over, at most: what is laid is so much smaller than its region, and what stays
+so much larger."""
 
 _PIECES = 3
 """Pieces of a frayed border lie within its width."""
@@ -133,12 +134,15 @@ class Guidance:
         Regions that are laid once more, one after another, and their seeds.
     put
         Pieces that lie where they are put.
+    held
+        Regions that stay as another quilt has them.
     """
 
     guides: tuple[GuidePair, ...] = ()
     zones: ZoneMaps | None = None
     again: tuple[tuple[SurfaceMap, int], ...] = ()
     put: tuple[Put, ...] = ()
+    held: tuple[SurfaceMap, ...] = ()
 
 
 @stage
@@ -244,6 +248,19 @@ def region_again(wanted: SurfaceMap, ground: MapGround, seed: int) -> Again:
     if not any(one.any() for one in own):
         raise InputError(f"region {wanted.text!r} has nothing of the surface; allowed: one that has some")
     return Again(tuple(~one for one in own), seed)
+
+
+@stage
+def regions_held(wanted: Sequence[SurfaceMap], ground: MapGround) -> tuple[NDArray[np.bool_], ...]:
+    """Return of each chart (height, width) where regions stay, and what is blended with them.
+
+    Raises
+    ------
+    InputError
+        As `SurfaceMap.values`.
+    """
+    each = zip(*(region(one, ground) for one in wanted), strict=True)
+    return tuple(_spread(np.logical_or.reduce(own).view(np.uint8), _BLENDED, np.maximum) > 0 for own in each)
 
 
 @stage

@@ -2,6 +2,9 @@
 
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from upholster.charts.charted import ChartedSurface
 from upholster.charts.maps import MapGround
 from upholster.charts.phases import phase_field
@@ -9,7 +12,15 @@ from upholster.charts.sizes import SizeField
 from upholster.elements import Lattice, find_lattice
 from upholster.errors import InputError
 from upholster.image.masks import Used
-from upholster.methods.guidance import Guidance, ZoneMaps, guides_on, put_on, region_again, zones_on
+from upholster.methods.guidance import (
+    Guidance,
+    ZoneMaps,
+    guides_on,
+    put_on,
+    region_again,
+    regions_held,
+    zones_on,
+)
 from upholster.methods.quilt.guides import Again, Steering, Zones, cropped
 from upholster.methods.quilt.phases import WantedPhases
 from upholster.methods.quilt.sizes import block_side
@@ -79,6 +90,11 @@ class Seen:
         """
         asked = () if self.guidance is None else self.guidance.again
         return tuple(region_again(wanted, ground, seed) for wanted, seed in asked)
+
+    def held(self, ground: MapGround) -> tuple[NDArray[np.bool_], ...] | None:
+        """Return of each chart (height, width) where another quilt stays; None: nowhere."""
+        asked = () if self.guidance is None else self.guidance.held
+        return regions_held(asked, ground) if asked else None
 
     def lattices(self, options: SynthesisOptions, weight: float) -> list[Lattice | None]:
         """Return what repeats in each sample, if to be out of phase costs something: by default `weight`."""

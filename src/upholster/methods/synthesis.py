@@ -6,6 +6,7 @@ from numbers import Integral
 from typing import Any, cast
 
 import numpy as np
+from numpy.typing import NDArray
 
 from upholster.charts.charted import (
     ChartedSurface,
@@ -47,7 +48,7 @@ from upholster.methods.guided import guidance_files, read_guidance
 from upholster.methods.paper.coefficients import keep_coefficients
 from upholster.methods.paper.method import PaperOptions, synthesize_paper
 from upholster.methods.pixel.method import PixelOptions, check_sample, synthesize_pixel
-from upholster.methods.quilt.guides import Again, Steering
+from upholster.methods.quilt.guides import Again, Steering, on_charts
 from upholster.methods.quilt.laying import LayPlan
 from upholster.methods.quilt.method import laid_quilt, planned, step_level
 from upholster.methods.quilt.options import QuiltOptions
@@ -69,6 +70,7 @@ __all__ = [
     "asked_files",
     "coarser",
     "execute",
+    "holding",
     "kept_sample",
     "lay_plan",
     "matched_image",
@@ -119,6 +121,8 @@ class Prepared:
         What blocks are asked to show where; None: nothing.
     again
         Regions that are laid once more, one after another.
+    held
+        Of each chart (height, width) where another quilt stays, see `holding`; None: nowhere.
     sizes
         How many times as large the sample is at the corners of `charted`; None: once.
     """
@@ -137,6 +141,7 @@ class Prepared:
     used: Used | None = None
     steering: Steering | None = None
     again: tuple[Again, ...] = ()
+    held: tuple[NDArray[np.bool_], ...] | None = None
     sizes: SizeField | None = None
 
     @property
@@ -318,6 +323,7 @@ def _prepare_flat(seen: Seen, surface: AnySurface, chart: Chart, options: Synthe
         used=seen.used,
         steering=seen.steering(ground, own.block, phases),
         again=seen.again(ground),
+        held=seen.held(ground),
     )
 
 
@@ -377,6 +383,7 @@ def _on_charts(
         sizes=sizes,
         steering=seen.steering(ground, block / scale.scale * scale.density / density, phases),
         again=seen.again(ground),
+        held=seen.held(ground),
     )
 
 
@@ -429,7 +436,34 @@ def coarser(prepared: Prepared, exemplar: PixelArray, octaves: int) -> Prepared:
         density=min(prepared.density * 2.0**octaves, PAINTED_DENSITIES[1]),
         steering=prepared.steering and prepared.steering.on_charts(prepared.charts, charted.charts),
         again=tuple(one.on_charts(charted.charts) for one in prepared.again),
+        held=None if prepared.held is None else on_charts(prepared.held, charted.charts),
     )
+
+
+@stage
+def holding(prepared: Prepared, before: Quilt) -> Prepared:
+    """Return what is done where regions stay as another quilt has them, `prepared.held`.
+
+    Raises
+    ------
+    InputError
+        If that quilt has other charts, directions or sizes.
+    """
+    assert prepared.held is not None
+    same = before.charts == prepared.charts and all(
+        np.array_equal(one.nodes, other.nodes)
+        for one, other in zip(before.fields, prepared.fields, strict=True)
+    )
+    if not same:
+        raise InputError(
+            "a pinned region can not stay where model, sizes, texels or directions change; allowed: unpin it"
+        )
+    steering = replace(prepared.steering or Steering(), kept=(before, prepared.held))
+    again = tuple(
+        replace(one, stays=tuple(own | held for own, held in zip(one.stays, prepared.held, strict=True)))
+        for one in prepared.again
+    )
+    return replace(prepared, steering=steering, again=again)
 
 
 def _texels_a_step(scale: TextureScale) -> float:

@@ -14,20 +14,22 @@ from typing import Any, TypeVar
 
 from upholster.charts.covered import CoveredLike, covered_files
 from upholster.charts.directions import is_direction_image, is_stroke_file, stroke_texts
+from upholster.charts.maps import parse_map
 from upholster.charts.sizes import parse_size_map
+from upholster.coverings import MOST_PINNED, Pinned
 from upholster.errors import FormatError, InputError, nearest
 from upholster.files import outputs, path_inside, path_text, read_bytes
 from upholster.formats import PROJECT_SUFFIX
 from upholster.image.source import Sample, Source
-from upholster.methods import with_names
-from upholster.options import SampleOptions, differing
+from upholster.methods import settled_seed, with_names
+from upholster.options import SampleOptions, SynthesisOptions, differing
 from upholster.project.project import KINDS, Project
 
 __all__ = ["project_of", "read_project", "save_project", "told_of"]
 
 _VERSION = 1
 
-_KEYS = ("upholster", "model", "sample", "materials", *KINDS, "seed", "files")
+_KEYS = ("upholster", "model", "sample", "materials", *KINDS, "seed", "pinned", "files")
 
 Kind = TypeVar("Kind")
 
@@ -105,17 +107,7 @@ class _Reader:
         if version != _VERSION:
             raise FormatError(f"upholster is {version!r}; allowed: {_VERSION}, the version of the format")
         options = {key: self.options(kind, known.get(key, {}), key) for key, kind in KINDS.items()}
-        if strokes := options["synthesis"].stroke:
-            texts = [self.file(text) if is_stroke_file(text) else text for text in strokes]
-            options["synthesis"] = replace(options["synthesis"], stroke=tuple(texts))
-        if is_direction_image(direction := options["synthesis"].direction):
-            options["synthesis"] = replace(options["synthesis"], direction=self.file(direction.strip()))
-        if (sizes := options["synthesis"].size_map) is not None:
-            text = parse_size_map(sizes).named(self.file)
-            options["synthesis"] = replace(options["synthesis"], size_map=text)
-        options["synthesis"] = replace(
-            options["synthesis"], **with_names(options["synthesis"], self.file_or_folder)
-        )
+        options["synthesis"] = self.with_files(options["synthesis"])
         materials = known.get("materials", {})
         if not isinstance(materials, dict):
             raise FormatError("materials are no object; allowed: samples by the names of parts")
@@ -124,9 +116,38 @@ class _Reader:
             self.sample(known["sample"], "sample") if known.get("sample") is not None else None,
             {part: self.sample(one, f"material {part!r}") for part, one in materials.items()},
             seed=known.get("seed", 0),
+            pinned=self.pinned(known["pinned"]) if known.get("pinned") is not None else None,
             **options,
         )
         return replace(found, notes=tuple(self.changed(known.get("files", {}))))
+
+    def with_files(self, asked: SynthesisOptions) -> SynthesisOptions:
+        """Return options that name files where they lie."""
+        found: dict[str, Any] = dict(with_names(asked, self.file_or_folder))
+        if asked.stroke:
+            found["stroke"] = tuple(
+                self.file(text) if is_stroke_file(text) else text for text in asked.stroke
+            )
+        if is_direction_image(asked.direction):
+            found["direction"] = self.file(asked.direction.strip())
+        if asked.size_map is not None:
+            found["size_map"] = parse_size_map(asked.size_map).named(self.file)
+        return replace(asked, **found)
+
+    def pinned(self, told: Any, depth: int = 1) -> Pinned:
+        known = _object(told, "pinned", ("regions", "synthesis", "seed", "before"))
+        regions = known.get("regions")
+        if not isinstance(regions, list) or not regions or not all(isinstance(one, str) for one in regions):
+            raise FormatError('regions of pinned are no list of texts; allowed: maps, as ["0,0,1:0.3"]')
+        if depth > MOST_PINNED:
+            raise FormatError(f"pinned holds more than {MOST_PINNED} states; allowed: {MOST_PINNED}")
+        before = known.get("before")
+        return Pinned(
+            tuple(parse_map(one).named(self.file) for one in regions),
+            self.with_files(self.options(SynthesisOptions, known.get("synthesis", {}), "pinned")),
+            settled_seed(known.get("seed", 0)),
+            None if before is None else self.pinned(before, depth + 1),
+        )
 
     def model(self, told: Any) -> str:
         if not isinstance(told, str):
@@ -254,16 +275,30 @@ class _Keeper:
         for key in KINDS:
             if options := _told(getattr(project, key)):
                 written[key] = options
-        if strokes := project.synthesis.stroke:
-            written["synthesis"]["stroke"] = stroke_texts(strokes)
-        if is_direction_image(direction := project.synthesis.direction):
-            written["synthesis"]["direction"] = self.kept(direction.strip())
-        if (sizes := project.synthesis.size_map) is not None:
-            written["synthesis"]["size_map"] = parse_size_map(sizes).named(self.kept)
-        guided = with_names(project.synthesis, lambda file: str(self.source(Sample(file))))
-        if guided:
-            written["synthesis"] |= guided
+        if synthesis := self.synthesis(project.synthesis):
+            written["synthesis"] = synthesis
+        if project.pinned is not None:
+            written["pinned"] = self.pinned(project.pinned)
         return written | {"seed": project.seed}
+
+    def synthesis(self, asked: SynthesisOptions) -> dict[str, Any]:
+        """Return what a file tells of options that name files."""
+        written = _told(asked) | with_names(asked, lambda file: str(self.source(Sample(file))))
+        if asked.stroke:
+            written["stroke"] = stroke_texts(asked.stroke)
+        if is_direction_image(asked.direction):
+            written["direction"] = self.kept(asked.direction.strip())
+        if asked.size_map is not None:
+            written["size_map"] = parse_size_map(asked.size_map).named(self.kept)
+        return written
+
+    def pinned(self, pinned: Pinned) -> dict[str, Any]:
+        written: dict[str, Any] = {
+            "regions": [parse_map(one).named(self.kept) for one in pinned.regions],
+            "synthesis": self.synthesis(pinned.synthesis),
+            "seed": pinned.seed,
+        }
+        return written | ({} if pinned.before is None else {"before": self.pinned(pinned.before)})
 
     def model(self, project: Project) -> str:
         on: CoveredLike = project.model

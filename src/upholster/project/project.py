@@ -7,8 +7,10 @@ from typing import Any
 import numpy as np
 
 from upholster.charts.covered import CoveredLike, covered_files
+from upholster.charts.maps import parse_map
 from upholster.coverings import (
     Covering,
+    Pinned,
     asked_files,
     check_not_swapped,
     check_samples,
@@ -58,6 +60,8 @@ class Project(Shown):
         How files are written.
     seed
         0 to 2^63 − 1.
+    pinned
+        Regions that stay as they were; None: nothing does.
     notes
         What the user should know of its file: that another has changed since.
 
@@ -74,6 +78,7 @@ class Project(Shown):
     synthesis: SynthesisOptions = field(default_factory=SynthesisOptions)
     writing: WriteOptions = field(default_factory=WriteOptions)
     seed: int = 0
+    pinned: Pinned | None = None
     notes: tuple[str, ...] = ()
     previews: Previews = field(default_factory=Previews, repr=False)
 
@@ -120,10 +125,54 @@ class Project(Shown):
                 raise InputError(f"{min(of_sample)} is for the sample, and there is none; allowed: with one")
             options = _changed(found["sample"].options, SampleOptions, choices)
             found["sample"] = replace(found["sample"], options=options)
+        changes = bool(names - {"seed"} or of_sample or found["reading"] != self.reading)
+        if self.pinned is not None and changes:
+            raise InputError("a pinned region can not stay where model or sample change; allowed: unpin it")
         if choices:
             known = [entry.name for kind in (SampleOptions, *KINDS.values()) for entry in fields(kind)]
             raise InputError(f"unknown option {next(iter(choices))!r}; {nearest(next(iter(choices)), known)}")
         return replace(self, **found)
+
+    def again(self, region: str, seed: int | None = None) -> "Project":
+        """Return another project, in which a region is laid once more; all else stays as it is.
+
+        Parameters
+        ----------
+        region
+            Where a map is white, see `upholster.charts.maps.parse_map`: ``"0,0,1:0.3"`` (a ball),
+            ``"part:Seat"``, ``"mask.png"``.
+        seed
+            0 to 2^63 − 1; None: one that no region has had.
+
+        Raises
+        ------
+        InputError
+            If the region is no map.
+        """
+        before = self.synthesis.again or ()
+        number = len(before) + 1 if seed is None else settled_seed(seed)
+        parse_map(region)
+        return self.change(again=(*before, f"{region}@{number}"))
+
+    def pin(self, region: str) -> "Project":
+        """Return another project, in which a region stays as it is now, whatever seed and guides change.
+
+        Model, sample, sizes and directions can not change while something is pinned.
+
+        Raises
+        ------
+        InputError
+            If the region is no map, or regions are pinned at more than eight states.
+        """
+        before = self.pinned
+        regions = (region,) if before is None else (*before.regions, region)
+        if before is not None and (before.synthesis, before.seed) == (self.synthesis, self.seed):
+            before = before.before
+        return replace(self, pinned=Pinned(regions, self.synthesis, self.seed, before))
+
+    def unpin(self) -> "Project":
+        """Return another project, in which nothing is pinned."""
+        return replace(self, pinned=None)
 
     def coverings(self, notes: list[str] | None = None, progress: Progress | None = None) -> list[Covering]:
         """Return the samples and what each covers, as `cover` has them; notes are added to those given."""
@@ -133,6 +182,7 @@ class Project(Shown):
             self.materials,
             self.reading,
             self.synthesis,
+            pinned=self.pinned,
             notes=[] if notes is None else notes,
             progress=progress,
         )
@@ -146,7 +196,8 @@ class Project(Shown):
     def files(self) -> list[str]:
         """Return the files and folders that it names."""
         named = (name for each in self.samples for name in (*each.folders, *each.files))
-        return list(dict.fromkeys([*named, *covered_files(self.model), *asked_files(self.synthesis)]))
+        more = [] if self.pinned is None else self.pinned.files
+        return list(dict.fromkeys([*named, *covered_files(self.model), *asked_files(self.synthesis), *more]))
 
     def inputs(self) -> list[str]:
         """Return the files that the model is read from: that of a glTF names others."""
@@ -208,6 +259,7 @@ class Project(Shown):
                 synthesis=self.synthesis,
                 seed=self.seed,
                 options=self.writing,
+                pinned=self.pinned,
                 tell=tell,
                 **running,
             )

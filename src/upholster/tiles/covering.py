@@ -58,7 +58,7 @@ def check_tasks(
     if not (workers is None and scheduler is None) and not _is_by_tasks(coverings):
         raise InputError(
             "workers are given, and there is no work for several by methods 'paper' and 'pixel', with "
-            "several materials, or of a flat texture; allowed there: --threads"
+            "several materials, with again, put or pins, or of a flat texture; allowed there: --threads"
         )
     if any(output.url for output in wanted) and not are_tiles_alone(wanted, coverings):
         raise InputError(
@@ -69,6 +69,8 @@ def check_tasks(
 
 def _is_by_tasks(coverings: Sequence[Covering]) -> bool:
     first = coverings[0]
+    if first.held is not None or first.asked.again or first.asked.put:
+        return False
     is_flat = first.asked.tileable or isinstance(first.asked.texels, tuple)
     return len(coverings) == 1 and first.pattern is None and first.asked.method == "quilt" and not is_flat
 

@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.image.masks import Used
 from upholster.methods.quilt._block_kernels import EITHER
 from upholster.methods.quilt.phases import WantedPhases
 from upholster.methods.quilt.putting import PutPiece
@@ -35,6 +34,7 @@ __all__ = [
     "cropped",
     "guide_costs",
     "level_guides",
+    "on_charts",
 ]
 
 _WORTH = 8.0
@@ -93,15 +93,6 @@ class Zones:
     wanted: ChartBytes
     phases: tuple[WantedPhases | None, ...] = ()
 
-    def masks(self, used: Used | None, shape: tuple[int, ...]) -> list[Used]:
-        """Return which pixels (H, W) of the image each zone may show."""
-        found = []
-        for row, column, height, width in self.rectangles:
-            mask = np.zeros(shape, np.bool_)
-            mask[row : row + height, column : column + width] = True
-            found.append(mask if used is None else mask & used)
-        return found
-
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Steering:
@@ -125,8 +116,8 @@ class Steering:
 
     def on_charts(self, before: Sequence[Chart], charts: Sequence[Chart]) -> "Steering":
         """Return the same for charts of longer steps, of the same faces; nothing is kept there."""
-        guides = tuple(replace(one, wanted=_on_charts(one.wanted, charts)) for one in self.guides)
-        zones = self.zones and replace(self.zones, wanted=_on_charts(self.zones.wanted, charts))
+        guides = tuple(replace(one, wanted=on_charts(one.wanted, charts)) for one in self.guides)
+        zones = self.zones and replace(self.zones, wanted=on_charts(self.zones.wanted, charts))
         return Steering(guides, zones, put=tuple(one.on_charts(before, charts) for one in self.put))
 
 
@@ -147,7 +138,7 @@ class Again:
 
     def on_charts(self, charts: Sequence[Chart]) -> "Again":
         """Return the same for charts of longer steps, of the same faces."""
-        return Again(_on_charts(self.stays, charts), self.seed)
+        return Again(on_charts(self.stays, charts), self.seed)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -225,7 +216,8 @@ def guide_costs(guides: Sequence[Guide], variance: float) -> IntArray:
     return found
 
 
-def _on_charts(arrays: Sequence[NDArray[Any]], charts: Sequence[Chart]) -> tuple[NDArray[Any], ...]:
+def on_charts(arrays: Sequence[NDArray[Any]], charts: Sequence[Chart]) -> tuple[NDArray[Any], ...]:
+    """Return arrays (height, width) of charts for those of other steps: what lies in their middles."""
     found = []
     for array, chart in zip(arrays, charts, strict=True):
         rows, columns = (

@@ -12,16 +12,17 @@ from numpy.typing import NDArray
 
 from upholster.charts.charted import ChartedSurface
 from upholster.charts.sizes import SizeField
-from upholster.elements import find_joints
+from upholster.elements import Lattice, find_joints
+from upholster.errors import InputError
 from upholster.image.masks import Used
 from upholster.methods.quilt._block_kernels import LayNumbers, LayWeights
 from upholster.methods.quilt._phase_kernels import MISFIT
 from upholster.methods.quilt.emit import LabelPiece, emitted_quilt, label_pieces
-from upholster.methods.quilt.guides import Asked, Steering, Zones, cropped, guide_costs, level_guides
+from upholster.methods.quilt.guides import Asked, Rectangle, Steering, cropped, guide_costs, level_guides
 from upholster.methods.quilt.laying import LayPlan, ParcelBlocks, draw_parcel, lay_parcel
 from upholster.methods.quilt.match_pyramid import MatchPyramid, SamplePart, match_pyramid
 from upholster.methods.quilt.options import QuiltOptions
-from upholster.methods.quilt.parcels import Parcels
+from upholster.methods.quilt.parcels import MOST_WHOLE, Parcels
 from upholster.methods.quilt.phases import WantedPhases
 from upholster.methods.quilt.usable import allowed_places, level_with_room, used_level
 from upholster.parallel import check_running, run_tasks, thread_count
@@ -68,8 +69,9 @@ def planned(
     """Return what a surface is laid by; parameters as of `synthesize_quilt`."""
     zones = None if steering is None else steering.zones
     wanted = (phases,) if zones is None else zones.phases
-    masks = _masks(zones, used, exemplar.shape[:2])
-    parts = _parts(exemplar, zones, wanted)
+    rectangles = () if zones is None else zones.rectangles
+    masks = _masks(rectangles, used, exemplar.shape[:2])
+    parts = _parts(exemplar, rectangles, tuple(None if one is None else one.lattice for one in wanted))
     # As fine as the sample is seen where it is largest.
     coarsest = scale if sizes is None else scale / sizes.most
     pyramid, numbers = _numbers(exemplar, surface, options, coarsest, parts, masks)
@@ -113,7 +115,7 @@ def planned(
         (rows, columns),
         tuple(None if one is None else one.surface for one in wanted),
         int(np.random.SeedSequence(seed).generate_state(1, np.uint64)[0]),
-        Parcels.of(surface, vectors, block if sizes is None else block * sizes.most, density),
+        _parcels(surface, vectors, block if sizes is None else block * sizes.most, density, steering),
         asked,
         None if steering is None or steering.kept is None else steering.kept[0],
         () if steering is None else steering.put,
@@ -121,24 +123,39 @@ def planned(
     )
 
 
+def _parcels(
+    surface: ChartedSurface, vectors: FloatArray, block: float, density: float, steering: Steering | None
+) -> Parcels:
+    parcels = Parcels.of(surface, vectors, block, density)
+    if len(parcels) > 1 and steering is not None and (steering.kept is not None or steering.put):
+        raise InputError(
+            f"again, put or a pin is given on more than {MOST_WHOLE:,} steps; allowed: fewer texels"
+        )
+    return parcels
+
+
 @stage
-def _masks(zones: Zones | None, used: Used | None, shape: tuple[int, ...]) -> tuple[Used, ...]:
-    # Of each zone what it may show; empty: all of the only sample.
-    if zones is not None:
-        return tuple(zones.masks(used, shape))
-    return () if used is None else (used,)
+def _masks(rectangles: tuple[Rectangle, ...], used: Used | None, shape: tuple[int, ...]) -> tuple[Used, ...]:
+    # Of each zone which pixels (H, W) it may show; empty: all of the only sample.
+    if not rectangles:
+        return () if used is None else (used,)
+    found = []
+    for row, column, height, width in rectangles:
+        mask = np.zeros(shape, np.bool_)
+        mask[row : row + height, column : column + width] = True
+        found.append(mask if used is None else mask & used)
+    return tuple(found)
 
 
 @stage
 def _parts(
-    exemplar: PixelArray, zones: Zones | None, wanted: Sequence[WantedPhases | None]
+    exemplar: PixelArray, rectangles: tuple[Rectangle, ...], lattices: tuple[Lattice | None, ...]
 ) -> tuple[SamplePart, ...]:
     # The samples that an exemplar has, with what is known of each.
-    lattices = [None if one is None else one.lattice for one in wanted]
-    if zones is None:
+    if not rectangles:
         return (SamplePart.whole(exemplar, lattices[0], find_joints(exemplar)),)
     found = []
-    for rectangle, lattice in zip(zones.rectangles, lattices, strict=True):
+    for rectangle, lattice in zip(rectangles, lattices, strict=True):
         row, column, height, width = rectangle
         rows, columns = slice(row, row + height), slice(column, column + width)
         found.append(SamplePart(rows, columns, lattice, find_joints(cropped(exemplar, rectangle))))

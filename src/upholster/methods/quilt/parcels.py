@@ -15,7 +15,7 @@ from upholster.charts.charted import ChartedSurface
 from upholster.charts.subdivision import subdivided
 from upholster.types import FloatArray, IntArray
 
-__all__ = ["Parcels"]
+__all__ = ["MOST_WHOLE", "Parcels"]
 
 SIDE = 2048
 """Steps a side of a parcel, at least."""
