@@ -86,9 +86,9 @@ def test_nothing_can_stay_where_the_size_or_the_sample_changes(torus: Project, s
     with pytest.raises(InputError, match="where model or sample change; allowed: unpin it"):
         pinned.change(sample=sample[::-1].copy())
     assert pinned.unpin().change(sample=sample[::-1].copy()).pinned is None
-    with pytest.raises(InputError, match="map 'here'"):
+    with pytest.raises(InputError, match="map is 'here'"):
         torus.pin("here")
-    with pytest.raises(InputError, match="map 'here'"):
+    with pytest.raises(InputError, match="map is 'here'"):
         torus.again("here")
     project = torus
     for seed in range(1, MOST_PINNED + 1):

@@ -37,7 +37,7 @@ _LISTED = 6
 _MOST_LABELS = 254
 
 _BLENDED = 3
-"""Steps that blocks are blended over, at most: what is laid is so much smaller than its region, and what stays
+"""Steps that blocks are blended over: what is laid is so much smaller than its region, and what stays
 so much larger."""
 
 _PIECES = 3
