@@ -6,8 +6,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.jit import inline
-from upholster.methods.quilt._block_kernels import EITHER, CutScratch, FramePixels, LayNumbers, MatchImage
-from upholster.types import int64
+from upholster.methods.quilt._block_kernels import (
+    EITHER,
+    ChoiceScratch,
+    CutScratch,
+    FramePixels,
+    LayNumbers,
+    MatchImage,
+    Span,
+)
+from upholster.types import int64, uint64
 
 __all__ = ["is_barred", "penalise_off", "prefer_cells", "show_all"]
 
@@ -27,33 +35,52 @@ def _costs_of(match: MatchImage, pixels: FramePixels, place: Any, i: int, j: int
 
 
 @inline
-def penalise_off(
-    match: MatchImage, numbers: LayNumbers, pixels: FramePixels, penalties: NDArray[np.float64]
-) -> None:
-    """Add what places cost whose frame is off what guides ask for: the mean over some of its pixels.
+def _list_points(
+    match: MatchImage, numbers: LayNumbers, k: int, pixels: FramePixels, choice: ChoiceScratch
+) -> tuple[Any, Any]:
+    # Lists some pixels of the frame of which guide k asks something: how far from the source each reads, and
+    # what is asked. Returns how many they are, and how many were looked at.
+    stride = max(1, numbers.size // _POINTS)
+    first, listed, seen = (numbers.size - 1) % stride // 2, int64(0), int64(0)
+    for i in range(first, numbers.size, stride):
+        for j in range(first, numbers.size, stride):
+            seen += 1
+            wanted = pixels.wanted[k, i, j]
+            if wanted > 0:
+                choice.offsets[listed] = pixels.ys[i, j] * numbers.width + pixels.xs[i, j]
+                choice.values[listed] = wanted
+                listed += 1
+    return listed, seen
 
-    A place stands for the square of places that begins there. What even the best one pays counts for nothing.
+
+@inline
+def penalise_off(
+    match: MatchImage, numbers: LayNumbers, span: Span, pixels: FramePixels, choice: ChoiceScratch
+) -> None:
+    """Add to `penalties` what places cost whose frame is off what guides ask for: the mean over some pixels.
+
+    A place stands for the square of places that begins there, as far as that lies in the span. What even the
+    best one pays counts for nothing. Lists of samples are written over.
     """
-    if match.guides.shape[0] == 0:
-        return
-    half, stride = numbers.usage_step // 2, max(1, numbers.size // _POINTS)
-    first, least = (numbers.size - 1) % stride // 2, np.inf
-    for a in range(penalties.shape[0]):
-        for b in range(penalties.shape[1]):
-            row, column = a * numbers.usage_step + half, b * numbers.usage_step + half
-            total, count = int64(0), int64(0)
-            for i in range(first, numbers.size, stride):
-                for j in range(first, numbers.size, stride):
-                    y = min(max(row + pixels.ys[i, j], 0), numbers.height - 1)
-                    x = min(max(column + pixels.xs[i, j], 0), numbers.width - 1)
-                    total += _costs_of(match, pixels, y * numbers.width + x, i, j)
-                    count += 1
-            mean = total / count
-            least = min(least, mean)
-            penalties[a, b] += mean
-    for a in range(penalties.shape[0]):
-        for b in range(penalties.shape[1]):
-            penalties[a, b] -= least
+    step, penalties, least = numbers.usage_step, choice.penalties, np.inf
+    first_a, last_a = span.first_y // step, min(span.last_y // step, penalties.shape[0] - 1)
+    first_b, last_b = span.first_x // step, min(span.last_x // step, penalties.shape[1] - 1)
+    for k in range(match.guides.shape[0]):
+        listed, seen = _list_points(match, numbers, k, pixels, choice)
+        shown, costs, least = match.guides[k], match.costs[k], np.inf
+        for a in range(min(first_a, last_a), last_a + 1):
+            y = min(max(a * step + step // 2, span.first_y), span.last_y)
+            for b in range(min(first_b, last_b), last_b + 1):
+                x, total = min(max(b * step + step // 2, span.first_x), span.last_x), int64(0)
+                for n in range(listed):
+                    place = y * numbers.width + x + choice.offsets[uint64(n)]
+                    total += costs[abs(int64(shown[place]) - choice.values[uint64(n)])]
+                penalties[a, b] += total / seen
+                least = min(least, penalties[a, b])
+    if match.guides.shape[0]:
+        for a in range(min(first_a, last_a), last_a + 1):
+            for b in range(min(first_b, last_b), last_b + 1):
+                penalties[a, b] -= least
 
 
 @inline

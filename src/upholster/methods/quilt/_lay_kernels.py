@@ -204,7 +204,7 @@ def _choose(
         penalise_used(usage, first, weights, choice.penalties)
         if weights.variety > 0.0:
             _penalise_near(numbers, weights.variety, blocks, n, near, reach, choice.penalties)
-        penalise_off(match, numbers, scratch.pixels, choice.penalties)
+        penalise_off(match, numbers, span, scratch.pixels, choice)
         want_phases(match, record[PHASE:], tried[t], choice)
         y, x, cost = choose_source(match, numbers, weights, scratch.state, span, scratch.pixels, choice)
         if least < 0 or cost < least:
@@ -278,7 +278,7 @@ def _settle(
         span = _turn_frame(numbers, scratch.tried[0], pixels)
         want_phases(match, record[PHASE:], scratch.tried[0], scratch.choice)
         scratch.choice.penalties[:, :] = 0.0
-        penalise_off(match, numbers, pixels, scratch.choice.penalties)
+        penalise_off(match, numbers, span, pixels, scratch.choice)
         y, x = draw_fitting(match, numbers, weights, scratch.state, span, scratch.choice)
         record[SOURCE_ROW], record[SOURCE_COLUMN], record[SYMMETRY] = y, x, scratch.tried[0]
     y, x = int64(record[SOURCE_ROW]), int64(record[SOURCE_COLUMN])
