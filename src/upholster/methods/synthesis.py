@@ -27,6 +27,7 @@ from upholster.charts.directions import (
 )
 from upholster.charts.layout import LONGEST, TextureScale, density_layout, texture_scale, uniform_layout
 from upholster.charts.mesh_layout import mesh_charts
+from upholster.charts.phases import PhaseField
 from upholster.charts.turns import chart_turns
 from upholster.charts.warp_fields import triangle_frames, warp_fields
 from upholster.elements import find_lattice
@@ -312,9 +313,10 @@ def _on_charts(
     if block is None:
         across = float(np.sqrt(scale.texels)) / scale.density * scale.scale
         turning = turning_of(charted, field.corner_vectors, field.fold) / scale.scale
+        surfaces = [None if one is None else one.surface for one in phases]
         sides = [
-            block_side(part, across, turning, None if one is None else one.surface)
-            for part, one in zip(seen.parts, phases, strict=True)
+            block_side(part, across, turning, one if isinstance(one, PhaseField) else None)
+            for part, one in zip(seen.parts, surfaces, strict=True)
         ]
         block = min(usable_side(max(sides), mask) for mask in seen.masks)
     own = settled(options, QuiltOptions, block=block)
