@@ -43,6 +43,12 @@ _TILE = 1024
 _REACHES = 512, 1024
 """Pixels round a tile that it is filled from: the first of these where as much is there as is missing."""
 
+_EVENED = 64.0
+"""Pixels over which edges are evened out: a sky, or shade on a wall, goes on over a hole of twice the width."""
+
+_EVENED_BESIDE = 8.0
+"""The same where another sample fills the hole, which keeps its own colours."""
+
 ALPHA = "alpha"
 """Instead of a mask: the photo's own."""
 
@@ -206,9 +212,10 @@ class Filling:
         places = hole_places(exemplar, hole, corner, block=self.block, **running)
         if exemplar.sample is not None:
             places = places - exemplar.sample[:2]
+        reach = _EVENED if self.sample is None else _EVENED_BESIDE
         for role, pixels in maps.items():
             source = pixels[tile.window] if self.sample is None else self.sample.maps[role]
-            new = blended(pixels[tile.laid], hole, source, places)
+            new = blended(pixels[tile.laid], hole, source, places, reach=reach)
             if role == "normal":
                 new = unit_normals(new)
             here = missing[tile.own]

@@ -15,17 +15,20 @@ from upholster.types import IntArray, PixelArray
 
 __all__ = ["blended"]
 
-_RANGE = 8
-"""Pixels over which a difference at an edge falls to a third."""
+_SOLVED = 8
+"""Pixels: so far reaches what is solved on one level. What reaches farther is found on planes of half the
+size before."""
 
 _ROUNDS = 80
-"""Rounds of Chebyshev's method: with this range they leave less than a five hundredth of an edge. Their
-number is fixed, and nothing is summed over all pixels: so all machines give the same."""
+"""Rounds of Chebyshev's method on each level: of what reaches so far they leave less than a five hundredth.
+Their number is fixed, and nothing is summed over all pixels: so all machines give the same."""
 
 Plane = NDArray[np.float32]
 
 
-def blended(photo: PixelArray, hole: NDArray[np.bool_], source: PixelArray, places: IntArray) -> PixelArray:
+def blended(
+    photo: PixelArray, hole: NDArray[np.bool_], source: PixelArray, places: IntArray, *, reach: float
+) -> PixelArray:
     """Return a photo whose hole shows pixels of a source, with its edges evened out.
 
     Parameters
@@ -38,6 +41,8 @@ def blended(photo: PixelArray, hole: NDArray[np.bool_], source: PixelArray, plac
         (H, W, C) of the same dtype.
     places
         (h, w, 2): row and column in the source of what each pixel of the hole shows. Others do not count.
+    reach
+        Pixels over which a difference at an edge falls to a third.
 
     Returns
     -------
@@ -52,7 +57,7 @@ def blended(photo: PixelArray, hole: NDArray[np.bool_], source: PixelArray, plac
         plane = source[:, :, channel].astype(np.float32)
         shown = np.where(hole, plane[rows, columns], photo[:, :, channel].astype(np.float32))
         steps = [_steps(plane, shown, hole, (rows, columns), axis) for axis in (0, 1)]
-        evened = np.clip(shown + _correction(steps, hole), shown.min(), shown.max())
+        evened = np.clip(shown + _correction(steps, hole, 1 / reach**2), shown.min(), shown.max())
         if out.dtype.kind != "f":
             evened = np.rint(evened)
         out[:, :, channel][hole] = evened[hole].astype(out.dtype)
@@ -80,9 +85,14 @@ def _steps(
     return found
 
 
-def _correction(steps: list[Plane], hole: NDArray[np.bool_]) -> Plane:
+def _correction(steps: list[Plane], hole: NDArray[np.bool_], screen: float) -> Plane:
     # The least squares' answer c, 0 outside the hole: differences of c are as `steps` want them, c is small.
-    screen = np.float32(1 / _RANGE**2)
+    found = np.zeros(hole.shape, np.float32)
+    if screen * _SOLVED**2 < 1:
+        coarse = _correction(_halved_steps(steps, hole.shape), _halved_hole(hole), 4 * screen)
+        found = (coarse.repeat(2, axis=0).repeat(2, axis=1)[: hole.shape[0], : hole.shape[1]] * hole).astype(
+            np.float32
+        )
     inside = hole.astype(np.float32)
     count = np.zeros(hole.shape, np.float32)
     rest = np.zeros(hole.shape, np.float32)
@@ -92,8 +102,7 @@ def _correction(steps: list[Plane], hole: NDArray[np.bool_]) -> Plane:
         rest[second] += steps[axis]
         count[first] += 1
         count[second] += 1
-    count = (count + screen) * inside
-    rest *= inside
+    count = (count + np.float32(screen)) * inside
 
     def applied(c: Plane) -> Plane:
         out = count * c
@@ -104,18 +113,41 @@ def _correction(steps: list[Plane], hole: NDArray[np.bool_]) -> Plane:
         out *= inside
         return out
 
-    # Y. Saad: Iterative methods for sparse linear systems, 2003, algorithm 12.1; all eigenvalues lie between
-    # `screen` and `screen` + 8.
-    middle, half = np.float32(screen + 4), np.float32(4)
+    rest = rest * inside - applied(found)
+    # Y. Saad: Iterative methods for sparse linear systems, 2003, algorithm 12.1, for eigenvalues up to 8.
+    least = max(screen, 1 / _SOLVED**2)
+    middle, half = np.float32(least / 2 + 4), np.float32(4 - least / 2)
     rho = half / middle
     step = rest / middle
-    found = step.copy()
+    found += step
     for _ in range(_ROUNDS):
         rest -= applied(step)
         after = 1 / (2 * middle / half - rho)
         step = after * rho * step + (2 * after / half) * rest
         found += step
         rho = after
+    return found
+
+
+def _halved_hole(hole: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    # Of 2 x 2 pixels whether one is in the hole.
+    whole = np.pad(hole, [(0, side % 2) for side in hole.shape])
+    found: NDArray[np.bool_] = whole[::2] | whole[1::2]
+    return found[:, ::2] | found[:, 1::2]
+
+
+def _halved_steps(steps: list[Plane], shape: tuple[int, ...]) -> list[Plane]:
+    # The same on a plane of half the size: from the middle of two pixels to that of the next two, and of two
+    # such ways side by side the mean.
+    found = []
+    for axis in (0, 1):
+        along = steps[axis].T if axis else steps[axis]
+        length, width = (shape[1], shape[0]) if axis else (shape[0], shape[1])
+        along = np.pad(along, ((0, length % 2 + 1), (0, width % 2)))
+        within, between = along[::2], along[1::2]
+        ways = between[:-1] + np.float32(0.5) * (within[:-1] + within[1:])
+        half = np.float32(0.5) * (ways[:, ::2] + ways[:, 1::2])
+        found.append(np.ascontiguousarray(half.T if axis else half))
     return found
 
 
