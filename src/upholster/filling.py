@@ -23,13 +23,13 @@ from upholster.image.numbers import COLORS
 from upholster.image.packages import is_zip
 from upholster.image.preparing import MAX_SIDE, unit_normals
 from upholster.image.read import check_exemplar
-from upholster.image.source import Sample, Source, as_exemplar
+from upholster.image.source import Sample, Source, as_exemplar, read_source
 from upholster.methods.holes import LARGEST_BLOCK, HoleExemplar, check_room, hole_places
 from upholster.methods.synthesis import settled_seed
 from upholster.parallel import check_running
 from upholster.types import PixelArray, Progress
 
-__all__ = ["ALPHA", "Filling", "Hole", "fill"]
+__all__ = ["Filling", "Hole", "fill", "is_alpha"]
 
 Hole = str | os.PathLike[str] | NDArray[Any]
 """A mask's file, or ``"alpha"``; or the mask."""
@@ -44,13 +44,10 @@ _REACHES = 512, 1024
 """Pixels round a tile that it is filled from: the first of these where as much is there as is missing."""
 
 _EVENED = 64.0
-"""Pixels over which edges are evened out: a sky, or shade on a wall, goes on over a hole of twice the width."""
+"""Pixels over which edges are evened out: over a hole twice as wide a sky goes on, or shade on a wall."""
 
 _EVENED_BESIDE = 8.0
 """The same where another sample fills the hole, which keeps its own colours."""
-
-ALPHA = "alpha"
-"""Instead of a mask: the photo's own."""
 
 _MARGIN = 2
 """Pixels round a hole that no block reads: masks seldom end exactly where what they hide does."""
@@ -106,6 +103,11 @@ def fill(
 
 def _maps_of(photo: PixelArray | Material) -> Maps:
     return dict(photo.maps) if isinstance(photo, Material) else {"albedo": photo}
+
+
+def is_alpha(hole: Hole) -> bool:
+    """Whether the photo's own alpha tells what is missing."""
+    return isinstance(hole, (str, os.PathLike)) and os.fspath(hole) == "alpha"
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,7 +168,7 @@ class Filling:
         found = _read_photo(photo, notes)
         maps = _maps_of(found)
         missing = _read_hole(hole, maps["albedo"], notes)
-        if isinstance(hole, str) and hole == ALPHA:
+        if is_alpha(hole):
             maps["albedo"] = np.ascontiguousarray(maps["albedo"][:, :, :-1])
         words = "the hole" if isinstance(hole, np.ndarray) else f"hole {os.fspath(hole)!r}"
         if block is not None and not (isinstance(block, (int, np.integer)) and 8 <= block <= 512):
@@ -233,9 +235,8 @@ class Filling:
         whole, (photo, sample) = combined([round_it, other])
         shown = np.ones(whole.shape, np.bool_) if whole.used is None else whole.used.copy()
         row, column, height, width = photo
-        shown[row : row + height, column : column + width] = (
-            True  # blocks show none of it, but zones are alike
-        )
+        # Blocks show none of the photo; how large they may be follows from every zone.
+        shown[row : row + height, column : column + width] = True
         return HoleExemplar(whole.matched(), shown, photo, sample)
 
 
@@ -245,7 +246,10 @@ def _read_photo(photo: Source | Sample, notes: list[str] | None) -> PixelArray |
         return check_exemplar(read_image(photo, notes=notes), largest=_LARGEST)
     if isinstance(photo, np.ndarray):
         return check_exemplar(photo, largest=_LARGEST)
-    return as_exemplar(photo)
+    found = read_source(photo, notes=notes)
+    if notes is not None and isinstance(found, Material):
+        notes.extend(found.notes)
+    return found
 
 
 def _read_hole(hole: Hole, albedo: PixelArray, notes: list[str] | None) -> NDArray[np.bool_]:
@@ -257,7 +261,7 @@ def _read_hole(hole: Hole, albedo: PixelArray, notes: list[str] | None) -> NDArr
     else:
         words = f"hole {path_text(hole, 'hole')!r}"
         alpha = alpha_channel(albedo.shape[2])
-        if os.fspath(hole) == ALPHA:
+        if is_alpha(hole):
             if alpha is None:
                 raise InputError("hole is 'alpha', and the photo has none; allowed: a mask's file")
             mask = albedo[:, :, alpha:]
@@ -268,7 +272,7 @@ def _read_hole(hole: Hole, albedo: PixelArray, notes: list[str] | None) -> NDArr
             f"{words} is {mask.shape[1]}x{mask.shape[0]} pixels; allowed: {width}x{height}, as the photo"
         )
     white: NDArray[np.bool_] = np.asarray(mask.any(axis=2)) if mask.dtype == np.bool_ else is_white(mask)
-    found = ~white if isinstance(hole, str) and hole == ALPHA else white
+    found = ~white if is_alpha(hole) else white
     if not found.any() or found.all():
         told = "everything" if found.any() else "nothing"
         raise InputError(f"{words} is {told}; allowed: a mask that is white where something is missing")

@@ -9,7 +9,7 @@ import numpy as np
 from upholster.errors import InputError
 from upholster.export import map_companion, write_map
 from upholster.files import outputs, path_text
-from upholster.filling import ALPHA, Filling, Hole
+from upholster.filling import Filling, Hole, is_alpha
 from upholster.image import IMAGE_SUFFIXES, from_linear, read_image, resize_image, to_linear
 from upholster.image.color import alpha_channel
 from upholster.image.drawing import Drawing
@@ -151,7 +151,7 @@ def fill_files(
     if Path(path_text(target, "output")).suffix.lower() not in IMAGE_SUFFIXES:
         raise InputError(f"output {os.fspath(target)!r} is no image; allowed: {', '.join(IMAGE_SUFFIXES)}")
     read = [*_files(photo), *([] if sample is None else _files(sample))]
-    if isinstance(hole, (str, os.PathLike)) and os.fspath(hole) != ALPHA:
+    if isinstance(hole, (str, os.PathLike)) and not is_alpha(hole):
         read.append(os.fspath(hole))
     notes: list[str] = []
     with outputs([target], inputs=read) as files:
