@@ -381,7 +381,7 @@ WRONG = {
     "no stream": (["refine", "brick.png", "-oa.glb"], "brick.png"),
     "no image code": (["decode", "brick.png", "-oa.png"], "brick.png"),
     "nothing in it": (["info", "empty.png"], "empty.png"),
-    "no command": (["help"], "allowed: cover, picture, prepare, surfaces"),
+    "no command": (["help"], "allowed: cover, picture, prepare, fill, surfaces"),
     "no arguments": (["cover"], "--on"),
     "no sample": (["cover", "--on", "torus", "-oa.glb"], "no SAMPLE is given; allowed: one, or --material"),
 }

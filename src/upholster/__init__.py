@@ -16,6 +16,7 @@ from upholster.errors import FormatError, InputError, UpholsterError
 
 if TYPE_CHECKING:
     from upholster import measure
+    from upholster.filling import fill
     from upholster.geometry import (
         RationalPatch,
         Surface,
@@ -55,6 +56,7 @@ __all__ = [
     "__version__",
     "cover",
     "encode_stream",
+    "fill",
     "measure",
     "paint",
     "paint_material",
@@ -75,6 +77,7 @@ __all__ = [
 ]
 
 _HOMES = {
+    "upholster.filling": ("fill",),
     "upholster.geometry": (
         "RationalPatch",
         "Surface",

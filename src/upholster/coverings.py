@@ -61,6 +61,7 @@ __all__ = [
     "Pinned",
     "asked_files",
     "check_not_swapped",
+    "check_pinned",
     "check_samples",
     "check_streamed",
     "counted",
@@ -104,6 +105,12 @@ def check_samples(sample: Sample | None, materials: Mapping[str, Sample]) -> lis
     if sample is None and not materials:
         raise InputError("no SAMPLE is given; allowed: one, or --material for parts of a model")
     return [file for each in (*([sample] if sample else []), *materials.values()) for file in each.files]
+
+
+def check_pinned(pinned: object) -> None:
+    """Raise InputError for what is neither None nor of `upholster.Project.pin`."""
+    if not (pinned is None or isinstance(pinned, Pinned)):
+        raise InputError(f"pinned is {on_a_line(pinned)}; allowed: what `Project.pin` makes")
 
 
 def read_sample(source: Source | Sample | None, options: SampleOptions) -> Sample | None:

@@ -1,4 +1,4 @@
-"""From a photo to a sample, as files: what the command ``upholster prepare`` does."""
+"""Photos as files: what the commands ``upholster prepare`` and ``upholster fill`` do."""
 
 import os
 from dataclasses import dataclass, field
@@ -7,19 +7,23 @@ from pathlib import Path
 import numpy as np
 
 from upholster.errors import InputError
-from upholster.files import outputs
+from upholster.export import map_companion, write_map
+from upholster.files import outputs, path_text
+from upholster.filling import Filling, Hole, is_alpha
 from upholster.image import IMAGE_SUFFIXES, from_linear, read_image, resize_image, to_linear
+from upholster.image.color import alpha_channel
 from upholster.image.drawing import Drawing
 from upholster.image.masks import as_alpha
 from upholster.image.perspective import proposed_corners
 from upholster.image.read import read_photo
 from upholster.image.shipped import located
+from upholster.image.source import Sample, Source, source_files
 from upholster.image.write import write_image
 from upholster.options import SampleOptions
 from upholster.reports import sample_notes
-from upholster.types import PixelArray
+from upholster.types import PixelArray, Progress
 
-__all__ = ["PreparedReport", "prepare_sample"]
+__all__ = ["FilledReport", "PreparedReport", "fill_files", "prepare_sample"]
 
 _PICTURE_HEIGHT, _GAP = 512, 16
 _WIDEST = 1024
@@ -95,6 +99,88 @@ def prepare_sample(
         written = {os.fspath(file): files.path(file).stat().st_size for file in targets}
     height, width = sample.shape[:2]
     return PreparedReport(width, height, 8 * sample.itemsize, written, notes)
+
+
+@dataclass(frozen=True, slots=True)
+class FilledReport:
+    """What `fill_files` did.
+
+    Attributes
+    ----------
+    width, height, bits
+        Of the photo: pixels, and bits per channel.
+    filled
+        Pixels that are new.
+    written
+        Bytes of each file.
+    notes
+        What the user should know, in words.
+    """
+
+    width: int
+    height: int
+    bits: int
+    filled: int
+    written: dict[str, int] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)
+
+
+def fill_files(
+    photo: Source | Sample,
+    hole: Hole,
+    target: str | os.PathLike[str],
+    *,
+    sample: Source | Sample | None = None,
+    block: int | None = None,
+    seed: int | None = 0,
+    progress: Progress | None = None,
+) -> FilledReport:
+    """Fill a hole and write the result; a material's other maps lie beside, named by role.
+
+    Parameters
+    ----------
+    target
+        The image to write; its suffix says which format.
+    photo, hole, sample, block, seed, progress
+        As of `upholster.fill`.
+
+    Raises
+    ------
+    InputError
+        As `upholster.fill`; for a file that cannot be written, or is one that is read. Nothing is written
+        then.
+    """
+    if Path(path_text(target, "output")).suffix.lower() not in IMAGE_SUFFIXES:
+        raise InputError(f"output {os.fspath(target)!r} is no image; allowed: {', '.join(IMAGE_SUFFIXES)}")
+    read = [*_files(photo), *([] if sample is None else _files(sample))]
+    if isinstance(hole, (str, os.PathLike)) and not is_alpha(hole):
+        read.append(os.fspath(hole))
+    notes: list[str] = []
+    with outputs([target], inputs=read) as files:
+        filling = Filling.of(photo, hole, sample, block, notes)
+        places = {role: map_companion(target, role) for role in filling.maps} | {"albedo": Path(target)}
+        files.add(place for role, place in places.items() if role != "albedo")
+        maps = filling.filled(seed, progress=progress)
+        for role, pixels in maps.items():
+            write_map(files.path(places[role]), role, pixels, quality=95)
+        written = {os.fspath(place): files.path(place).stat().st_size for place in places.values()}
+    if not all(_holds(places[role], pixels) for role, pixels in maps.items()):
+        notes.append(f"{Path(target).suffix} does not hold all of the photo to the bit; .tif does")
+    height, width = filling.hole.shape
+    count = int(np.count_nonzero(filling.hole))
+    return FilledReport(width, height, 8 * maps["albedo"].itemsize, count, written, notes)
+
+
+def _files(source: Source | Sample) -> list[str]:
+    return source.files if isinstance(source, Sample) else source_files(source)
+
+
+def _holds(place: Path, pixels: PixelArray) -> bool:
+    # Whether a format keeps all samples as they are.
+    suffix = place.suffix.lower()
+    if suffix == ".exr":
+        return pixels.dtype.kind == "f" and alpha_channel(pixels.shape[2]) is None
+    return suffix in (".tif", ".tiff") or (suffix == ".png" and pixels.dtype.kind != "f")
 
 
 def _hints(sample: PixelArray, options: SampleOptions) -> list[str]:

@@ -19,6 +19,7 @@ from upholster.coverings import (
     Pinned,
     asked_files,
     check_not_swapped,
+    check_pinned,
     check_samples,
     check_streamed,
     counted,
@@ -155,6 +156,7 @@ def cover(
     check_not_swapped(exemplar.source if isinstance(exemplar, Sample) else exemplar, on)
     own_sample = read_sample(exemplar, chosen(SampleOptions, sample))
     read = [*check_samples(own_sample, chosen_materials), *covered_files(on), *asked_files(asked)]
+    check_pinned(pinned)
     read += [] if pinned is None else pinned.files
     check_several(wanted, chosen_materials)
     if asked.method == "paper" and options.wavelet is None:

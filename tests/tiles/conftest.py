@@ -7,7 +7,7 @@ import pytest
 from upholster.methods.quilt import parcels
 
 
-@pytest.fixture(scope="package", autouse=True)
+@pytest.fixture(scope="module", autouse=True)
 def small_parcels() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(parcels, "MOST_WHOLE", 1000)

@@ -20,6 +20,7 @@ from upholster.cli.batch import batch
 from upholster.cli.codec import decode, encode
 from upholster.cli.command import Command
 from upholster.cli.cover import EXAMPLE, cover, surfaces
+from upholster.cli.fill import fill
 from upholster.cli.measure import measure
 from upholster.cli.picture import picture
 from upholster.cli.prepare import prepare
@@ -175,6 +176,7 @@ _COMMANDS = {
         cover,
         picture,
         prepare,
+        fill,
         surfaces,
         refine,
         info,

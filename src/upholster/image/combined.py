@@ -1,19 +1,19 @@
 """Several samples in one image: what one quilt reads that shows them all."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from upholster.errors import InputError
-from upholster.image.color import alpha_channel
+from upholster.image.color import alpha_channel, from_linear, to_linear
 from upholster.image.material import DEFAULT_ROUGHNESS, Material
-from upholster.image.numbers import as_depth, top_of
+from upholster.image.numbers import COLORS, as_depth, top_of
 from upholster.image.preparing import MAX_SIDE
 from upholster.image.roles import ROLES
 from upholster.types import PixelArray
 
-__all__ = ["Rectangle", "combined"]
+__all__ = ["Rectangle", "combined", "in_form_of"]
 
 Rectangle = tuple[int, int, int, int]
 """Row, column, height and width in pixels."""
@@ -58,6 +58,34 @@ def combined(samples: Sequence[Material]) -> tuple[Material, tuple[Rectangle, ..
         maps[role] = image
     notes = tuple(note for sample in samples for note in sample.notes)
     return Material(maps, notes, used), tuple(rectangles)
+
+
+def in_form_of(sample: PixelArray | Material, like: Mapping[str, PixelArray]) -> Material:
+    """Return a sample with the maps of another one, `like`, each with its channels and at its depth.
+
+    Raises
+    ------
+    InputError
+        If it lacks a map, or is coloured where the other is grey.
+    """
+    own = sample.maps if isinstance(sample, Material) else {"albedo": sample}
+    maps = {}
+    for role, wanted in like.items():
+        if role not in own:
+            raise InputError(f"sample has no {role}; allowed: one with all of {', '.join(like)}")
+        maps[role] = _in_form(role, own[role], wanted)
+    return Material(maps, used=sample.used if isinstance(sample, Material) else None)
+
+
+def _in_form(role: str, pixels: PixelArray, like: PixelArray) -> PixelArray:
+    alpha = alpha_channel(like.shape[2])
+    colors = like.shape[2] if alpha is None else alpha
+    if pixels.shape[2] > 2 and colors == 1:
+        raise InputError(f"{role} of the sample is coloured, and that of the photo grey; allowed: a grey one")
+    if role in COLORS and pixels.dtype.kind != like.dtype.kind:
+        pixels = from_linear(to_linear(pixels), like.dtype)
+    pixels = as_depth(pixels, like.dtype)
+    return np.ascontiguousarray(_with_channels(pixels, colors, alpha is not None))
 
 
 def _alike(role: str, samples: Sequence[Material]) -> list[PixelArray]:

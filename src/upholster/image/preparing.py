@@ -14,7 +14,16 @@ from upholster.image.resize import resize_image
 from upholster.options import SampleOptions
 from upholster.types import FloatArray, PixelArray
 
-__all__ = ["MAX_SIDE", "MIN_SIDE", "check_crop", "check_resize", "cut_out", "finished", "resampled"]
+__all__ = [
+    "MAX_SIDE",
+    "MIN_SIDE",
+    "check_crop",
+    "check_resize",
+    "cut_out",
+    "finished",
+    "resampled",
+    "unit_normals",
+]
 
 MIN_SIDE, MAX_SIDE = 32, 4096
 """Sides of an exemplar in pixels."""
@@ -94,6 +103,11 @@ def resampled(role: str, pixels: PixelArray, *, height: int, width: int) -> Pixe
         return resize_image(pixels, height=height, width=width)
     unit = resize_image(to_unit(pixels).astype(np.float32), height=height, width=width)
     return _from_unit(role, unit, pixels)
+
+
+def unit_normals(pixels: PixelArray) -> PixelArray:
+    """Return a normal map whose vectors have length 1."""
+    return _from_unit("normal", to_unit(pixels).astype(np.float32), pixels)
 
 
 def check_resize(resize: int | str | tuple[int, int] | None) -> int | tuple[int, int] | None:

@@ -212,7 +212,7 @@ def read_image(
     return np.ascontiguousarray(pixels)
 
 
-def check_exemplar(array: object, *, lamp: bool = False) -> PixelArray:
+def check_exemplar(array: object, *, lamp: bool = False, largest: int = MAX_SIDE) -> PixelArray:
     """Check an exemplar given as an array, and bring it to the shape and dtype that the rest works with.
 
     Parameters
@@ -222,6 +222,8 @@ def check_exemplar(array: object, *, lamp: bool = False) -> PixelArray:
         float32, float64 (linear, finite, magnitudes up to 65504).
     lamp
         Whether it is light that is given off, which may lie beyond 1 everywhere.
+    largest
+        Pixels of a side, where that is not 4096.
 
     Returns
     -------
@@ -243,7 +245,7 @@ def check_exemplar(array: object, *, lamp: bool = False) -> PixelArray:
         array = array[:, :, None]
     if array.ndim != 3 or not 1 <= array.shape[2] <= 4:
         raise InputError(f"sample has shape {array.shape}; allowed: (H, W) or (H, W, C) with C from 1 to 4")
-    _check_size(array.shape[1], array.shape[0], "sample")
+    _check_size(array.shape[1], array.shape[0], "sample", largest)
     if array.dtype.kind == "f":
         _check_samples(array, "sample")  # as given: a double beyond float32 must not become infinite first
         array = array.astype(np.float32, copy=False)
@@ -421,12 +423,12 @@ def _turned(pixels: PixelArray, orientation: int) -> PixelArray:
     return pixels
 
 
-def _check_size(width: int, height: int, name: str) -> None:
+def _check_size(width: int, height: int, name: str, largest: int = MAX_SIDE) -> None:
     if min(width, height) < MIN_SIDE:
         raise InputError(f"{name} is {width}x{height} pixels; allowed: {MIN_SIDE}x{MIN_SIDE} or more")
-    if max(width, height) > MAX_SIDE:
+    if max(width, height) > largest:
         raise InputError(
-            f"{name} is {width}x{height} pixels; allowed: up to {MAX_SIDE} each way; use --resize {MAX_SIDE}"
+            f"{name} is {width}x{height} pixels; allowed: up to {largest} each way; use --resize {largest}"
         )
 
 

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from upholster.charts.charted import ChartedSurface
 from upholster.charts.maps import MapGround
-from upholster.charts.phases import phase_field
+from upholster.charts.phases import PhaseField, phase_field
 from upholster.charts.sizes import SizeField
 from upholster.elements import Lattice, find_lattice
 from upholster.errors import InputError
@@ -129,9 +129,10 @@ class Seen:
         """Return the side of blocks on a surface; the other parameters as of `block_side` of one sample."""
         if options.block is not None:
             return options.block
+        surfaces = [None if one is None else one.surface for one in phases or (None,) * len(self.parts)]
         sides = [
-            block_side(part, across, turning, None if one is None else one.surface)
-            for part, one in zip(self.parts, phases or (None,) * len(self.parts), strict=True)
+            block_side(part, across, turning, one if isinstance(one, PhaseField) else None)
+            for part, one in zip(self.parts, surfaces, strict=True)
         ]
         return min(usable_side(max(sides), mask) for mask in self.masks)
 

@@ -13,6 +13,7 @@ from upholster.coverings import (
     Pinned,
     asked_files,
     check_not_swapped,
+    check_pinned,
     check_samples,
     read_coverings,
     read_materials,
@@ -90,6 +91,7 @@ class Project(Shown):
         for name, value in settled.items():
             object.__setattr__(self, name, value)
         check_samples(self.sample, self.materials)
+        check_pinned(self.pinned)
         check_not_swapped(None if self.sample is None else self.sample.source, self.model)
 
     def __repr__(self) -> str:

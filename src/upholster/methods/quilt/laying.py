@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 
 from upholster.charts.charted import ChartedSurface
 from upholster.charts.mesh_layout import GUTTER
-from upholster.charts.phases import PhaseField
 from upholster.charts.sizes import SizeField
 from upholster.charts.subdivision import subdivided_in
 from upholster.elements._joint_kernels import measure_distances
@@ -39,6 +38,7 @@ from upholster.methods.quilt.centres import Centres, Regions, centres_at, centre
 from upholster.methods.quilt.ground import PlacedGround, field_arrays, ground_of, whole_ground
 from upholster.methods.quilt.guides import EITHER, Asked
 from upholster.methods.quilt.parcels import Parcels
+from upholster.methods.quilt.phases import SurfacePhases
 from upholster.methods.quilt.putting import PutPiece, piece_frame
 from upholster.parallel import run_tasks, stop_flag
 from upholster.quilt.model import Quilt
@@ -124,7 +124,7 @@ class LayPlan:
     weights: LayWeights
     overlap: float
     usage: tuple[int, int]
-    phases: tuple[PhaseField | None, ...]
+    phases: tuple[SurfacePhases | None, ...]
     seed: int
     parcels: Parcels
     asked: Asked | None = None

@@ -1,16 +1,18 @@
 """What keeps a repeating texture in step: the sample's phases, and those wanted on the surface."""
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.charts.phases import TURN, PhaseField
+from upholster.charts.phases import TURN
 from upholster.elements import Lattice
 from upholster.quilt.placement import SYMMETRIES
-from upholster.types import FloatArray
+from upholster.types import FloatArray, IntArray
 
 __all__ = [
+    "SurfacePhases",
     "WantedPhases",
     "better_tile",
     "level_phases",
@@ -21,6 +23,14 @@ __all__ = [
 
 _NEAR = 0.05
 """Of a wave's length: a symmetry shows another wave in its place if the two differ by no more."""
+
+
+class SurfacePhases(Protocol):
+    """Phases that are wanted somewhere: as `upholster.charts.phases.PhaseField` tells them."""
+
+    def at(self, triangles: IntArray, points: FloatArray, /) -> NDArray[np.int16]:
+        """Return the phases at points (m, 3) in triangles (m,): (n, m), in 1/65536 turn."""
+        ...
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -38,7 +48,7 @@ class WantedPhases:
     """
 
     lattice: Lattice
-    surface: PhaseField
+    surface: SurfacePhases
     weight: float
 
 

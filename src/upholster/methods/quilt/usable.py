@@ -8,6 +8,7 @@ from upholster.image.masks import Used, largest_square, squares
 from upholster.stages import stage
 
 __all__ = [
+    "LEAST_ROOM",
     "allowed_places",
     "check_level",
     "check_used",
@@ -29,6 +30,9 @@ _ROUND = 2 * _MARGIN + _STEP
 _LEAST = 8
 """Pixels of a block, at least."""
 
+LEAST_ROOM = _LEAST + _ROUND
+"""Pixels of the smallest square of used ones in which the smallest block is sure to have a place."""
+
 _ENOUGH = 4
 """At least so great a part of what is used is a place for a block: as if it were two blocks wide."""
 
@@ -40,10 +44,10 @@ def check_used(used: Used | None, method: str) -> None:
     if method != "quilt":
         raise InputError(f"use is given with method {method!r}; allowed: with method 'quilt'")
     found = _largest(used)
-    if found < _LEAST + _ROUND:
+    if found < LEAST_ROOM:
         raise InputError(
             f"the largest square that the sample's mask leaves is {found}x{found} pixels; "
-            f"allowed: {_LEAST + _ROUND}x{_LEAST + _ROUND} or more"
+            f"allowed: {LEAST_ROOM}x{LEAST_ROOM} or more"
         )
 
 
@@ -52,8 +56,8 @@ def check_level(used: Used | None, level: int) -> None:
     if used is None:
         return
     found = _largest(used_level(used, level))
-    if found < _LEAST + _ROUND:
-        whole, least = _largest(used), _LEAST + _ROUND
+    if found < LEAST_ROOM:
+        whole, least = _largest(used), LEAST_ROOM
         raise InputError(
             f"the largest square that the sample's mask leaves is {whole}x{whole} pixels, here "
             f"{found}x{found} texels; allowed: {least}x{least} or more, by more texels or a larger sample"
@@ -66,7 +70,7 @@ def level_with_room(used: Used, level: int, most: int) -> tuple[int, int]:
     For such a frame one of the candidates is sure to be allowed.
     """
     found = _largest(used_level(used, level))
-    while level > 0 and found < _LEAST + _ROUND:
+    while level > 0 and found < LEAST_ROOM:
         level -= 1
         found = _largest(used_level(used, level))
     return level, min(most, found - _ROUND)

@@ -1,0 +1,332 @@
+"""Filling holes in photos and materials with texture as it is round them, or of another sample.
+
+A hole is filled tile by tile, each from a window of the photo round it. Outside the hole nothing changes.
+"""
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from upholster.errors import InputError
+from upholster.files import path_text
+from upholster.image import Material, from_linear, read_image
+from upholster.image.blending import blended
+from upholster.image.color import alpha_channel
+from upholster.image.combined import combined, in_form_of
+from upholster.image.masks import Used, is_white
+from upholster.image.numbers import COLORS
+from upholster.image.packages import is_zip
+from upholster.image.preparing import MAX_SIDE, unit_normals
+from upholster.image.read import check_exemplar
+from upholster.image.source import Sample, Source, as_exemplar, read_source
+from upholster.methods.holes import LARGEST_BLOCK, HoleExemplar, check_room, hole_places
+from upholster.methods.synthesis import settled_seed
+from upholster.parallel import check_running
+from upholster.types import PixelArray, Progress
+
+__all__ = ["Filling", "Hole", "fill", "is_alpha"]
+
+Hole = str | os.PathLike[str] | NDArray[Any]
+"""A mask's file, or ``"alpha"``; or the mask."""
+
+_LARGEST = 16384
+"""Pixels of a photo's side; of a material's, as of a sample's, 4096."""
+
+_TILE = 1024
+"""Pixels: so large are the parts in which a hole is filled."""
+
+_REACHES = 512, 1024
+"""Pixels round a tile that it is filled from: the first of these where as much is there as is missing."""
+
+_EVENED = 64.0
+"""Pixels over which edges are evened out: over a hole twice as wide a sky goes on, or shade on a wall."""
+
+_EVENED_BESIDE = 8.0
+"""The same where another sample fills the hole, which keeps its own colours."""
+
+_MARGIN = 2
+"""Pixels round a hole that no block reads: masks seldom end exactly where what they hide does."""
+
+Maps = dict[str, PixelArray]
+_Window = tuple[slice, slice]
+
+
+def fill(
+    photo: Source | Sample,
+    hole: Hole,
+    *,
+    sample: Source | Sample | None = None,
+    block: int | None = None,
+    seed: int | None = 0,
+    threads: int | None = None,
+    progress: Progress | None = None,
+) -> PixelArray | Material:
+    """Fill a hole in a photo, or in all maps of a material alike, with texture as it is round it.
+
+    Parameters
+    ----------
+    photo
+        An image or its file, 32×32 to 16384×16384; or a material, see `upholster.read_material`.
+    hole
+        What is filled: a mask's file, white there, as large as the photo; or the mask, (H, W) bool or
+        (H, W, C); or "alpha": where the photo's own alpha is less than half, which then is no transparency
+        and falls away.
+    sample
+        What it is filled from; None: the photo itself. It has all maps that the photo has.
+    block
+        Side of the blocks in pixels, 8 to 512; None: as it suits photo and hole, 48 at most.
+    seed, threads, progress
+        As in `upholster.synthesize`.
+
+    Returns
+    -------
+    ndarray or Material
+        As the photo, at its depth; outside the hole to the bit.
+
+    Raises
+    ------
+    InputError
+        If something cannot be read or does not fit, the hole is nothing or everything, or there is too little
+        to fill it from.
+    """
+    filling = Filling.of(photo, hole, sample, block, None)
+    maps = filling.filled(seed, threads, progress)
+    if isinstance(filling.photo, Material):
+        return Material(maps, filling.photo.notes, filling.photo.used)
+    return maps["albedo"]
+
+
+def _maps_of(photo: PixelArray | Material) -> Maps:
+    return dict(photo.maps) if isinstance(photo, Material) else {"albedo": photo}
+
+
+def is_alpha(hole: Hole) -> bool:
+    """Whether the photo's own alpha tells what is missing."""
+    return isinstance(hole, (str, os.PathLike)) and os.fspath(hole) == "alpha"
+
+
+@dataclass(frozen=True, eq=False)
+class _Tile:
+    # A part of a hole: rows and columns of the photo that it fills; the part that is laid, with what lies
+    # round it; and the window that it is filled from.
+    own: _Window
+    laid: _Window
+    window: _Window
+
+
+@dataclass(frozen=True, eq=False)
+class Filling:
+    """A hole that can be filled, and from what: all is read and checked.
+
+    Attributes
+    ----------
+    photo
+        An image, or a material.
+    maps
+        What is painted of it, by role.
+    hole
+        (H, W) what is missing.
+    used
+        (H, W) what of the photo blocks may show.
+    sample
+        What else they show instead, in the form of the photo; None: the photo.
+    block
+        As of `fill`.
+    tiles
+        In which it is filled.
+    """
+
+    photo: PixelArray | Material
+    maps: Maps
+    hole: NDArray[np.bool_]
+    used: Used
+    sample: Material | None
+    block: int | None
+    tiles: list[_Tile]
+
+    @classmethod
+    def of(
+        cls,
+        photo: Source | Sample,
+        hole: Hole,
+        sample: Source | Sample | None,
+        block: int | None,
+        notes: list[str] | None,
+    ) -> "Filling":
+        """Read and check what is filled, and from what; parameters as of `fill`, `notes` are added to.
+
+        Raises
+        ------
+        InputError
+            As `fill`.
+        """
+        found = _read_photo(photo, notes)
+        maps = _maps_of(found)
+        missing = _read_hole(hole, maps["albedo"], notes)
+        if is_alpha(hole):
+            maps["albedo"] = np.ascontiguousarray(maps["albedo"][:, :, :-1])
+        words = "the hole" if isinstance(hole, np.ndarray) else f"hole {os.fspath(hole)!r}"
+        if block is not None and not (isinstance(block, (int, np.integer)) and 8 <= block <= 512):
+            raise InputError(f"block is {block!r}; allowed: 8 to 512")
+        used = ~_grown(missing, _MARGIN)
+        if isinstance(found, Material) and found.used is not None:
+            used &= found.used
+        other = None if sample is None else in_form_of(as_exemplar(sample), maps)
+        tiles = _tiles(missing, used, max(block or 0, LARGEST_BLOCK), other)
+        for tile in tiles if other is None else ():
+            check_room(used[tile.window], block, words)
+        if other is not None:
+            check_room(
+                np.ones(other.shape, np.bool_) if other.used is None else other.used, block, "the sample"
+            )
+        return cls(found, maps, missing, used, other, block, tiles)
+
+    def filled(
+        self, seed: int | None = 0, threads: int | None = None, progress: Progress | None = None
+    ) -> Maps:
+        """Return all maps without the hole; parameters as of `fill`."""
+        seed = settled_seed(seed)
+        check_running(threads, progress)
+        maps = {role: pixels.copy() for role, pixels in self.maps.items()}
+        missing, left = self.hole.copy(), list(self.tiles)
+        while left:
+            # Next the one round which most is there.
+            tile = left.pop(int(np.argmin([missing[one.laid].mean() for one in left])))
+            self._fill_tile(tile, maps, missing, seed=seed, threads=threads, progress=progress)
+            missing[tile.own] = False
+        return maps
+
+    def _fill_tile(self, tile: _Tile, maps: Maps, missing: NDArray[np.bool_], **running: Any) -> None:
+        known = ~missing
+        if isinstance(self.photo, Material) and self.photo.used is not None:
+            known &= self.photo.used
+        round_it = Material(
+            _coded({role: pixels[tile.window] for role, pixels in maps.items()}), used=known[tile.window]
+        )
+        exemplar = self._exemplar(round_it, self.used[tile.window])
+        corner = tile.laid[0].start - tile.window[0].start, tile.laid[1].start - tile.window[1].start
+        hole = missing[tile.laid]
+        places = hole_places(exemplar, hole, corner, block=self.block, **running)
+        if exemplar.sample is not None:
+            places = places - exemplar.sample[:2]
+        reach = _EVENED if self.sample is None else _EVENED_BESIDE
+        for role, pixels in maps.items():
+            source = pixels[tile.window] if self.sample is None else self.sample.maps[role]
+            new = blended(pixels[tile.laid], hole, source, places, reach=reach)
+            if role == "normal":
+                new = unit_normals(new)
+            here = missing[tile.own]
+            inner = tuple(
+                slice(own.start - laid.start, own.stop - laid.start)
+                for own, laid in zip(tile.own, tile.laid, strict=True)
+            )
+            pixels[tile.own][here] = new[inner][here]
+
+    def _exemplar(self, round_it: Material, used: Used) -> HoleExemplar:
+        height, width = round_it.shape
+        if self.sample is None:
+            return HoleExemplar(round_it.matched(), used, (0, 0, height, width))
+        other = Material(_coded(self.sample.maps), used=self.sample.used)
+        whole, (photo, sample) = combined([round_it, other])
+        shown = np.ones(whole.shape, np.bool_) if whole.used is None else whole.used.copy()
+        row, column, height, width = photo
+        # Blocks show none of the photo; how large they may be follows from every zone.
+        shown[row : row + height, column : column + width] = True
+        return HoleExemplar(whole.matched(), shown, photo, sample)
+
+
+def _read_photo(photo: Source | Sample, notes: list[str] | None) -> PixelArray | Material:
+    # An image may be larger than a sample.
+    if isinstance(photo, (str, os.PathLike)) and not (os.path.isdir(photo) or is_zip(photo)):
+        return check_exemplar(read_image(photo, notes=notes), largest=_LARGEST)
+    if isinstance(photo, np.ndarray):
+        return check_exemplar(photo, largest=_LARGEST)
+    found = read_source(photo, notes=notes)
+    if notes is not None and isinstance(found, Material):
+        notes.extend(found.notes)
+    return found
+
+
+def _read_hole(hole: Hole, albedo: PixelArray, notes: list[str] | None) -> NDArray[np.bool_]:
+    height, width = albedo.shape[:2]
+    if isinstance(hole, np.ndarray):
+        words, mask = "hole", hole if hole.ndim != 2 else hole[:, :, None]
+        if mask.ndim != 3 or not (mask.dtype.kind in "bf" or mask.dtype in (np.uint8, np.uint16)):
+            raise InputError(f"hole has shape {hole.shape}, {hole.dtype}; allowed: (H, W) bool, or an image")
+    else:
+        words = f"hole {path_text(hole, 'hole')!r}"
+        alpha = alpha_channel(albedo.shape[2])
+        if is_alpha(hole):
+            if alpha is None:
+                raise InputError("hole is 'alpha', and the photo has none; allowed: a mask's file")
+            mask = albedo[:, :, alpha:]
+        else:
+            mask = read_image(hole, colors=False, notes=notes)
+    if mask.shape[:2] != (height, width):
+        raise InputError(
+            f"{words} is {mask.shape[1]}x{mask.shape[0]} pixels; allowed: {width}x{height}, as the photo"
+        )
+    white: NDArray[np.bool_] = np.asarray(mask.any(axis=2)) if mask.dtype == np.bool_ else is_white(mask)
+    found = ~white if is_alpha(hole) else white
+    if not found.any() or found.all():
+        told = "everything" if found.any() else "nothing"
+        raise InputError(f"{words} is {told}; allowed: a mask that is white where something is missing")
+    return found
+
+
+def _coded(maps: Mapping[str, PixelArray]) -> Maps:
+    # Maps as they are matched: light as it is seen, of which a window may be as bright as it likes.
+    return {
+        role: from_linear(pixels, np.uint16) if role in COLORS and pixels.dtype.kind == "f" else pixels
+        for role, pixels in maps.items()
+    }
+
+
+def _grown(hole: NDArray[np.bool_], by: int) -> NDArray[np.bool_]:
+    # A hole and all that lies so many rows or columns from it.
+    found = hole
+    for axis in (0, 1):
+        ends = [(by, by) if k == axis else (0, 0) for k in (0, 1)]
+        wide = np.pad(found, ends)
+        parts = [np.take(wide, range(k, k + hole.shape[axis]), axis) for k in range(2 * by + 1)]
+        found = np.logical_or.reduce(parts)
+    return found
+
+
+def _tiles(hole: NDArray[np.bool_], used: Used, margin: int, sample: Material | None) -> list[_Tile]:
+    spans = []
+    for axis in (0, 1):
+        at = np.flatnonzero(hole.any(axis=1 - axis))
+        first, last = int(at[0]), int(at[-1]) + 1
+        ends = np.linspace(first, last, -(-(last - first) // _TILE) + 1).astype(int).tolist()
+        spans.append([slice(a, b) for a, b in pairwise(ends)])
+    found = []
+    for own in [(rows, columns) for rows in spans[0] for columns in spans[1]]:
+        if hole[own].any():
+            laid = _around(own, margin, hole.shape)
+            window = laid
+            for reach in _REACHES if sample is None else ():
+                window = _around(laid, reach, hole.shape)
+                if np.count_nonzero(used[window]) >= np.count_nonzero(hole[window]):
+                    break
+            found.append(_Tile(own, laid, window))
+    if sample is not None:
+        width = max(tile.window[1].stop - tile.window[1].start for tile in found)
+        most = MAX_SIDE - width - 64
+        if sample.shape[1] > most:
+            raise InputError(f"sample is {sample.shape[1]} pixels wide; allowed: up to {most} with this hole")
+    return found
+
+
+def _around(window: _Window, by: int, shape: Sequence[int]) -> _Window:
+    # A window and so many pixels round it, inside an image, which has 32 each way at least.
+    rows, columns = (
+        slice(max(0, one.start - by), min(size, one.stop + by))
+        for one, size in zip(window, shape, strict=True)
+    )
+    return rows, columns

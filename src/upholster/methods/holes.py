@@ -1,0 +1,209 @@
+"""Filling a hole with blocks: a flat texture of which all that lies round the hole is kept."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from upholster.charts.charted import charted_plane
+from upholster.charts.phases import TURN
+from upholster.elements import Lattice, find_lattice
+from upholster.errors import InputError
+from upholster.image.masks import Used, filled, largest_square
+from upholster.methods.quilt.guides import Rectangle, Steering, Zones, cropped
+from upholster.methods.quilt.method import laid_quilt, planned
+from upholster.methods.quilt.options import QuiltOptions
+from upholster.methods.quilt.phases import WantedPhases
+from upholster.methods.quilt.structure import block_size
+from upholster.methods.quilt.usable import LEAST_ROOM, largest_block, usable_side
+from upholster.quilt.chart import Chart
+from upholster.quilt.labels import LabelMap, label_shape
+from upholster.quilt.model import Quilt
+from upholster.quilt.placement import PLACEMENT
+from upholster.quilt.warp_field import WarpField
+from upholster.types import FloatArray, IntArray, PixelArray, Progress
+
+__all__ = ["LARGEST_BLOCK", "HoleExemplar", "check_room", "hole_places"]
+
+LARGEST_BLOCK = 48
+"""Pixels of a block's side, where it is not asked for: a photo is no one texture, and larger blocks find
+nothing that fits round a hole."""
+
+_SMALLEST, _TIMES = 24, 2
+"""Of narrow holes a block's side is so many pixels, or so many times the hole's own width."""
+
+_PHASE = 0.5
+"""What it costs to be out of phase, as in flat textures."""
+
+_CELL = 2
+"""Steps of a cell of labels."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class HoleExemplar:
+    """What a hole is filled from.
+
+    Attributes
+    ----------
+    pixels
+        (H, W, C) what is matched: the photo round the hole; or that, and another sample beside it.
+    used
+        (H, W) which pixels blocks show: none of the hole.
+    sample
+        Where the other sample lies; then blocks show that alone. None: there is none.
+    photo
+        Where the photo lies.
+    """
+
+    pixels: PixelArray
+    used: Used
+    photo: Rectangle
+    sample: Rectangle | None = None
+
+    @property
+    def shown(self) -> tuple[PixelArray, Used]:
+        """What blocks show, and which pixels of that."""
+        rectangle = self.photo if self.sample is None else self.sample
+        return cropped(self.pixels, rectangle), cropped(self.used, rectangle)
+
+    @property
+    def zones(self) -> tuple[Rectangle, ...]:
+        """The rectangles, if there are several."""
+        return () if self.sample is None else (self.photo, self.sample)
+
+
+def check_room(used: Used, block: int | None, what: str) -> None:
+    """Raise InputError unless there is room for a block in what is used; `what` says whose it is."""
+    found = largest_square(used)
+    if found < LEAST_ROOM:
+        raise InputError(
+            f"the largest square that {what} leaves to fill from is {found}x{found} pixels; "
+            f"allowed: {LEAST_ROOM}x{LEAST_ROOM} or more"
+        )
+    most = min(512, 3 * min(used.shape) // 4, largest_block(used))
+    if block is not None and not 8 <= block <= most:
+        raise InputError(f"block is {block}; allowed: 8 to {most} with what {what} leaves to fill from")
+
+
+def hole_places(
+    exemplar: HoleExemplar,
+    hole: NDArray[np.bool_],
+    corner: tuple[int, int],
+    *,
+    block: int | None = None,
+    seed: int = 0,
+    threads: int | None = None,
+    progress: Progress | None = None,
+) -> IntArray:
+    """Return which pixel of the exemplar each pixel of a part of a photo shows, its hole filled.
+
+    Blocks are laid one after another, those next to what is kept first.
+
+    Parameters
+    ----------
+    exemplar
+        What the hole is filled from.
+    hole
+        (h, w): what is missing in this part.
+    corner
+        Row and column in the exemplar of the part's first pixel.
+    block
+        Side of a block in pixels, as `check_room` allows it; None: as it suits photo and hole.
+    seed, threads, progress
+        As in `upholster.synthesize`.
+
+    Returns
+    -------
+    ndarray
+        (h, w, 2): row and column.
+    """
+    pixels, used = exemplar.shown
+    side = usable_side(_side(pixels, hole), used) if block is None else block
+    chart = Chart(0, *hole.shape)
+    charted = charted_plane(chart)
+    # What stays is whole cells of labels: so no cell with a pixel of the hole in it shows what was there.
+    stays = ~_in_cells(hole)
+    kept = _as_it_is(chart, corner, exemplar.pixels.shape[:2]), (stays,)
+    zones, phases = None, None
+    if exemplar.zones:
+        wanted = np.full(hole.shape, 2, np.uint8)
+        zones = Zones(exemplar.zones, (wanted,), (None, None))
+    else:
+        phases = _own_phases(pixels, used, corner)
+    plan = planned(
+        exemplar.pixels,
+        charted,
+        (WarpField.identity(),),
+        np.broadcast_to((1.0, 0.0, 0.0), (len(charted.chart), 3, 3)),
+        1.0,
+        # A photo is no one texture: what is rare in it stays rare.
+        options=QuiltOptions(block=side, evenness=0.0),
+        phases=phases,
+        used=exemplar.used,
+        steering=Steering(zones=zones, kept=kept),
+        seed=seed,
+    )
+    quilt = laid_quilt(plan, threads, progress)
+    found: IntArray = quilt.sources()[0] // 16
+    return found
+
+
+def _side(pixels: PixelArray, hole: NDArray[np.bool_]) -> int:
+    width = max(_SMALLEST, _TIMES * largest_square(hole))
+    return min(block_size(pixels), LARGEST_BLOCK, width) // 4 * 4
+
+
+def _in_cells(hole: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    # The cells that have something of a hole in them, as pixels.
+    height, width = hole.shape
+    whole = np.pad(hole, ((0, -height % _CELL), (0, -width % _CELL)))
+    cells = whole.reshape(len(whole) // _CELL, _CELL, -1, _CELL).any(axis=(1, 3))
+    return cells.repeat(_CELL, axis=0).repeat(_CELL, axis=1)[:height, :width]
+
+
+def _as_it_is(chart: Chart, corner: tuple[int, int], shape: tuple[int, ...]) -> Quilt:
+    # A quilt with one placement, that reads the photo at each step.
+    placed = np.zeros(1, PLACEMENT)
+    for name, size, first in zip(("row", "column"), (chart.height, chart.width), corner, strict=True):
+        at = size // 2
+        # The middle of a step lies half a step behind its number, that of a pixel at it.
+        placed[name], placed[f"source_{name}"] = 16 * at + 8, 16 * (first + at)
+    labels = np.zeros(label_shape(chart.height, chart.width, _CELL), np.int32)
+    layers = ((LabelMap(_CELL, labels),),)
+    return Quilt((chart,), (shape[0], shape[1]), placed, layers, (WarpField.identity(),))
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _PhotoPhases:
+    # The phases that a photo wants: its own, and in the hole those that go on from what lies round it.
+    phases: NDArray[np.int16]  # (n, H, W)
+    corner: tuple[int, int]
+
+    def at(self, _: IntArray, points: FloatArray) -> NDArray[np.int16]:
+        """Return the phases at points (m, 3) of the flat texture, (n, m)."""
+        row = np.floor(-points[:, 1]).astype(np.int64) + self.corner[0]
+        column = np.floor(points[:, 0]).astype(np.int64) + self.corner[1]
+        return self.phases[:, row, column]
+
+
+def _own_phases(pixels: PixelArray, used: Used, corner: tuple[int, int]) -> WantedPhases | None:
+    lattice = find_lattice(pixels)
+    if lattice is None:
+        return None
+    return WantedPhases(lattice, _PhotoPhases(_gone_on(lattice, used), corner), _PHASE)
+
+
+def _gone_on(lattice: Lattice, used: Used) -> NDArray[np.int16]:
+    # Phases over the hole: its pixels tell nothing of them. By how much they are ahead of even waves is taken
+    # from round it.
+    rows, columns = np.arange(used.shape[0])[:, None], np.arange(used.shape[1])
+    found = []
+    for wave, phases in zip(lattice.waves, lattice.phases, strict=True):
+        even = wave[0] * rows + wave[1] * columns
+        ahead: Any = 2 * np.pi * (phases / TURN - even)
+        around = filled(np.stack([np.cos(ahead), np.sin(ahead)], axis=2).astype(np.float32), used)
+        turns = even + np.arctan2(around[:, :, 1], around[:, :, 0]) / (2 * np.pi)
+        gone = np.rint(TURN * (turns - np.rint(turns))).astype(np.int64).astype(np.int16)
+        found.append(np.where(used, phases, gone))
+    return np.stack(found)
