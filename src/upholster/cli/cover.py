@@ -269,4 +269,6 @@ def uses_of(project: "Project", outputs: list[str]) -> list[str]:
     kinds = [kind for name in outputs if (kind := kind_of(*split_name(name)))]
     uses = ["displaced"] if any(kind.solid for kind in kinds) else []
     uses += [f"{made} {kind.kernels}" for kind in kinds]
+    if asked.guide or asked.labels or asked.zone or asked.again or asked.put:
+        uses = ["guides", *uses]
     return ["prepare", *uses] if reading and reading.rectify else uses
