@@ -49,8 +49,8 @@ USES = {
     )
     if (method.split()[0], kind) != ("pixel", "stream")  # it has none
 } | {
-    "guides": f"cover {BRICKS} --on {CHAIR} --texels 300k --guide luminance=curvature --guide luminance=noise "
-    "--put 20,20,64,64=0,0,0.5 --again height>0.7 -o m.glb",
+    "guides": f"cover {BRICKS} --on {CHAIR} --texels 300k --guide luminance=curvature "
+    "--guide luminance=noise --put 20,20,64,64=0,0,0.5 --again height>0.7 -o m.glb",
     "displaced": f"cover {MATERIAL} {CURVED} --displace 0.1 -o m.stl",
     "refine model": "refine quilt.uph -o m.glb",
     "refine picture": "refine quilt.uph -o p.png",

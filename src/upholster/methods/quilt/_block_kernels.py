@@ -119,8 +119,9 @@ class FramePixels(NamedTuple):
 
     `marks` tells what there is at each, see `_frame_kernels`, and `old` what is laid; `ys`, `xs` tell where
     pixels read, seen from the source. `wanted` (K, size, size) is what guides ask for, 0 where they ask
-    nothing, and `off` what is laid pays for that. `zones` (size, size) is which zone shall be there, 0 for
-    any; (0, 0): there are none.
+    nothing, and `off` what is laid pays for that. `zones` (size, size) is which zone shall be there, see
+    `upholster.methods.quilt.guides.Zones`; (0, 0): there are none. `steps` (size, size) is which step of the
+    canvases lies there, −1 for none; (0, 0): nothing is asked.
     """
 
     marks: NDArray[np.uint8]
@@ -130,6 +131,7 @@ class FramePixels(NamedTuple):
     wanted: NDArray[np.uint8]
     off: NDArray[np.int32]
     zones: NDArray[np.uint8]
+    steps: NDArray[np.int64]
 
     @classmethod
     def of(cls, size: int, guides: int = 0, *, zones: bool = False) -> "FramePixels":
@@ -143,6 +145,7 @@ class FramePixels(NamedTuple):
             np.zeros((guides, size, size), np.uint8),
             np.zeros(shape if guides or zones else (0, 0), np.int32),
             np.zeros(shape if zones else (0, 0), np.uint8),
+            np.zeros(shape if guides or zones else (0, 0), np.int64),
         )
 
 

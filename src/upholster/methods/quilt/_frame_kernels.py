@@ -122,29 +122,26 @@ def nearest_steps(
 
 
 @inline
-def _ask(
-    canvases: Canvases,
-    match: MatchImage,
-    records: IntArray,
-    at: int,
-    i: int,
-    j: int,
-    pixels: FramePixels,
-) -> None:
-    # Enters what is asked for at a step into a pixel of the frame, and what is laid there pays for it.
-    off, owner = np.int32(0), canvases.owners[at]
-    if pixels.zones.shape[0]:
-        zone = pixels.zones[i, j] = canvases.zones[at]
-        if owner >= canvases.fixed and zone >= EITHER:
-            source = records[owner, SOURCE_ROW] * match.width + records[owner, SOURCE_COLUMN]
-            off += match.pull if match.allowed[source] != zone - EITHER else 0
-    for k in range(pixels.wanted.shape[0]):
-        wanted = canvases.wanted[k, at]
-        pixels.wanted[k, i, j] = wanted
-        if wanted > 0 and owner >= 0:
-            off += match.costs[k, abs(int64(match.guides[k, canvases.sources[at]]) - int64(wanted))]
-    if pixels.off.shape[0]:
-        pixels.off[i, j] = off
+def _ask(canvases: Canvases, match: MatchImage, records: IntArray, pixels: FramePixels) -> None:
+    # Enters what is asked for at the frame's pixels, and what is laid there pays for it.
+    size = pixels.steps.shape[0]
+    for i in range(size):
+        for j in range(size):
+            at, off = pixels.steps[i, j], np.int32(0)
+            if at < 0:
+                continue
+            owner = canvases.owners[at]
+            if pixels.zones.shape[0]:
+                zone = pixels.zones[i, j] = canvases.zones[at]
+                if owner >= canvases.fixed and zone >= EITHER:
+                    source = records[owner, SOURCE_ROW] * match.width + records[owner, SOURCE_COLUMN]
+                    off += match.pull if match.allowed[source] != zone - EITHER else 0
+            for k in range(pixels.wanted.shape[0]):
+                wanted = canvases.wanted[k, at]
+                pixels.wanted[k, i, j] = wanted
+                if wanted > 0 and owner >= 0:
+                    off += match.costs[k, abs(int64(match.guides[k, canvases.sources[at]]) - int64(wanted))]
+            pixels.off[i, j] = off
 
 
 @inline
@@ -161,7 +158,7 @@ def _draw(
 ) -> None:
     # Draws into the frame what is laid under one triangle of a block.
     size = covered.shape[0] - 2
-    half = size // 2 + 1
+    half, is_asked = size // 2 + 1, pixels.steps.shape[0] > 0
     u, p, t, k = found.maps[n], found.places[n], int64(found.triangles[n]), int64(found.charts[n])
     y1, x1, y2, x2 = u[1, 0] - u[0, 0], u[1, 1] - u[0, 1], u[2, 0] - u[0, 0], u[2, 1] - u[0, 1]
     area = y1 * x2 - x1 * y2
@@ -188,7 +185,8 @@ def _draw(
             owner = canvases.owners[at]
             covered[i, j] = 0 if owner < 0 else LAID if owner >= canvases.fixed else LAID | FIXED
             if 0 < i <= size and 0 < j <= size:
-                _ask(canvases, match, records, at, i - 1, j - 1, pixels)
+                if is_asked:
+                    pixels.steps[i - 1, j - 1] = at
                 if owner >= 0:
                     pixels.old[i - 1, j - 1] = match.image[canvases.sources[at]]
                     symmetries[records[owner, SYMMETRY]] += 1
@@ -213,7 +211,7 @@ def look_at_frame(
     """
     size = covered.shape[0] - 2
     covered[:, :], symmetries[:] = BESIDE, 0
-    pixels.wanted[:, :, :], pixels.zones[:, :] = 0, 0
+    pixels.wanted[:, :, :], pixels.zones[:, :], pixels.steps[:, :] = 0, 0, -1
     for n in range(count):
         if found.triangles[n] >= 0:
             inside[found.triangles[n]] = found.sheets[n] >= 0
@@ -223,6 +221,7 @@ def look_at_frame(
     for n in range(count):
         if found.triangles[n] >= 0:
             inside[found.triangles[n]] = 0
+    _ask(canvases, match, records, pixels)
     laid, bare = int64(0), int64(0)
     for i in range(size):
         for j in range(size):
