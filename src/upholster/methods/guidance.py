@@ -207,9 +207,9 @@ def _step_at(put: Put, ground: MapGround) -> tuple[int, int, int]:
     charted = ground.charted
     if len(put.place) == 2 and not ground.is_flat:
         raise InputError(f"put {put.text!r} has two coordinates; allowed: three, but on flat textures")
-    # A flat texture lies in space with rows to −y.
+    # A flat texture lies in space with rows to −y; a pixel's middle is meant.
     x, y, *z = put.place
-    point = np.array([[x, -y, 0.0] if not z else [x, y, *z]])
+    point = np.array([[x + 0.5, -y - 0.5, 0.0] if not z else [x, y, *z]])
     corners = np.array(charted.mesh.corners[charted.chart >= 0])
     centres = corners.mean(axis=1)
     radii = np.sqrt(((corners - centres[:, None]) ** 2).sum(axis=2).max(axis=1)) * (1 + 1e-12)
@@ -278,7 +278,8 @@ def zones_on(maps: ZoneMaps, ground: MapGround, block: float) -> tuple[NDArray[n
     for zone, wanted in enumerate(maps.wanted, 2):
         shares = wanted.values(ground)
         if maps.blend is not None:
-            shares = softened(shares, ground, maps.blend)
+            white = [np.where(np.isnan(own), own, own > 0.5).astype(np.float32) for own in shares]
+            shares = softened(white, ground, maps.blend)
         for n, (own, values) in enumerate(zip(out, shares, strict=True)):
             own[values > (0.5 if noise is None else np.clip(noise[n], _LEAST_NOISE, 1 - _LEAST_NOISE))] = zone
     radius = int(block / _BAND)
