@@ -80,12 +80,12 @@ def test_a_picture_shows_where_it_was_put(on: str, tmp_path: Path) -> None:
     assert beyond < 0.02 * inside  # no other block shows it
 
 
-@pytest.mark.parametrize("name", ["plane", "tile", "torus", "chair"])
+@pytest.mark.parametrize("name", ["plane", "tile", "torus"])
 def test_a_region_is_laid_once_more(name: str) -> None:
-    on = {"plane": "plane", "tile": "plane", "torus": "torus", "chair": CHAIR}[name]
-    options: dict[str, Any] = {"texels": 20_000, "sample_size": 1.0 if name == "chair" else 4.0}
+    on = "torus" if name == "torus" else "plane"
+    options: dict[str, Any] = {"texels": 20_000, "sample_size": 4.0}
     options = {"texels": (150, 150), "tileable": name == "tile"} if on == "plane" else options
-    where = {"plane": "75,-75,0:40", "tile": "75,-75,0:40", "torus": "2,1,0:2", "chair": "0,0,0.5:0.3"}[name]
+    where = "2,1,0:2" if name == "torus" else "75,-75,0:40"
     before = synthesize(SAMPLE, on, seed=1, **options)
     after, other = (synthesize(SAMPLE, on, seed=1, again=(f"{where}@{seed}",), **options) for seed in (1, 2))
     charted = charted_of(before)
