@@ -161,7 +161,7 @@ def test_each_zone_shows_its_own_sample(folder: Path, name: str) -> None:
 def test_borders_fray_where_that_is_asked(folder: Path) -> None:
     quilts = []
     for blend in (None, 60.0):
-        options: dict[str, Any] = {"texels": (200, 200), "zone": (f"{folder}/other.png={folder}/up.png",)}
+        options: dict[str, Any] = {"texels": (200, 200), "zone": (f"{folder}/other.png={folder}/up.png>0.5",)}
         options |= {} if blend is None else {"blend": blend}
         quilt = synthesize(texture(128, 128), "plane", seed=2, **options)
         second = np.zeros(quilt.exemplar_shape)

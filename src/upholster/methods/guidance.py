@@ -278,8 +278,7 @@ def zones_on(maps: ZoneMaps, ground: MapGround, block: float) -> tuple[NDArray[n
     for zone, wanted in enumerate(maps.wanted, 2):
         shares = wanted.values(ground)
         if maps.blend is not None:
-            white = [np.where(np.isnan(own), own, own > 0.5).astype(np.float32) for own in shares]
-            shares = softened(white, ground, maps.blend)
+            shares = softened(shares, ground, maps.blend)
         for n, (own, values) in enumerate(zip(out, shares, strict=True)):
             own[values > (0.5 if noise is None else np.clip(noise[n], _LEAST_NOISE, 1 - _LEAST_NOISE))] = zone
     radius = int(block / _BAND)
