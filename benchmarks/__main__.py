@@ -1,6 +1,6 @@
 """Run all benchmarks, or those named: ``python -m benchmarks [flagship] [growth] [stream] …``.
 
-``codec``, ``profiles``, ``claims``, ``fidelity``, ``seams``, ``lattices`` and ``photos`` take
+``codec``, ``profiles``, ``claims``, ``fidelity``, ``seams``, ``lattices``, ``photos`` and ``guides`` take
 a folder of exemplars instead of the project's own, the last six the options of their modules:
 ``python -m benchmarks fidelity FOLDER -o OUT``. ``unwrap`` and ``meshstream`` take a folder of meshes.
 ``sheet REV`` compares with a revision of git, and runs only by name.
@@ -12,6 +12,7 @@ from pathlib import Path
 from benchmarks import claims as claims_module
 from benchmarks import fidelity as fidelity_module
 from benchmarks import first_hours as first_hours_module
+from benchmarks import guides as guides_module
 from benchmarks import lattices as lattices_module
 from benchmarks import live as live_module
 from benchmarks import photos as photos_module
@@ -56,6 +57,7 @@ BENCHMARKS = {
     "seams": seams_module.seams,
     "lattices": lattices_module.lattices,
     "photos": photos_module.photos,
+    "guides": guides_module.guides,
     "live": live_module.live,
     "studio": studio,
     "first_hours": first_hours_module.first_hours,
@@ -67,6 +69,7 @@ PROGRAMS = {
     "seams": seams_module.main,
     "lattices": lattices_module.main,
     "photos": photos_module.main,
+    "guides": guides_module.main,
     "live": live_module.main,
     "first_hours": first_hours_module.main,
 }
