@@ -2,6 +2,8 @@
 
 ``codec``, ``profiles``, ``claims``, ``fidelity``, ``seams``, ``lattices``, ``photos`` and ``fill`` take
 a folder of exemplars instead of the project's own, the last seven the options of their modules:
+``codec``, ``profiles``, ``claims``, ``fidelity``, ``seams``, ``lattices``, ``photos`` and ``guides`` take
+a folder of exemplars instead of the project's own, the last six the options of their modules:
 ``python -m benchmarks fidelity FOLDER -o OUT``. ``unwrap`` and ``meshstream`` take a folder of meshes.
 ``sheet REV`` compares with a revision of git, and runs only by name.
 """
@@ -13,6 +15,7 @@ from benchmarks import claims as claims_module
 from benchmarks import fidelity as fidelity_module
 from benchmarks import fill as fill_module
 from benchmarks import first_hours as first_hours_module
+from benchmarks import guides as guides_module
 from benchmarks import lattices as lattices_module
 from benchmarks import live as live_module
 from benchmarks import photos as photos_module
@@ -58,6 +61,7 @@ BENCHMARKS = {
     "lattices": lattices_module.lattices,
     "photos": photos_module.photos,
     "fill": fill_module.fill,
+    "guides": guides_module.guides,
     "live": live_module.live,
     "studio": studio,
     "first_hours": first_hours_module.first_hours,
@@ -70,6 +74,7 @@ PROGRAMS = {
     "lattices": lattices_module.main,
     "photos": photos_module.main,
     "fill": fill_module.main,
+    "guides": guides_module.main,
     "live": live_module.main,
     "first_hours": first_hours_module.main,
 }

@@ -152,10 +152,10 @@ def compose(rows: Sequence[Sequence[Panel]], *, gap: int = GAP) -> Any:
     return sheet
 
 
-def save_jpeg(image: Any, path: Path) -> int:
-    """Write a JPEG file at the best quality that keeps it below `MOST_BYTES`; return its bytes."""
+def save_jpeg(image: Any, path: Path, *, most: int = MOST_BYTES) -> int:
+    """Write a JPEG file at the best quality that keeps it below so many bytes; return its bytes."""
     for quality in QUALITIES:
         image.save(path, "JPEG", quality=quality, optimize=True, progressive=True, subsampling=0)
-        if path.stat().st_size < MOST_BYTES:
+        if path.stat().st_size < most:
             break
     return path.stat().st_size
