@@ -6,7 +6,7 @@ from upholster.jit import kernel
 from upholster.methods.quilt._block_kernels import splat_tent
 from upholster.methods.quilt._choice_kernels import choose_source, draw_fitting, penalise_used
 from upholster.methods.quilt._frame_kernels import look_at_frame, write_frame
-from upholster.methods.quilt._guide_kernels import penalise_off, prefer_cells, show_all
+from upholster.methods.quilt._guide_kernels import is_barred, penalise_off, prefer_cells, show_all
 from upholster.methods.quilt._seed_kernels import cut_block
 from upholster.methods.quilt._sheet_kernels import fit_block, shown_at
 from upholster.methods.quilt._unfold_kernels import unfold_block
@@ -47,9 +47,23 @@ def count_use(usage: Any, step: int, places: Any, size: int, first: int, weights
 
 
 @kernel
-def count_off(match: Any, numbers: Any, span: Any, pixels: Any, choice: Any) -> None:
+def cut(covered: Any, match: Any, numbers: Any, base: int, pixels: Any, scratch: Any, mask: Any) -> None:
+    """Call `cut_block`."""
+    cut_block(covered, match, numbers, base, pixels, scratch, mask)
+
+
+@kernel
+def ask(match: Any, numbers: Any, span: Any, pixels: Any, choice: Any) -> None:
     """Call `penalise_off`."""
     penalise_off(match, numbers, span, pixels, choice)
+
+
+@kernel
+def bar(pixels: Any, zone: int, cell: int, out: Any) -> None:
+    """Write for each cell, `out` (rows, columns), whether it `is_barred`."""
+    for a in range(out.shape[0]):
+        for b in range(out.shape[1]):
+            out[a, b] = is_barred(pixels, zone, cell, a, b)
 
 
 @kernel
@@ -62,12 +76,6 @@ def prefer(match: Any, numbers: Any, base: int, zone: int, pixels: Any, scratch:
 def show(match: Any, numbers: Any, base: int, pixels: Any, mask: Any) -> None:
     """Call `show_all`."""
     show_all(match, numbers, base, pixels, mask)
-
-
-@kernel
-def cut(covered: Any, match: Any, numbers: Any, base: int, pixels: Any, scratch: Any, mask: Any) -> None:
-    """Call `cut_block`."""
-    cut_block(covered, match, numbers, base, pixels, scratch, mask)
 
 
 @kernel

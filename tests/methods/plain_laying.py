@@ -170,35 +170,45 @@ class PlainChoice:
         return (*found[chosen], totals[chosen])
 
 
-def plain_cut_block(apart: np.ndarray, covered: np.ndarray, marks: np.ndarray, cell: int) -> np.ndarray:
-    """Return a block's new cells, 1 where it shows; `apart` are the pixels' squared differences.
+def cells_of(array: np.ndarray, cell: int) -> np.ndarray:
+    """Return a frame's pixels by cells, (rows, columns, cell²)."""
+    across = len(array) // cell
+    return array.reshape(across, cell, across, cell).swapaxes(1, 2).reshape(across, across, -1)
 
-    Of `marks` 1 tells what is laid, 2 what lies beside the surface, 0 what is bare; so does `covered`, which
-    has a rim of one pixel.
+
+def plain_seeds(
+    covered: np.ndarray, marks: np.ndarray, cell: int, barred: np.ndarray | bool = False
+) -> np.ndarray:
+    """Return which cells stay old and which become new, whatever it costs.
+
+    Of `marks` 1 tells what is laid, 9 what of it stays, 2 what lies beside the surface, 0 what is bare; so
+    does `covered`, which has a rim of one pixel. What is `barred` stays as it is.
     """
     across = len(marks) // cell
-
-    def cells_of(array: np.ndarray) -> np.ndarray:
-        return array.reshape(across, cell, across, cell).swapaxes(1, 2).reshape(across, across, -1)
-
-    there = marks == 1
-    errors = cells_of(apart * there).sum(axis=2)
-    missing = cells_of(marks == 0).any(axis=2)
-    bare, beside = cells_of(~there).any(axis=2), cells_of(marks == 2).any(axis=2)
+    missing = cells_of(marks == 0, cell).any(axis=2) & ~np.array(barred)
+    bare, beside = cells_of(marks & 1 == 0, cell).any(axis=2), cells_of(marks == 2, cell).any(axis=2)
     ring, near = np.pad(missing, 1), np.zeros_like(missing)
     for a, b in np.ndindex(3, 3):
         near |= ring[a : a + across, b : b + across]
     # On the rim a cell stays old where something is laid beyond its first pixel.
     goes_on, first = np.zeros_like(missing), np.arange(across) * cell + 1
-    goes_on[0] |= covered[0, first] == 1
-    goes_on[-1] |= covered[-1, first] == 1
-    goes_on[:, 0] |= covered[first, 0] == 1
-    goes_on[:, -1] |= covered[first, -1] == 1
+    goes_on[0] |= covered[0, first] & 1 == 1
+    goes_on[-1] |= covered[-1, first] & 1 == 1
+    goes_on[:, 0] |= covered[first, 0] & 1 == 1
+    goes_on[:, -1] |= covered[first, -1] & 1 == 1
     seeds = np.full(missing.shape, FREE, np.int8)
     seeds[beside | goes_on] = OLD
     seeds[near] = NEW
     seeds[bare] = np.where(beside & ~near, OLD, OUTSIDE)[bare]
+    seeds[cells_of(marks & 8, cell).any(axis=2) | (barred & ~bare)] = OLD
     seeds[missing] = OUTSIDE
+    return seeds
+
+
+def plain_cut_block(apart: np.ndarray, covered: np.ndarray, marks: np.ndarray, cell: int) -> np.ndarray:
+    """Return a block's new cells, 1 where it shows; `apart` are the pixels' squared differences."""
+    errors = cells_of(apart * (marks == 1), cell).sum(axis=2)
+    seeds = plain_seeds(covered, marks, cell)
     inside = seeds != OUTSIDE
     if not ((seeds == OLD).any() and (seeds == NEW).any()):
         return (~inside | (seeds == NEW).any()).astype(np.uint8)
