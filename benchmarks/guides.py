@@ -49,9 +49,11 @@ class Row:
         Share of the area that shows the label asked for.
     correlation, correlation_none, off, off_none
         Between what a guide's shown values and the wanted ones are, and their root mean square difference.
-    cuts, cuts_between
-        Differences at cuts against what the samples have there, inside zones and between them.
-    times
+    cuts, cuts_none
+        Differences at cuts against what the sample has there, with a guide.
+    cuts_inside, cuts_between
+        The same with two zones: inside them, and between them.
+    guide_time, label_time
         Seconds with a guide over seconds without, and with labels.
     """
 
@@ -64,6 +66,8 @@ class Row:
     off: float
     off_none: float
     cuts: float
+    cuts_none: float
+    cuts_inside: float
     cuts_between: float
     guide_time: float
     label_time: float
@@ -143,10 +147,12 @@ def _measured(file: Path, other: Path, surface: str) -> Row:
         value, wanted = _compared(quilts[name], shown, ramp)
         found[f"correlation_{name}"] = float(np.corrcoef(value, wanted)[0, 1])
         found[f"off_{name}"] = float(np.sqrt(np.mean((value - wanted) ** 2)))
-    cuts, between = _cut_ratios(quilts["zones"], whole.maps["albedo"], exemplar.shape[1])
+        found[f"cuts_{name}"], _ = _cut_ratios(quilts[name], exemplar, exemplar.shape[1])
+    inside, between = _cut_ratios(quilts["zones"], whole.maps["albedo"], exemplar.shape[1])
     return Row(
         file.stem, surface, found["labels_labels"], found["labels_none"], found["correlation_guide"],
-        found["correlation_none"], found["off_guide"], found["off_none"], cuts, between,
+        found["correlation_none"], found["off_guide"], found["off_none"],
+        found["cuts_guide"], found["cuts_none"], inside, between,
         seconds["guide"] / seconds["none"], seconds["labels"] / seconds["none"],
     )  # fmt: skip
 
