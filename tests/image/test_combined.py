@@ -5,6 +5,7 @@ import pytest
 
 from upholster import InputError
 from upholster.image import Material
+from upholster.image.color import to_linear
 from upholster.image.combined import combined
 
 
@@ -61,3 +62,13 @@ def test_grey_beside_colour_and_other_depths() -> None:
 def test_too_many_are_refused() -> None:
     with pytest.raises(InputError, match=r"samples are \d+ pixels wide side by side; allowed: up to 4096"):
         combined([sample(40, 1200)] * 4)
+
+
+def test_linear_colours_beside_coded_ones_stay_the_same_colours() -> None:
+    coded = sample(40, 40)
+    linear = Material({"albedo": to_linear(coded.maps["albedo"]).astype(np.float32)})
+    for first, second in ((coded, linear), (linear, coded)):
+        whole, rectangles = combined([first, second])
+        own, other = whole.maps["albedo"][:40, :40], whole.maps["albedo"][:40, rectangles[1][1] :]
+        np.testing.assert_array_equal(own, first.maps["albedo"])
+        np.testing.assert_allclose(other, own, atol=1e-6)

@@ -82,16 +82,21 @@ def _in_form(role: str, pixels: PixelArray, like: PixelArray) -> PixelArray:
     colors = like.shape[2] if alpha is None else alpha
     if pixels.shape[2] > 2 and colors == 1:
         raise InputError(f"{role} of the sample is coloured, and that of the photo grey; allowed: a grey one")
-    if role in COLORS and pixels.dtype.kind != like.dtype.kind:
-        pixels = from_linear(to_linear(pixels), like.dtype)
-    pixels = as_depth(pixels, like.dtype)
+    pixels = _at_depth(role, pixels, like.dtype)
     return np.ascontiguousarray(_with_channels(pixels, colors, alpha is not None))
+
+
+def _at_depth(role: str, pixels: PixelArray, dtype: np.dtype[Any]) -> PixelArray:
+    # Whole numbers of colours are sRGB-coded, floats are linear.
+    if role in COLORS and pixels.dtype.kind != dtype.kind:
+        pixels = from_linear(to_linear(pixels), dtype)
+    return as_depth(pixels, dtype)
 
 
 def _alike(role: str, samples: Sequence[Material]) -> list[PixelArray]:
     # A map of all samples: of one depth, and as many channels as the one that has most.
     dtype = next(sample.maps[role].dtype for sample in samples if role in sample.maps)
-    parts = [as_depth(sample.maps[role], dtype) if role in sample.maps else None for sample in samples]
+    parts = [_at_depth(role, sample.maps[role], dtype) if role in sample.maps else None for sample in samples]
     known = [part for part in parts if part is not None]
     colors = max(part.shape[2] - (alpha_channel(part.shape[2]) is not None) for part in known)
     alpha = any(alpha_channel(part.shape[2]) is not None for part in known)
