@@ -40,7 +40,9 @@ class GuideText:
     weight: float = 1.0
 
     def __str__(self) -> str:
-        return f"{self.sample}={self.target}" + ("" if self.weight == 1 else f"@{self.weight:g}")
+        # What stands behind the last @ is read as the weight: a target with an @ needs one.
+        plain = self.weight == 1 and "@" not in self.target
+        return f"{self.sample}={self.target}" + ("" if plain else f"@{self.weight!r}".removesuffix(".0"))
 
 
 @dataclass(frozen=True, slots=True)

@@ -246,6 +246,8 @@ BAD: dict[str, tuple[dict[str, Any], str]] = {
     "labels many": ({"labels": ("sample.png=height>0.5",)}, r"map has [0-9,]+ colours; allowed: up to 254"),
     "zone no pair": ({"zone": ("x.png",)}, r"zone is 'x.png'; allowed: SAMPLE=TARGET"),
     "zone missing": ({"zone": ("none.png=height",)}, r"'none.png' does not exist"),
+    "zone no file": ({"zone": ("@3=height",)}, r"is '@3'; allowed: a file before the @"),
+    "zones": ({"zone": ("other.png=height",) * 16}, r"there are 16 zones; allowed: up to 15"),
     "zone size": (
         {"zone": ("other.png@2=height",)},
         r"has a size and the sample none; allowed: with --sample-size",

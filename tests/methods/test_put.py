@@ -107,6 +107,23 @@ def test_a_region_is_laid_once_more(name: str) -> None:
     assert np.concatenate(apart).mean() > 0.5
 
 
+def test_regions_are_laid_one_after_another() -> None:
+    rows, columns = np.mgrid[:150, :150] + 0.5
+    first, second = (np.hypot(rows - at, columns - at) <= 25 for at in (40, 110))
+    texts = "40,-40,0:25@3", "110,-110,0:25@4"
+    none, one, two = (
+        paint(quilt, SAMPLE, density=1).arrays[0]
+        for quilt in (
+            synthesize(SAMPLE, "plane", texels=(150, 150), seed=1, again=again)
+            for again in (None, texts[:1], texts)
+        )
+    )
+    differs = (two != none).any(axis=2)
+    assert min(differs[first].mean(), differs[second].mean()) > 0.5
+    assert not differs[~first & ~second].any()
+    np.testing.assert_array_equal(two[~second], one[~second])  # what was laid first stays
+
+
 def test_a_pieces_frame_is_its_rectangle() -> None:
     numbers = LayNumbers(100, 100, 0, 1, 32, 4, 1, 32, 2)
     used = np.ones((20, 30), bool)
