@@ -1,7 +1,7 @@
 """How Sphinx makes the site (``python docs/make_site.py``).
 
-Its sources are the Markdown files where they lie, README.md and SPEC.md too: so the root of the project is Sphinx'
-source folder, and links between the files lead to the same places on GitHub and on the site.
+Its sources are the Markdown files where they lie, README.md and SPEC.md too. So the root of the project is
+Sphinx' source folder, and links between the files lead to the same places on GitHub and on the site.
 """
 
 import sys
@@ -34,10 +34,15 @@ suppress_warnings = [
 ]
 
 autodoc_member_order = "bysource"
-autodoc_typehints = "signature"
+autodoc_typehints = "description"  # signatures with all types are half a page
+autodoc_typehints_description_target = "documented"
+autodoc_typehints_format = "short"
 autodoc_default_options = {"members": True}
 napoleon_google_docstring = False
 napoleon_use_ivar = True  # fields of options and of results are lists, not sections
+
+default_role = "py:obj"  # `Sample` in a docstring leads to that name, where the page has it
+smartquotes = False  # they make one long dash of the two in front of an option
 
 html_theme = "furo"
 html_title = f"upholster {__version__}"

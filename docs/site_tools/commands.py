@@ -8,7 +8,7 @@ from upholster.cli import app
 
 __all__ = ["markdown"]
 
-_NOT_SAID = (None, False, (), [])
+_NOT_SAID: tuple[object, ...] = (None, False, (), [])
 """Defaults that say nothing: what is not given, or not switched on."""
 
 

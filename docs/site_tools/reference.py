@@ -1,4 +1,4 @@
-"""Python's public names as Markdown: what ``upholster.__all__`` has, by kind, with signatures and docstrings."""
+"""Python's public names as Markdown: what ``upholster.__all__`` has, by kind, from docstrings."""
 
 import inspect
 from types import ModuleType

@@ -76,7 +76,7 @@ def _about(
 
 
 def _documented(kind: type[Any]) -> type[Any]:
-    """Add the fields' help to a class's docstring, as its attributes: a section of its own, indented alike."""
+    """Add the fields' help to a class's docstring, as a section of attributes."""
     attributes = [f"{entry.name}\n    {entry.metadata['help']}" for entry in fields(kind)]
     kind.__doc__ = "\n".join([cleandoc(kind.__doc__ or ""), "", "Attributes", "----------", *attributes])
     return kind
