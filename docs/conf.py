@@ -16,6 +16,7 @@ from site_tools import commands, reference  # noqa: E402  (the folders above hav
 from upholster import __version__  # noqa: E402
 
 if TYPE_CHECKING:
+    from docutils.nodes import document
     from sphinx.application import Sphinx
 
 project = "upholster"
@@ -45,6 +46,8 @@ default_role = "py:obj"  # `Sample` in a docstring leads to that name, where the
 smartquotes = False  # they make one long dash of the two in front of an option
 
 html_theme = "furo"
+html_static_path = ["site_tools/static"]
+html_css_files = ["site.css"]
 html_title = f"upholster {__version__}"
 html_extra_path = ["site_tools/root"]
 html_copy_source = False
@@ -63,6 +66,16 @@ def fill_in(_app: "Sphinx", page: str, source: list[str]) -> None:
         source[0] = before + GENERATED[page]() + after
 
 
+def set_dashes(_app: "Sphinx", page: "document") -> None:
+    """Set a dash between a parameter and its meaning: Sphinx leaves that to `smartquotes`."""
+    from docutils.nodes import Text
+
+    for text in list(page.findall(Text)):
+        if text == " -- ":
+            text.parent.replace(text, Text(" – "))
+
+
 def setup(app: "Sphinx") -> None:
-    """Tell Sphinx what fills pages in."""
+    """Tell Sphinx what changes pages on their way."""
     app.connect("source-read", fill_in)
+    app.connect("doctree-read", set_dashes)

@@ -88,7 +88,8 @@ def _recipes() -> dict[str, list[str]]:
     found = {}
     for section in sections:
         blocks = "".join(re.findall(r"^```console\n(.*?)^```$", section, re.MULTILINE | re.DOTALL))
-        found[section.splitlines()[0]] = re.findall(r"^\$ (.*)$", blocks, re.MULTILINE)
+        commands = re.findall(r"^\$ (.*)$", re.sub(r" \\\n +", " ", blocks), re.MULTILINE)
+        found[section.splitlines()[0]] = commands
     return found
 
 

@@ -53,16 +53,17 @@ def _spelled(param: Any) -> str:
 
 
 def _value(param: Any) -> list[str]:
-    return [] if param.is_flag else [param.metavar or "…"]
+    return [] if param.is_flag else [param.metavar or "VALUE"]
 
 
 def _row(param: Any) -> str:
     if param.param_type_name == "argument":
         return f"| `{_cell(_argument(param))}` | {_cell(param.help)} |"
     names = ", ".join(f"`{name}`" for name in [*param.opts, *param.secondary_opts])
-    value = "".join(f" `{_cell(text)}`" for text in _value(param))
+    # The value stands before its meaning: beside the name, a long one would leave no room for that.
+    value = "".join(f"`{_cell(text)}` " for text in _value(param))
     default = "" if param.default in _NOT_SAID else f" *Default: {param.default}.*"
-    return f"| {names}{value} | {_cell(param.help)}{'' if 'efault' in param.help else default} |"
+    return f"| {names} | {value}{_cell(param.help)}{'' if 'efault' in param.help else default} |"
 
 
 def _cell(text: str) -> str:
