@@ -5,6 +5,7 @@ Nothing heavy is imported here: ``upholster --help`` is made of these fields.
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import Field, dataclass, field, fields, replace
+from inspect import cleandoc
 from numbers import Integral, Real
 from os import PathLike, fspath
 from types import UnionType
@@ -75,9 +76,9 @@ def _about(
 
 
 def _documented(kind: type[Any]) -> type[Any]:
-    """Add the fields' help to a class's docstring, as its attributes."""
+    """Add the fields' help to a class's docstring, as a section of attributes."""
     attributes = [f"{entry.name}\n    {entry.metadata['help']}" for entry in fields(kind)]
-    kind.__doc__ = "\n".join([kind.__doc__ or "", "Attributes", "----------", *attributes])
+    kind.__doc__ = "\n".join([cleandoc(kind.__doc__ or ""), "", "Attributes", "----------", *attributes])
     return kind
 
 
@@ -503,7 +504,7 @@ class SynthesisOptions:
             _GUIDES,
             "Put this piece there, and let the rest grow round it; several times. PIECE: an image, maybe "
             "with its width, `sign.png@20cm` (its alpha is its outline), or a part of the sample, `X,Y,W,H` "
-            "in pixels. *SIZE: so many times as large; @DEG: turned clockwise. On a flat texture X,Y in "
+            "in pixels. `*SIZE`: so many times as large; `@DEG`: turned clockwise. On a flat texture X,Y in "
             "pixels.",
             metavar="PIECE=X,Y,Z[*SIZE][@DEG]",
             only="quilt",

@@ -47,9 +47,9 @@ class TexelScale:
 def texel_scale(surface: AnySurface, charts: Sequence[Chart]) -> TexelScale:
     """Measure how large texels are on the surface.
 
-    With J = [J_r, J_c] the surface's derivatives by texel rows and columns, a texel's area is |J_r × J_c|,
-    its sizes are |J_r| and |J_c|, and its stretches are J's singular values: those of the charted surface's
-    triangles.
+    With J = [J_r, J_c] the surface's derivatives by texel rows and columns, a texel's area is
+    ``|J_r × J_c|``, its sizes are ``|J_r|`` and ``|J_c|``, and its stretches are J's singular values: those
+    of the charted surface's triangles.
 
     Parameters
     ----------
