@@ -1,4 +1,4 @@
-// The page's side of `uph-worker.js`: sends a stream's bytes, and hands what comes back to whoever shows it, some per frame.
+// The page's side of `uph-worker.js`: sends a stream's bytes, and passes the results to the view, some per frame.
 
 const TEXELS_PER_FRAME = 2 ** 21 // handed over at once
 
@@ -8,7 +8,7 @@ export const SKETCHED_TEXELS = 2 ** 18
 const nextFrame = globalThis.requestAnimationFrame?.bind(globalThis) ?? ((work) => setTimeout(work, 16))
 
 /**
- * One stream and its worker. What it tells goes to `view`, which has these methods:
+ * One stream and its worker. Results go to `view`, which has these methods:
  *
  * - `begin({bounds, sphere, plain})`: spheres of the charts and round them, triangles on no chart; once
  * - `takeMeshes({pieces, counts})`: geometry of the charts that changed
@@ -31,7 +31,7 @@ export class UphClient {
   #ticket = 0
   #state = null
   #painted = null // the state of the textures that came last
-  #settling = [] // to be told when all is shown
+  #settling = [] // callbacks for when everything is shown
   #ended = false
   #failed = false
   #foundSize
@@ -79,12 +79,12 @@ export class UphClient {
     this.#view.notify('error', { error })
   }
 
-  /** What `receive` tells of the line. */
+  /** Events of `receive` about the connection. */
   dispatchEvent({ type, ...detail }) {
     this.#view.notify(type, detail)
   }
 
-  /** What has come so far. */
+  /** The bytes received so far. */
   bytes() {
     const all = new Uint8Array(this.received)
     let at = 0
@@ -95,7 +95,7 @@ export class UphClient {
     return all
   }
 
-  /** Send a message, see `uph-worker.js`, with a new ticket: states tell when it was heard. */
+  /** Send a message, see `uph-worker.js`, with a new ticket: states report which tickets have been handled. */
   send(message) {
     this.#worker.postMessage({ ...message, ticket: ++this.#ticket })
   }

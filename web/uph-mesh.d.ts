@@ -24,7 +24,7 @@ export interface Bounds {
   bendT: number
 }
 
-/** Triangles, counter-clockwise seen from outside. Where a chart lies across a crease the normals are those behind it. */
+/** Triangles, counter-clockwise seen from outside. Where a chart crosses a crease, the normals are those after it. */
 export interface ChartMesh {
   positions: Float32Array
   /** Of length 1; at a point where an edge has collapsed the limit along the chart. */
@@ -62,7 +62,7 @@ export class SurfaceMesher {
    * `counts` holds two numbers for every chart of the surface, its segments along s and along t: 1 to 256, powers of
    * two if vertices along seams shall be few. A chart gets at least 2, or 4 where it may close to a ring.
    * Borders of patches inside a chart are lines of the mesh where derivatives jump. A mesh changes with the counts of
-   * its chart and of those beside it. Throws `RangeError` if there is no such chart, or for a count outside its range.
+   * its chart and of the adjacent charts. Throws `RangeError` if there is no such chart, or for a count outside its range.
    */
   mesh(chart: number, counts: ArrayLike<number>): ChartMesh
 }
@@ -85,7 +85,7 @@ export class TriangleMesher {
 /**
  * Segments along s and t, powers of two from 1 to 256, with which the mesh stays within `errorPixels` of the surface.
  *
- * `pixelsPerUnit` tells how large the model's unit is on the screen at the chart's nearest point.
+ * `pixelsPerUnit` is the size of the model's unit on the screen at the chart's nearest point.
  */
 export function countsFor(
   bounds: Pick<Bounds, 'bendS' | 'bendT'>,

@@ -17,7 +17,7 @@ class Refusal extends Error {}
  * for when `sink.running` says that somebody can use it.
  */
 export async function receive(url, sink, options, early = null) {
-  let version = null // what tells this version of the file from another
+  let version = null // identifies this version of the file
   for (let attempt = 0; !sink.signal.aborted; ) {
     const before = sink.received
     const own = early

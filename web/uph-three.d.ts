@@ -8,7 +8,7 @@ export interface UphProgress {
   loaded: number
 }
 
-/** What three.js' loaders tell, where `total` is 0 before the header has come; and `received`, the same as `loaded`. */
+/** The event of three.js' loaders, with `total` 0 before the header has arrived; and `received`, the same as `loaded`. */
 export interface UphLoadEvent extends ProgressEvent {
   readonly received: number
 }
@@ -19,7 +19,7 @@ export interface UphModelEvents extends Object3DEventMap {
   first: object
   /** Textures got better, or the limit changed. */
   refine: object
-  /** Charts were tessellated anew. */
+  /** Charts were tessellated again. */
   geometry: object
   /** All bytes are here, and shown. */
   complete: object
@@ -39,7 +39,7 @@ export class UphLoader extends Loader<UphModel> {
   maxTexels: number
   /** How far the mesh may be from the surface, in pixels. 0.4 by default. */
   errorPixels: number
-  /** Where `uph-worker.js` lies, if not beside this module. */
+  /** Address of `uph-worker.js`, if it is not next to this module. */
   setWorkerURL(url: string | URL): this
   /** Start the worker before there is a stream: it takes longer than the first bytes to arrive. */
   prepare(): this

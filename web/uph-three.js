@@ -21,7 +21,7 @@ export class UphLoader extends Loader {
   #workerURL = null
   #running = new Set()
 
-  /** Where `uph-worker.js` lies, if not beside this module. */
+  /** Address of `uph-worker.js`, if it is not next to this module. */
   setWorkerURL(url) {
     this.#workerURL = url
     return this
@@ -106,8 +106,8 @@ export class UphLoader extends Loader {
   }
 }
 
-/** What a model tells of its progress, as three.js' loaders tell it. */
+/** A model's progress as an event of three.js' loaders. */
 function loadEvent({ received, total }) {
-  const told = { loaded: received, total: total ?? 0, lengthComputable: total !== null }
-  return Object.assign(new ProgressEvent('progress', told), { received })
+  const progress = { loaded: received, total: total ?? 0, lengthComputable: total !== null }
+  return Object.assign(new ProgressEvent('progress', progress), { received })
 }

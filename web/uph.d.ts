@@ -69,7 +69,7 @@ export type Surface =
   | {
       kind: 'mesh'
       name: string
-      /** Length of the model's unit in metres; null where it is not told. */
+      /** Length of the model's unit in metres; null if it is not stored. */
       metres: number | null
       parts: string[]
       /** One null for each island: charts name islands as their faces. */
@@ -99,7 +99,7 @@ export interface Changes {
   charts: number[]
 }
 
-/** What a stream may ask for, within what the format allows (SPEC.md, 9). What is not told goes with the texels. */
+/** Limits of a stream's demands, within those of the format (SPEC.md, 9). A limit that is not given follows from the texels. */
 export interface Limits {
   /** Of all charts together, in steps and as they are painted by default, 1 to 2³¹; 2²⁸ by default. */
   texels?: number
@@ -138,11 +138,11 @@ export class UphDecoder {
   readonly charts: readonly Chart[]
   /** How many charts have a placement of their own; the others show the exemplar about its middle. */
   readonly chartsKnown: number
-  /** How many placements are known, and how many there are; 0 before that is told. They come from coarse to fine, to all charts. */
+  /** How many placements are known, and how many there are; 0 before that is known. They are coded from coarse to fine, over all charts. */
   readonly placements: { known: number; count: number }
   /** Whether every placement and every label has come. */
   readonly placed: boolean
-  /** Share of the exemplar's coefficients, 0 to 1, at which its decoding ends, whatever else comes; 1 at first. */
+  /** Share of the exemplar's coefficients, 0 to 1, at which its decoding ends, even if more bytes arrive; initially 1. */
   mostCoefficients: number
   /** Take further bytes. Throws `UphError` for a damaged stream, from then on always. */
   feed(bytes: Uint8Array): Changes

@@ -31,7 +31,7 @@ export interface ViewerModel extends EventTarget {
   abort(): void
 }
 
-/** What an event tells of what is on screen. */
+/** What an event reports about the picture on screen. */
 export interface Shown {
   /** Bytes of the stream that are shown. */
   bytes: number
@@ -70,7 +70,7 @@ export interface UpholsterViewerEventMap {
  * - `src`: address of the stream; it is asked for when the element is near the screen.
  * - `alt`: what the picture shows, for those who do not see it.
  * - `exemplar`: address of a picture of the same shape, as another colour of the sample, to show the model with.
- * - `worker`: address of `uph-worker.js`, if it does not lie beside the module.
+ * - `worker`: address of `uph-worker.js`, if it is not next to the module.
  * - `painting`: who paints charts, `card` or `worker`; otherwise the graphics card, where there is one.
  * - `view`: azimuth and elevation in degrees, "30,30" if not given, as `upholster cover --view`.
  * - `background`: a CSS colour, or "none"; a light or dark studio if not given.

@@ -161,7 +161,7 @@ export class Model extends EventTarget {
   }
 
   #notify(type, detail = {}) {
-    this.dispatchEvent(Object.assign(new Event(type), detail, { told: detail }))
+    this.dispatchEvent(Object.assign(new Event(type), detail, { detail }))
   }
 
   #begin({ bounds, sphere, plain }) {
@@ -178,8 +178,8 @@ export class Model extends EventTarget {
   }
 
   /** Take over one texture; returns the memory of the one before. */
-  #takeTexture({ chart, target, height, width, data, gutter, role, sheet, recipe, roles, ...told }) {
-    if (sheet) this.#sheets[role] = { data, height, width, ...told }
+  #takeTexture({ chart, target, height, width, data, gutter, role, sheet, recipe, roles, ...rest }) {
+    if (sheet) this.#sheets[role] = { data, height, width, ...rest }
     else if (recipe) this.charts[chart].recipe = { ...recipe, numbers: data }
     // No data: a recipe, sent before the worker heard that it is to paint.
     if (sheet || recipe || !(data || this.onPage)) return null

@@ -34,11 +34,11 @@ export class UphModel extends Group {
     this.add(this.outlines)
     this.#model = new Model(worker, limits)
     for (const type of EVENTS) {
-      this.#model.addEventListener(type, ({ told }) => {
+      this.#model.addEventListener(type, ({ detail }) => {
         if (type === 'first') this.#begin()
         if (type === 'first' || type === 'geometry') this.#takeMeshes()
         if (type === 'first' || type === 'refine') this.#takeTextures()
-        this.dispatchEvent({ type, ...told })
+        this.dispatchEvent({ type, ...detail })
       })
     }
   }

@@ -177,7 +177,7 @@ export class Renderer extends EventTarget {
     const isBlended = model.alpha === 'blend'
     gl[isBlended ? 'enable' : 'disable'](gl.BLEND)
     gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA)
-    // What is seen through something lies behind it: far sides first.
+    // Transparent triangles need those behind them: far sides first.
     for (const side of isBlended ? [gl.FRONT, gl.BACK] : [null]) {
       gl[side ? 'enable' : 'disable'](gl.CULL_FACE)
       if (side) gl.cullFace(side)

@@ -28,7 +28,7 @@ export class Session {
 
   /**
    * @param {string | File | File[]} source an address, or the stream itself; or several streams, parts of one model
-   * @param {string | null} worker address of uph-worker.js; null: beside the viewer
+   * @param {string | null} worker address of uph-worker.js; null: next to the viewer
    * @param {{ eye: number[], pixels: number, onPage: boolean, whole?: boolean }} options as `Model` takes them
    * @param {(type: string, event: object) => void} notify called with the model's events, 'error' with its `problem` set
    * @param {Session | null} [before] whose workers go on with this one

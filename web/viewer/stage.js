@@ -35,7 +35,7 @@ export class Stage {
   #timer = 0
   #lastTime = 0
   #visible = false
-  #waiting = [] // to be told when a frame is drawn
+  #waiting = [] // callbacks for when a frame is drawn
   #background = BACKGROUNDS.light
   #floor = null
   #light = [...KEY_DIRECTION]
