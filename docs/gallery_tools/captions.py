@@ -95,8 +95,8 @@ CAPTIONS = {
         get a consistent phase everywhere. Rows and columns still end where the surface narrows. The samples
         are 256 x 256: the project's own `bricks.png` and `weave.png`, and others made by
         `python -m benchmarks.lattice_samples OUT`; the net is a bent vase. All have
-        `--texels 2M --direction around:z --seed 1`; the last two are flat, with a part of 512 x 512 texels
-        shown.
+        `--texels 2M --direction around:z --seed 1`; the two flat pairs show a part
+        of 512 x 512 texels.
         """,
     "regular": """\
         Each row shows a photograph of 256 x 256, at the left, on a torus, a cyclide, a vase and a sphere,
