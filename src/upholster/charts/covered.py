@@ -173,7 +173,7 @@ def covered_parts(
     """
     options = options or ModelOptions()
     if not _is_model(on):
-        raise InputError("several materials are for models; allowed: a model's file, as chair.glb")
+        raise InputError("several materials are for models; allowed: a model's file, such as chair.glb")
     if options.part is not None and not rest:
         raise InputError("part says what the sample covers, and there is none; allowed: with a sample")
     wanted = (*options.part, *patterns) if options.part else None if rest else patterns

@@ -125,7 +125,7 @@ def parse_size_map(text: str) -> SizeMap:
     """
     target, equals, sizes = text.rpartition("=")
     if not equals or not re.fullmatch(f"{NUMBER},{NUMBER}", sizes):
-        raise InputError(f"size_map is {text[:60]!r}; allowed: TARGET=LOW,HIGH, as height=0.5,2")
+        raise InputError(f"size_map is {text[:60]!r}; allowed: TARGET=LOW,HIGH, such as height=0.5,2")
     low, high = (float(size) for size in sizes.split(","))
     if not (LEAST <= low <= MOST and LEAST <= high <= MOST):
         raise InputError(f"size_map asks for {low:g} and {high:g} times the size; allowed: 1/8 to 8")

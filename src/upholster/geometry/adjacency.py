@@ -59,7 +59,7 @@ class SharedEdge:
 
     @property
     def whole(self) -> bool:
-        """Whether both edges meet over their whole length."""
+        """Whether both edges meet over their full length."""
         ends = {self.other_start, self.other_stop}
         return (self.start, self.stop) == (0.0, 1.0) and ends == {0.0, 1.0}
 

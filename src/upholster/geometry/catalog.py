@@ -108,7 +108,7 @@ def _length(name: str, default: float, meaning: str, allowed: str = LENGTH) -> S
 
 
 _RING_SPANS = SurfaceParameter(
-    "spans", (4, 4), "two even numbers from 4 to 256, as 4x4", "", "patches round the ring x round the tube"
+    "spans", (4, 4), "two even numbers from 4 to 256, like 4x4", "", "patches round the ring x round the tube"
 )
 _ROUND_SPANS = SurfaceParameter("spans", 4, "3 to 256", "", "patches round the axis")
 
@@ -165,7 +165,7 @@ SURFACES: dict[str, SurfaceKind] = {
                 _length("width", 1.0, "extent along x"),
                 _length("height", 1.0, "extent along y"),
                 SurfaceParameter(
-                    "spans", (1, 1), "two numbers from 1 to 256, as 1x1", "", "patches along y x along x"
+                    "spans", (1, 1), "two numbers from 1 to 256, like 1x1", "", "patches along y x along x"
                 ),
             ),
             1,

@@ -158,7 +158,7 @@ def direction_field(
     strokes
         Directions at places: see `parse_strokes`. Near them they override `direction`.
     symmetry
-        1, 2 or 4: the texture looks the same after this fraction of a full turn.
+        1, 2 or 4: the texture looks the same after a full turn divided by this.
     crease
         Degrees, 0 to 180: the field may jump over edges that bend more. None: it is continuous over all
         edges.

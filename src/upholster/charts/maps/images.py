@@ -147,7 +147,7 @@ def _coordinates(file: str, ground: MapGround) -> tuple[Coordinates, bool]:
     if uv is None or not np.isfinite(uv[charted.chart >= 0]).any():
         raise InputError(
             f"map {file!r} is an image, and this model has no texture coordinates to place it; "
-            "allowed: maps that need none, as facing:z"
+            "allowed: maps that need none, such as facing:z"
         )
     corners = np.array(uv, np.float64)
     return lambda steps: steps.mean_of(corners), True

@@ -22,7 +22,7 @@ _RADIUS = 0.05
 _FARTHEST = 1e18
 """Largest coordinate, as for a mesh."""
 
-_ALLOWED = '{"at": [x, y, z], "value": 0 to 1}, and maybe "radius": a length above 0'
+_ALLOWED = '{"at": [x, y, z], "value": 0 to 1}, and optionally "radius": a length above 0'
 
 
 class _Stroke(NamedTuple):

@@ -140,7 +140,7 @@ def _codes(wanted: SurfaceMap, ground: MapGround, *, threads: int | None) -> tup
     if at is None:
         raise InputError(
             f"map {wanted.text!r} has no labels; allowed: an image, colors, part:, a ball, or a comparison "
-            f"as {wanted.text}>0.5"
+            f"such as {wanted.text}>0.5"
         )
 
     def shaped(steps: Steps) -> NDArray[np.int32]:

@@ -104,7 +104,7 @@ def tessellate(
     seams
         Where they meet, see `upholster.charts.seams.find_seams`; found by default.
     quads
-        Wanted number over the whole surface: 1 to 10,000,000.
+        Wanted number over the complete surface: 1 to 10,000,000.
 
     Returns
     -------
