@@ -33,8 +33,8 @@ def combined(samples: Sequence[Material]) -> tuple[Material, tuple[Rectangle, ..
 
     Raises
     ------
-    If the samples together are larger than a sample may be.
-        If all together are larger than a sample may be.
+    InputError
+        If all samples together are larger than a sample may be.
     """
     rectangles, column = [], 0
     for sample in samples:

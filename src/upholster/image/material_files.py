@@ -46,29 +46,29 @@ def read_material(
 
     Parameters
     ----------
-    A folder, a zip file as libraries deliver it (never unpacked to disk), or files, whose names say
-    which map they hold (``brick_albedo.png``, ``brick_nor_gl_1k.png``, ``T_Brick_ORM.png``; see
-    `upholster.image.roles.role_of`); or files by role.
+    source
+        A folder, a zip file as libraries deliver it (never unpacked to disk), or files, whose names say
+        which map they hold (``brick_albedo.png``, ``brick_nor_gl_1k.png``, ``T_Brick_ORM.png``; see
         `upholster.image.roles.role_of`); or files by role.
-    Further files by role, used whatever their names are, and instead of files found for that role. For
-    a folder or a zip file also names of files in it. A role may be a packed order, as ``orm``.
-        folder or a zip file also names of files in it. A role may be a packed order, as ``orm``.
-    "gl" or "dx": the normal map's green points upward or downward. By default this follows from the
-    file's name, or else from the height map, or else green points upward.
-        the height map shows it, or else it is upward.
-    As for `upholster.read_exemplar`, in pixels of the albedo, for all maps alike; even light for the
-    albedo alone. Normals turn and stretch with a rectified map.
+    maps
+        Further files by role, used whatever their names are, and instead of files found for that role. For
+        a folder or a zip file also names of files in it. A role may be a packed order, as ``orm``.
+    normal
+        "gl" or "dx": the normal map's green points upward or downward. By default this follows from the
+        file's name, or else from the height map, or else green points upward.
+    rectify, crop, resize, even_light, notes
+        As for `upholster.read_exemplar`, in pixels of the albedo, for all maps alike; even light for the
         albedo alone. Normals turn and stretch with a rectified map.
-    A mask's file, as large as the albedo, white where all maps are used. Or "alpha": the albedo's own
-    alpha is the mask, see `upholster.image.read.read_used`.
-        albedo's own tells, see `upholster.image.read.read_used`.
+    use
+        A mask's file, as large as the albedo, white where all maps are used. Or "alpha": the albedo's own
+        alpha is the mask, see `upholster.image.read.read_used`.
 
     Returns
     -------
-    Maps whose sides are a whole multiple or a whole fraction of the albedo's are resampled to it. Normal
-    maps in DirectX' convention have their green inverted; gloss becomes roughness; packed images are
-    split, and separate maps take precedence over their parts. `Material.notes` lists files left out.
-        are taken apart, maps of their own going before. `Material.notes` tell what was left out.
+    Material
+        Maps whose sides are a whole multiple or a whole fraction of the albedo's are resampled to it. Normal
+        maps in DirectX' convention have their green inverted; gloss becomes roughness; packed images are
+        split, and separate maps take precedence over their parts. `Material.notes` lists files left out.
 
     Raises
     ------
