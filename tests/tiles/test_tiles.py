@@ -170,7 +170,7 @@ def test_what_is_done_is_not_done_again(
     # A chart that lies in one parcel is written with that parcel's labels.
     assert not {key for key in kept & set(again) if key[0] in ("parcel", "tile")}
     assert ("parcel", int(broken["parcel"])) in again
-    assert any(note.startswith(f"goes on: {len(done['parcel']) - 1} of") for note in notes)
+    assert any(note.startswith(f"continuing: {len(done['parcel']) - 1} of") for note in notes)
     assert _tiles(tmp_path) == expected
     assert not record.parent.exists()
 
