@@ -82,7 +82,7 @@ def read_jobs(path: str | os.PathLike[str]) -> list[Job]:
     try:
         text = read_bytes(name).decode("utf-8-sig")
     except UnicodeDecodeError:
-        raise FormatError(f"{name}: it is no text in UTF-8") from None
+        raise FormatError(f"{name}: it is not UTF-8 text") from None
     folder = Path(name).parent
     tables = _toml_tables(name, text) if suffix == ".toml" else _csv_tables(name, text)
     jobs: list[Job] = []
@@ -93,7 +93,7 @@ def read_jobs(path: str | os.PathLike[str]) -> list[Job]:
                 raise InputError(f"{name}: more than {MAX_JOBS:,} jobs; allowed: that many in a file")
             jobs.append(_job(where, choice, len(jobs) + 1, varied))
     if not jobs:
-        raise InputError(f"{name}: there is no job in it; allowed: tables [[jobs]], or lines of a CSV")
+        raise InputError(f"{name}: it has no jobs; allowed: tables [[jobs]], or lines of a CSV")
     return jobs
 
 
@@ -148,12 +148,12 @@ def _toml_tables(name: str, text: str) -> Iterator[tuple[str, dict[str, Any]]]:
         raise FormatError(f"{name}: {error}") from None
     tables = found.pop("jobs", [])
     if not (isinstance(tables, list) and all(isinstance(table, dict) for table in tables)):
-        raise FormatError(f"{name}: jobs are no tables; allowed: [[jobs]], and options below it")
+        raise FormatError(f"{name}: jobs are not tables; allowed: [[jobs]], and options below it")
     for number, table in enumerate(tables, 1):
         each = found.get("each", {}), table.get("each", {})
         if not all(isinstance(some, dict) for some in each):
             raise FormatError(
-                f"{name}: each is no table; allowed: [jobs.each], and lists of options below it"
+                f"{name}: each is not a table; allowed: [jobs.each], and lists of options below it"
             )
         yield f"{name}, job {number}", {**found, **table, "each": {**each[0], **each[1]}}
 
@@ -214,7 +214,7 @@ def _files(where: str, key: str, value: Any, folder: Path) -> Iterator[Any]:
             found = sorted(glob.glob(entry, root_dir=folder))
             if not found:
                 raise InputError(
-                    f"{where}: {key} is {entry!r}, which no file fits; allowed: a pattern of files"
+                    f"{where}: {key} is {entry!r}, which no file matches; allowed: a pattern of files"
                 )
             yield from ([file] for file in found) if key == "sample" else found
         else:
@@ -250,7 +250,7 @@ def _job(where: str, table: Mapping[str, Any], number: int, varied: Sequence[str
 def _texts(where: str, key: str, value: Any) -> Iterator[str | None]:
     """Yield an option's values as texts; None for a switch that is on."""
     if not _NAMED.fullmatch(key):
-        raise InputError(f"{where}: {key!r} is no option; allowed: those of upholster cover, as sample-size")
+        raise InputError(f"{where}: {key!r} is not an option; allowed: those of upholster cover")
     if key in _OWN:
         raise InputError(f"{where}: {key} is not for a job; instead: {_OWN[key]}")
     for entry in value if isinstance(value, list) else [value]:
@@ -269,7 +269,7 @@ def _filled(where: str, template: str, fields: Mapping[str, str]) -> str:
     def value(found: re.Match[str]) -> str:
         if found[1] not in fields:
             raise InputError(
-                f"{where} is {template!r}, and there is no {found[0]}; allowed: "
+                f"{where} is {template!r}, but there is no {found[0]}; allowed: "
                 + ", ".join(f"{{{name}}}" for name in sorted(fields))
             )
         return fields[found[1]]

@@ -91,7 +91,7 @@ class Record:
                 if entry["state"] == "done":
                     _ = entry["version"], dict(entry["inputs"]), dict(entry["outputs"])
         except (ValueError, KeyError, TypeError):
-            raise FormatError(f"{name}: it is no record of a batch; allowed: another --output") from None
+            raise FormatError(f"{name}: it is not a record of a batch; allowed: another --output") from None
         if jobs != self._jobs:
             raise InputError(f"record {name!r} is that of {jobs!r}; allowed: another --output")
 

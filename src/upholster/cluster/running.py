@@ -230,7 +230,7 @@ def _client(distributed: Any, workers: int | None, scheduler: str | None, retrie
                 yield stack.enter_context(distributed.Client(scheduler, timeout=_PATIENCE))
             except (OSError, ValueError, TypeError) as error:
                 raise InputError(
-                    f"scheduler {scheduler!r} does not answer; allowed: the address of a Dask scheduler, as "
+                    f"scheduler {scheduler!r} does not answer; allowed: a Dask scheduler, such as "
                     f"tcp://127.0.0.1:8786 ({error})"
                 ) from None
             return

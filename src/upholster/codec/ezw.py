@@ -154,10 +154,10 @@ def decode(
         raise InputError(f"coefficients is {coefficients}; allowed: above 0, to 1")
     data = data[:most_bytes]
     if data[:3] == MAGIC[:3] and data[3:4].isdigit() and data[3:4] != MAGIC[3:]:
-        who = "a newer upholster reads it" if data[3:4] > MAGIC[3:] else "it was never released: make it again"
+        who = "a newer upholster reads it" if data[3:4] > MAGIC[3:] else "it was never released: re-encode it"
         raise FormatError(f"byte 3: version is {chr(data[3])}; allowed: {chr(MAGIC[3])}; {who}")
     if data[: len(MAGIC)] != MAGIC[: len(data)]:
-        raise FormatError("byte 0: this is no .ezw file (its first bytes are not EZW1)")
+        raise FormatError("byte 0: this is not an .ezw file (its first bytes are not EZW1)")
     if len(data) < len(MAGIC):
         raise FormatError(
             f"byte {len(data)}: the file is cut in its magic; needs {len(MAGIC) - len(data)} more bytes"

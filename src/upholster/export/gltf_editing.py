@@ -166,9 +166,9 @@ class GltfEdit:
                 data = self.gltf.resource(uri)
                 mime = mime_type(data)
                 if mime is None:
-                    raise InputError("it is no image; allowed: PNG, JPEG, WebP, KTX2, DDS")
+                    raise InputError("it is not an image; allowed: PNG, JPEG, WebP, KTX2, DDS")
             except InputError as error:
-                self.notes.append(f"image {uri[:80]!r} stays outside: {error}")
+                self.notes.append(f"image {uri[:80]!r} is not embedded: {error}")
                 continue
             del image["uri"]
             image["bufferView"] = self.add_view(data)

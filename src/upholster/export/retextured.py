@@ -102,7 +102,7 @@ def write_retextured_glb(
         If a part of the document that was not read before breaks the format.
     """
     if model.gltf is None:
-        raise InputError(f"{model.path} is no glTF file; allowed: .glb or .gltf")
+        raise InputError(f"{model.path} is not a glTF file; allowed: .glb or .gltf")
     uv, group = _groups(model, covers)
     edit = GltfEdit(model.gltf)
     try:
@@ -111,7 +111,7 @@ def write_retextured_glb(
         parts = edit.glb()
     except (AttributeError, IndexError, KeyError, StopIteration, TypeError, ValueError) as error:
         # The reader checked the parts that it read; the rest of the file may hold anything.
-        raise FormatError(f"{model.path}: its JSON is not as glTF has it: {error!r}") from None
+        raise FormatError(f"{model.path}: its JSON is not valid glTF: {error!r}") from None
     write_parts(Path(path), parts)
     return (*notes, *edit.notes)
 

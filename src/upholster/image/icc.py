@@ -132,7 +132,7 @@ def read_profile(data: bytes) -> Profile:
             matrix = np.array([struct.unpack_from(">3i", tags[tag], 8) for tag in _COLORANTS]).T / 65536
             white = matrix.sum(axis=1)
             if not (white > 0.1).all():
-                raise FormatError("profile has a white that is none")
+                raise FormatError("profile has an invalid white")
             matrix *= (D50 / white)[:, None]
             return described(tuple(_curve(tags[tag]) for tag in _CURVES), matrix)
         if space == "GRAY" and b"kTRC" in tags:

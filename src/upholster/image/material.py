@@ -143,7 +143,7 @@ class Material:
         used = {**MATCH_WEIGHTS, **(weights or {})}
         for role, weight in used.items():
             if role not in ROLES[1:]:
-                raise InputError(f"weight of {role!r} is of no map; {nearest(role, ROLES[1:])}")
+                raise InputError(f"weight of {role!r} matches no map; {nearest(role, ROLES[1:])}")
             if not 0 <= weight <= 16:
                 raise InputError(f"weight of {role} is {weight}; allowed: 0 to 16")
         others = [role for role in self.maps if role != "albedo" and used[role] > 0]

@@ -107,7 +107,7 @@ def read_material(
     if unsaid and "height" in read and points_down(read["normal"], read["height"]):
         read["normal"] = _green_turned(read["normal"])
         remarks.append(
-            "the normal map's green points down (DirectX), as the height map shows; else --normal gl"
+            "the normal map's green points down (DirectX), as the height map shows; if not: --normal gl"
         )
     read = finished(cut_out(read, options), options)
     white = read.pop("used", None)
@@ -195,8 +195,8 @@ def _taken_apart(
         case _:
             if plain.shape[2] == 3 and float(np.ptp(to_unit(plain), axis=2).mean()) > _COLORED:
                 notes.append(
-                    f"{file.name!r} is coloured, and read as {family_of(role)} alone; a packed one is said "
-                    f"by its order of channels: --map orm={file.name}"
+                    f"{file.name!r} is coloured, but read as {family_of(role)} only; if it is packed, "
+                    f"name its channels in order: --map orm={file.name}"
                 )
             yield family_of(role), _single(role, _grey(plain))
 

@@ -55,7 +55,7 @@ def map_file(path: Path) -> MapFile:
 def folder_images(folder: Path) -> list[MapFile]:
     """Return the images of a folder, without those in its subfolders."""
     if not folder.is_dir():
-        raise InputError(f"material {str(folder)!r} is no folder and no zip file")
+        raise InputError(f"material {str(folder)!r} is neither a folder nor a zip file")
     try:
         return [map_file(file) for file in folder.iterdir() if file.is_file() and _is_image(file.name)]
     except OSError as error:
@@ -102,7 +102,7 @@ def _entries(path: Path) -> list[zipfile.ZipInfo]:
     except OSError as error:
         raise InputError(f"{name!r} cannot be read: {error.strerror}") from None
     except (zipfile.BadZipFile, ValueError, NotImplementedError) as error:
-        raise InputError(f"{name!r} is no zip file that can be read: {error}") from None
+        raise InputError(f"{name!r} is not a readable zip file: {error}") from None
     for entry in entries:
         place = PurePosixPath(entry.orig_filename)
         mode = entry.external_attr >> 16

@@ -166,7 +166,7 @@ def read_used(use: str, pixels: PixelArray, *, notes: Notes | None = None) -> tu
     if use == "alpha":
         alpha = alpha_channel(pixels.shape[2])
         if alpha is None:
-            raise InputError("use is 'alpha', and the sample has none; allowed: a mask's file")
+            raise InputError("use is 'alpha', but the sample has none; allowed: a mask's file")
         used, pixels = is_white(pixels[:, :, alpha:]), pixels[:, :, :alpha]
     else:
         mask = read_image(use, colors=False, notes=notes)
@@ -273,7 +273,7 @@ def _checked_file(path: Path) -> str:
     except OSError as error:
         raise InputError(f"{name!r} cannot be read: {error.strerror}") from None
     if not (_MAGIC.match(head) or heif_kind(head)):
-        raise InputError(f"{name!r} is no image that can be read; {_ALLOWED}")
+        raise InputError(f"{name!r} is not a readable image; {_ALLOWED}")
     return name
 
 
@@ -436,7 +436,7 @@ def _check_pixels(name: str, width: int, height: int, size: int) -> None:
     most = _most_pixels()
     if width * height > most:
         raise InputError(
-            f"{name!r} is {width}x{height} pixels; allowed: {most:,} in all, or what {PIXELS_VARIABLE} says"
+            f"{name!r} is {width}x{height} pixels; allowed: {most:,} in all (see {PIXELS_VARIABLE})"
         )
     if size > MAX_BYTES:
         raise InputError(

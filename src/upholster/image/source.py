@@ -131,7 +131,7 @@ def _read(sample: Sample, notes: Notes | None) -> PixelArray | Material:
     if isinstance(source, (Material, np.ndarray)):
         given = {entry.name: getattr(options, entry.name) for entry in fields(options)}
         if names := ", ".join(name.removesuffix("s") for name, value in given.items() if value):
-            raise InputError(f"{names} is for files; what was read already is used as it is")
+            raise InputError(f"{names} is for files; an array or a Material is used as it is")
         return source if isinstance(source, Material) else check_exemplar(source)
     if not _names(source):
         raise InputError(
@@ -144,7 +144,9 @@ def _read(sample: Sample, notes: Notes | None) -> PixelArray | Material:
         for file in source:
             # In a folder such files are skipped; a file that is named is wanted.
             if Path(file).suffix.lower() not in IMAGE_SUFFIXES:
-                raise InputError(f"map {os.fspath(file)!r} is no image; allowed: {', '.join(IMAGE_SUFFIXES)}")
+                raise InputError(
+                    f"map {os.fspath(file)!r} is not an image; allowed: {', '.join(IMAGE_SUFFIXES)}"
+                )
     asked: dict[str, Any] = {entry.name: getattr(options, entry.name) for entry in fields(options)}
     if not isinstance(source, (str, os.PathLike)):
         return read_material(source, **asked, notes=notes)
@@ -153,7 +155,7 @@ def _read(sample: Sample, notes: Notes | None) -> PixelArray | Material:
             return read_material({"albedo": source}, **asked, notes=notes)
         if options.normal is not None:
             raise InputError(
-                f"normal is {options.normal!r}, but {os.fspath(source)!r} is no material; see --map"
+                f"normal is {options.normal!r}, but {os.fspath(source)!r} is not a material; see --map"
             )
         pixels, used = read_photo(source, options, notes=notes)
         return pixels if used is None or used.all() else Material({"albedo": pixels}, used=used)

@@ -455,7 +455,7 @@ def holding(prepared: Prepared, before: Quilt) -> Prepared:
     )
     if not same:
         raise InputError(
-            "a pinned region can not stay where model, sizes, texels or directions change; allowed: unpin it"
+            "a pinned region cannot stay where model, sizes, texels or directions change; allowed: unpin it"
         )
     steering = replace(prepared.steering or Steering(), kept=(before, prepared.held))
     again = tuple(
@@ -499,7 +499,7 @@ def sample_width(exemplar: PixelArray, options: SynthesisOptions, metres: float 
     lattice = find_lattice(exemplar)
     if lattice is None:
         raise InputError(
-            f"element size is {options.element_size!r}, but nothing repeats surely in the sample; "
+            f"element size is {options.element_size!r}, but no pattern clearly repeats in the sample; "
             "allowed: sample size"
         )
     length = parse_length(options.element_size, metres, name="element size")

@@ -57,13 +57,13 @@ def check_tasks(
         )
     if not (workers is None and scheduler is None) and not _is_by_tasks(coverings):
         raise InputError(
-            "workers are given, and there is no work for several by methods 'paper' and 'pixel', with "
+            "workers are given, but there is no work for several by methods 'paper' and 'pixel', with "
             "several materials, with again, put or pins, or of a flat texture; allowed there: --threads"
         )
     if any(output.url for output in wanted) and not are_tiles_alone(wanted, coverings):
         raise InputError(
-            "tiles are to be written to a URL, and not alone, or not of a surface of patches by method "
-            "'quilt'; allowed there: a folder of this machine"
+            "tiles are to be written to a URL, but not alone, or not of a surface of patches by method "
+            "'quilt'; allowed there: a folder on this machine"
         )
 
 
