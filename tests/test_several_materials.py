@@ -197,6 +197,16 @@ WRONG: dict[str, tuple[dict[str, Any], dict[str, Any], str]] = {
         {"sample": {"crop": (0, 0, 32, 32)}},
         "crop is for SAMPLE, and none is given",
     ),
+    "guide": (
+        {"Top": "red.png"},
+        {"synthesis": {"guide": ("luminance=height",)}},
+        "guide is given with several materials; allowed: with one sample",
+    ),
+    "again": (
+        {"Top": "red.png"},
+        {"synthesis": {"again": ("height",)}},
+        "again is given with several materials",
+    ),
     "no sample": ({}, {}, "no SAMPLE is given"),
     "over a sample": ({"Top": "red.png"}, {"target": "red.png"}, "red.png"),
 }
