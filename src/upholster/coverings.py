@@ -33,8 +33,8 @@ from upholster.methods import (
     asked_files,
     coarser,
     execute,
+    given_guidance,
     holding,
-    is_guided,
     kept_sample,
     matched_image,
     needs_patches,
@@ -370,8 +370,9 @@ def read_coverings(
         )
         notes += covered.notes
         return [_pinned(_covering(None, covered, sample, asked, notes), sample, pinned)]
-    if is_guided(asked) or pinned is not None:
-        raise InputError("guides and zones are given with several materials; allowed: with one sample")
+    given = given_guidance(asked) or ([] if pinned is None else ["a pinned region"])
+    if given:
+        raise InputError(f"{given[0]} is given with several materials; allowed: with one sample")
     if asked.method != "quilt":
         raise InputError(f"method is {asked.method!r} with several materials; allowed there: 'quilt'")
     parts = covered_parts(on, list(materials), reading, rest=sample is not None, progress=progress)
