@@ -25,12 +25,12 @@ export class UphClient {
   #view
   #abort = new AbortController()
   #parts = [] // pieces of the stream
-  #queue = [] // textures that came and are not taken yet
+  #queue = [] // received textures that are not taken yet
   #isDrawing = false
   #begun = false
   #ticket = 0
   #state = null
-  #painted = null // the state of the textures that came last
+  #painted = null // the state of the latest textures
   #settling = [] // callbacks for when everything is shown
   #ended = false
   #failed = false
@@ -67,7 +67,7 @@ export class UphClient {
     this.#view.notify('progress', { received: this.received, total: this.total, loaded: this.received })
   }
 
-  /** Say that no more bytes will come. */
+  /** Report that all bytes have been fed. */
   end() {
     this.#ended = true
     this.send({ kind: 'end' })
@@ -101,8 +101,8 @@ export class UphClient {
   }
 
   /**
-   * Show the model with another sample in place of its own, as `upholster.paint` does: what a canvas draws, a Blob or ImageData; null:
-   * the stream's own. Resolves when it is in the textures, or another call took its place.
+   * Show the model with another sample in place of its own, as `upholster.paint` does: an image source of a canvas, a Blob or ImageData; null:
+   * the stream's own. Resolves when it is in the textures, or another call has replaced it.
    */
   async setExemplar(image) {
     const call = ++this.#exemplarCalls
@@ -113,7 +113,7 @@ export class UphClient {
     await this.settled()
   }
 
-  /** Resolves when all that has come, up to the limit, has been taken. */
+  /** Resolves when all received bytes, up to the limit, are in the textures. */
   settled() {
     return new Promise((resolve) => {
       this.#settling.push(resolve)
@@ -160,7 +160,7 @@ export class UphClient {
     })
   }
 
-  /** Hand textures over, some per frame, so that no frame takes long. */
+  /** Pass textures on, some per frame, so that no frame takes long. */
   #draw() {
     const buffers = []
     let texels = 0
@@ -183,7 +183,7 @@ export class UphClient {
     this.#view.show(this.#painted, isFirst)
   }
 
-  /** Tell those who wait if all that was sent is shown. */
+  /** Resolve waiting promises if everything that was sent is shown. */
   #settle() {
     const state = this.#state
     if (!state?.idle || state.ticket !== this.#ticket || this.#queue.length) return

@@ -1,18 +1,18 @@
 // Decodes, paints and tessellates a `.uph` stream off the main thread: the module Worker of `uph-three.js`.
 //
 // In:  open {maxTextureSize, maxTexels, eye, pixels, onPage, sketches}
-//                                         once, first; `eye`, maybe, is a vector toward who looks: what is near is painted first;
-//                                         the model's radius is so many `pixels` long where it is nearest: textures get about
-//                                         as many texels; without it, all;
-//                                         with `onPage` the page paints, as far as it shows the same; textures have at
-//                                         most so many texels at first, `sketches`, as their entries say;
-//                                         `whole`: nothing is decoded and shown before all has come, and a sample that
+//                                         once, first; `eye`, optional, is a vector toward the viewer: near charts are painted first;
+//                                         the model's radius is `pixels` long at its nearest point: textures get about as
+//                                         many texels; without it, all;
+//                                         with `onPage` the page paints, if it shows the same; textures have at most
+//                                         `sketches` texels at first, as their entries say;
+//                                         `whole`: nothing is decoded and shown before everything has arrived, and a sample that
 //                                         this worker has decoded is not decoded again
 //      feed {bytes}                       further bytes of the stream
 //      end {}                             there are no more
-//      limit {bytes?, coefficients?}      show a prefix only; neither: all that has come
+//      limit {bytes?, coefficients?}      show only a prefix; neither: all received bytes
 //      exemplar {picture}                 paint with it, of the exemplar's size, instead of the exemplar; null: with that again
-//      paint {}                           paint here after all
+//      paint {}                           paint in the worker after all
 //      counts {counts}                    segments of every chart, along s and along t
 //      pixels {pixels}                    the model is larger on screen now
 //      shown {buffers}                    the last `textures` are on screen; buffers to use again

@@ -1,4 +1,4 @@
-/** The decoder of `.uph` streams: what chunks bring, and what can be painted of it. */
+/** The decoder of `.uph` streams: reads chunks, and paints from the bytes received. */
 
 import { ByteReader, GrowingBytes, UphError } from './bytes.js'
 import { ChunkReader } from './chunks.js'
@@ -19,7 +19,7 @@ const MAX_DENSITY = 64
 const STRIP_ROWS = 64 // painted at once
 const CAUTION = 64 // a byte rarely codes more coefficients than this
 
-/** Decodes a `.uph` stream as its bytes come. */
+/** Decodes a `.uph` stream as its bytes arrive. */
 export class UphDecoder {
   #file = new ChunkReader((chunk, part, whole) => this.#take(chunk, part, whole))
   #payload = new GrowingBytes() // of a chunk that is read when it is whole
@@ -75,7 +75,7 @@ export class UphDecoder {
     return this.#file.complete
   }
 
-  /** How many charts have a placement of their own; the others show the exemplar about its middle. */
+  /** Number of charts that have a placement of their own; the others show the middle of the exemplar. */
   get chartsKnown() {
     return this.#quilt?.placed ?? 0
   }
@@ -85,7 +85,7 @@ export class UphDecoder {
     return { known: this.#quilt?.known ?? 0, count: this.#quilt?.total ?? 0 }
   }
 
-  /** Whether every placement and every label has come. */
+  /** Whether all placements and labels have arrived. */
   get placed() {
     return this.#quilt?.complete ?? false
   }
@@ -261,7 +261,7 @@ export class UphDecoder {
     if (!on) this.#pyramids.clear()
   }
 
-  /** A map of the exemplar as far as it has come: {height, width, channels, data}. */
+  /** A map of the exemplar from the bytes received: {height, width, channels, data}. */
   exemplar(role = 'albedo') {
     return this.#pyramid(role).picture
   }
@@ -333,7 +333,7 @@ export class UphDecoder {
     return into
   }
 
-  /** What a chart is painted from, see `ChartPainter`, but for the map: `chart`, `size`, `field` and `layers`. */
+  /** The inputs for painting a chart, see `ChartPainter`, without the map: `chart`, `size`, `field` and `layers`. */
   recipe(index, density) {
     const size = this.paintedSize(index, density)
     const chart = this.charts[index]
