@@ -1,5 +1,5 @@
 /**
- * `<upholster-viewer src="ring.uph">`: shows a `.uph` stream while it comes, which a person can turn.
+ * `<upholster-viewer src="ring.uph">`: shows a `.uph` stream while it arrives; the user can turn the model.
  *
  * Attributes: src, alt, exemplar, worker, painting, view, background, environment, controls, autorotate; see `upholster-viewer.d.ts`. Needs WebGL2, and
  * nothing that a strict content security policy forbids.
@@ -116,7 +116,7 @@ export class UpholsterViewer extends HTMLElement {
     else this.setAttribute('src', address)
   }
 
-  /** What the picture shows, in words, for those who do not see it. */
+  /** A description of the picture, for users who do not see it. */
   get alt() {
     return this.getAttribute('alt') ?? ''
   }
@@ -285,7 +285,7 @@ export class UpholsterViewer extends HTMLElement {
     this.#stage.autorotate = this.hasAttribute('autorotate') && !REDUCED_MOTION.matches
   }
 
-  /** The laboratory comes when it is asked for: a page without it does not load it. */
+  /** Load the laboratory when it is requested: a page without it does not load it. */
   async #openLab() {
     const wanted = this.getAttribute('controls') === 'lab'
     if (wanted === (this.#lab !== null)) return
@@ -394,7 +394,7 @@ export class UpholsterViewer extends HTMLElement {
     if (type === 'error') this.#reportError(session.problem.title, event.error, session.problem.advice)
   }
 
-  /** Report what is on screen once it is. */
+  /** Report the state of the picture once it is on screen. */
   async #report(session, type) {
     await this.#stage.drawn()
     if (session !== this.#session || (session.model.isBare && type !== 'complete')) return

@@ -31,7 +31,7 @@ export class ViewerUI {
     root.append(this.element)
   }
 
-  /** Whether buttons are there. */
+  /** Whether there are buttons. */
   set controls(on) {
     this.corner.hidden = !on
   }
@@ -40,7 +40,7 @@ export class ViewerUI {
     this.#fullscreen.setAttribute('aria-pressed', String(on))
   }
 
-  /** Say something to screen readers. */
+  /** Announce a text to screen readers. */
   say(text) {
     this.#status.textContent = text
   }
