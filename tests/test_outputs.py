@@ -10,7 +10,7 @@ import pytest
 
 import upholster
 from upholster import cover
-from upholster.charts.seams import find_seams
+from upholster.charts.chart_seams import find_seams
 from upholster.charts.unwrap._raster_kernels import coverage
 from upholster.errors import InputError
 from upholster.export import udim_tile, write_map

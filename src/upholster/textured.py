@@ -8,8 +8,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from upholster.charts.chart_seams import ChartSeam, find_seams
 from upholster.charts.directions import DirectionField
-from upholster.charts.seams import ChartSeam, find_seams
 from upholster.conditions import read_conditions
 from upholster.errors import InputError
 from upholster.geometry import AnySurface, MeshSurface
@@ -38,7 +38,7 @@ from upholster.model.packing import GUTTER
 from upholster.options import WriteOptions
 from upholster.quilt import Chart, Quilt, Texels
 from upholster.render import render
-from upholster.render.maps import SHOWN
+from upholster.render.material_maps import SHOWN
 from upholster.shown import Shown, number_of, on_a_line
 from upholster.stream import encode_stream
 from upholster.types import FloatArray, PixelArray, Progress

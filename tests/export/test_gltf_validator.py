@@ -9,7 +9,7 @@ from gltf_models import rigged
 from gltf_validation import validated
 from textured import make_model
 
-from upholster.charts.seams import find_seams
+from upholster.charts.chart_seams import find_seams
 from upholster.export import Cover, write_glb, write_retextured_glb
 from upholster.geometry import Surface, ring_cyclide
 from upholster.geometry.mesh_files import read_model

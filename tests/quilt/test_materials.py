@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from random_quilts import SHAPE, exemplar_of, random_quilt
 
-from upholster.charts.seams import find_seams
+from upholster.charts.chart_seams import find_seams
 from upholster.errors import InputError
 from upholster.export import write_glb
 from upholster.geometry import sphere
@@ -12,7 +12,7 @@ from upholster.image.material import Material
 from upholster.model import build_atlas, build_normal_atlas, tessellate, vertex_tangents
 from upholster.quilt import paint
 from upholster.quilt.materials import paint_material
-from upholster.quilt.normals import paint_normals, unit_normals
+from upholster.quilt.normal_painting import paint_normals, unit_normals
 
 MAPS = {
     "albedo": exemplar_of(np.uint8, 3),

@@ -9,7 +9,7 @@ from upholster.geometry import ring_cyclide, sphere
 from upholster.quilt import Chart, Quilt, Texels, paint
 from upholster.quilt._normal_kernels import turn_vectors
 from upholster.quilt.labels import LabelMap, cell_centres, label_shape
-from upholster.quilt.normals import paint_normals, unit_normals
+from upholster.quilt.normal_painting import paint_normals, unit_normals
 from upholster.quilt.placement import PLACEMENT
 from upholster.quilt.warp_field import FIELD_STEP, WarpField, node_count
 

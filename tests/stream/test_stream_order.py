@@ -4,9 +4,9 @@ from itertools import pairwise
 
 from streams import laid, woven
 
+from upholster.stream.field_chunks import pack_fields
 from upholster.stream.order import Part, ordered, plan_parts
 from upholster.stream.plan import encode_plan
-from upholster.stream.warp_fields import pack_fields
 
 ERRORS = 10.0, {0: 5.0, 100: 1.0}
 

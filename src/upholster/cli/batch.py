@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from upholster.cli.command_options import spelled_out
 from upholster.cli.console import compiled, say
 from upholster.cli.cover import asked_project, cover, uses_of
-from upholster.cli.options import spelled_out
 from upholster.errors import InputError, StoppedError, UpholsterError, check_whole
 from upholster.formats import split_name
 from upholster.shown import number_of

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from upholster.cli.cad import show_cad
+from upholster.cli.command_options import spelled_out
 from upholster.cli.console import (
     add_row,
     byte_count,
@@ -19,8 +19,8 @@ from upholster.cli.console import (
     share,
 )
 from upholster.cli.models import show_model
-from upholster.cli.options import spelled_out
-from upholster.cli.project import show_project
+from upholster.cli.show_cad import show_cad
+from upholster.cli.show_project import show_project
 from upholster.errors import InputError
 from upholster.formats import CAD_SUFFIXES, OUTPUTS, PROJECT_SUFFIX, is_model_name, suffixes_of
 from upholster.options import WriteOptions

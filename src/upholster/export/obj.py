@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster._version import __version__
-from upholster.export.maps import map_companion
+from upholster.export.map_files import map_companion
 from upholster.export.pages import PageImages, check_pages, images_of, page_files, polygons_by_page
 from upholster.image import alpha_channel, write_image
 from upholster.model import Mesh

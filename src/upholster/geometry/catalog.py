@@ -7,11 +7,11 @@ from dataclasses import dataclass, field
 
 from upholster.errors import InputError, nearest
 from upholster.geometry.cyclide import ring_cyclide, torus
-from upholster.geometry.files import SURFACE_SUFFIXES, read_surface
 from upholster.geometry.plane import plane
 from upholster.geometry.revolution import cone, cylinder, ellipsoid, vase
 from upholster.geometry.sphere import sphere
 from upholster.geometry.surface import Surface
+from upholster.geometry.surface_files import SURFACE_SUFFIXES, read_surface
 
 __all__ = [
     "SURFACES",

@@ -32,9 +32,9 @@ from upholster.charts.directions import (
 from upholster.charts.layout import LONGEST, TextureScale, density_layout, texture_scale, uniform_layout
 from upholster.charts.maps import MapGround
 from upholster.charts.mesh_layout import mesh_charts
-from upholster.charts.sizes import SizeField, parse_size_map, size_field
+from upholster.charts.mesh_warp_fields import triangle_frames, warp_fields
+from upholster.charts.size_map import SizeField, parse_size_map, size_field
 from upholster.charts.turns import chart_turns
-from upholster.charts.warp_fields import triangle_frames, warp_fields
 from upholster.elements import find_lattice
 from upholster.errors import InputError
 from upholster.geometry import AnySurface, MeshSurface, Surface
@@ -51,8 +51,8 @@ from upholster.methods.pixel.method import PixelOptions, check_sample, synthesiz
 from upholster.methods.quilt.guides import Again, Steering, on_charts
 from upholster.methods.quilt.laying import LayPlan
 from upholster.methods.quilt.method import laid_quilt, planned, step_level
-from upholster.methods.quilt.options import QuiltOptions
 from upholster.methods.quilt.phases import WantedPhases
+from upholster.methods.quilt.quilt_options import QuiltOptions
 from upholster.methods.quilt.sizes import turning_of
 from upholster.methods.quilt.usable import check_level, check_used
 from upholster.methods.seen import Seen

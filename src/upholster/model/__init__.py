@@ -2,9 +2,9 @@
 
 from upholster.charts.tessellation import Mesh, face_parameters, tessellate
 from upholster.model.atlas import Atlas, build_atlas, build_page, by_chart, page_windows
-from upholster.model.charted_mesh import charted_mesh, charted_tangents
 from upholster.model.displaced import DisplacedMesh, displaced, kept_box, plain_solid
 from upholster.model.islands import pack_surface
+from upholster.model.mesh_on_charts import charted_mesh, charted_tangents
 from upholster.model.normal_atlas import build_normal_atlas, turn_gutters
 from upholster.model.packing import AtlasCell, AtlasLayout, AtlasPage, pack_charts
 from upholster.model.tangents import vertex_tangents

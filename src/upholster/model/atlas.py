@@ -17,7 +17,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.charts.seams import ChartSeam
+from upholster.charts.chart_seams import ChartSeam
 from upholster.charts.tessellation import Mesh
 from upholster.model.gutter import fill_gutters, shown_beyond
 from upholster.model.packing import AtlasCell, AtlasLayout, AtlasPage, gutter_depths, pack_charts
@@ -94,7 +94,7 @@ def build_atlas(
     texels
         The charts' texels.
     seams
-        How the charts meet, from either side: see `upholster.charts.seams.find_seams`.
+        How the charts meet, from either side: see `upholster.charts.chart_seams.find_seams`.
     layout
         Where they lie, by default as `upholster.model.packing.pack_charts` says.
     threads

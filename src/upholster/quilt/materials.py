@@ -8,7 +8,7 @@ from upholster.errors import InputError
 from upholster.image.material import Material
 from upholster.image.source import Source, as_exemplar
 from upholster.quilt.model import Quilt, Texels
-from upholster.quilt.normals import lengthen, paint_normals, turn_window, turned_pyramid, unit_normals
+from upholster.quilt.normal_painting import lengthen, paint_normals, turn_window, turned_pyramid, unit_normals
 from upholster.quilt.painting import ChartPainter, check_painted, image_pyramid, paint, painted_charts
 from upholster.types import PixelArray, Progress
 
@@ -38,8 +38,8 @@ def paint_material(
     -------
     dict
         Texels by role, each at its map's depth: "albedo", with the opacity as its alpha, then the other maps
-        but opacity. Normals are in the tangent frame of `upholster.quilt.normals.paint_normals`, and of
-        length 1 where blocks are blended, too.
+        but opacity. Normals are in the tangent frame of `upholster.quilt.normal_painting.paint_normals`, and
+        of length 1 where blocks are blended, too.
 
     Raises
     ------

@@ -15,7 +15,7 @@ from upholster.render._material_kernels import SurfaceMaps
 from upholster.render.camera import Camera
 from upholster.render.checks import Color, check_numbers, checked_background, checked_model
 from upholster.render.light import MARGIN, TILE, averaged, key_direction, occlusion_pattern
-from upholster.render.maps import build_maps, checked_maps
+from upholster.render.material_maps import build_maps, checked_maps
 from upholster.render.texture import MipPyramid, build_pyramid, checked_texture
 from upholster.types import FloatArray, IntArray, PixelArray, Progress
 

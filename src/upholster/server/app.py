@@ -19,8 +19,8 @@ from starlette.types import ASGIApp, Scope
 from upholster._version import __version__
 from upholster.server.catalogue import SUFFIX, Catalogue
 from upholster.server.guard import LOCAL_HOSTS, AddedHeaders, Guard, failed
-from upholster.server.pages import content_security_policy, missing_page, start_page, viewer_page
-from upholster.server.running import allowed_hosts, listen, run
+from upholster.server.html_pages import content_security_policy, missing_page, start_page, viewer_page
+from upholster.server.serving import allowed_hosts, listen, run
 from upholster.server.throttle import Pace, Throttle
 from upholster.server.thumbnails import Thumbnails
 

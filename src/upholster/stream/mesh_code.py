@@ -14,8 +14,8 @@ from upholster.stream._island_kernels import code_islands, code_seams
 from upholster.stream._mesh_arrays import MOST_PARAMETER, OPEN, STATUS, VERTICES, WRONG, Mesh, Origin
 from upholster.stream._mesh_number_kernels import MESH_COUNTERS
 from upholster.stream._triangle_kernels import code_triangles
+from upholster.stream.bit_coder import BitReader, BitWriter
 from upholster.stream.byte_reader import ByteReader, varint
-from upholster.stream.coder import BitReader, BitWriter
 from upholster.types import FloatArray
 
 __all__ = ["MAX_TRIANGLES", "POSITION_BITS", "MeshPrecision", "pack_mesh", "parse_mesh", "precision_of"]

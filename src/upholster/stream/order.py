@@ -13,8 +13,8 @@ from itertools import pairwise
 import numpy as np
 
 from upholster.stream.chunks import pack_chunk
+from upholster.stream.field_chunks import FieldCode
 from upholster.stream.plan import PlanCode
-from upholster.stream.warp_fields import FieldCode
 
 __all__ = [
     "Part",

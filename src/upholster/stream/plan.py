@@ -18,8 +18,8 @@ from upholster.quilt.model import Quilt
 from upholster.quilt.placement import PLACEMENT, bare_placement
 from upholster.quilt.warp_field import WarpField
 from upholster.stream import _placement_kernels as kernels
-from upholster.stream._label_kernels import LABEL_COUNTERS, Named, code_labels
-from upholster.stream.coder import BitReader, BitWriter
+from upholster.stream._label_code_kernels import LABEL_COUNTERS, Named, code_labels
+from upholster.stream.bit_coder import BitReader, BitWriter
 from upholster.stream.plan_head import MAX_PLACEMENTS, PlanHead
 
 __all__ = ["PlanCode", "PlanDecoder", "encode_plan", "refuse_pixel"]

@@ -13,12 +13,12 @@ from upholster.shown import Shown, on_a_line
 from upholster.stream.budget import check_charts, check_samples
 from upholster.stream.byte_reader import ByteReader
 from upholster.stream.chunks import Chunk, ChunkReader
-from upholster.stream.layout import parse_layout
+from upholster.stream.field_chunks import FieldDecoder
+from upholster.stream.layout_chunk import parse_layout
 from upholster.stream.maps import FIRST_ROLE, MAX_MAP_SAMPLES, MOST_SIDE, parse_role
 from upholster.stream.plan import PlanDecoder
 from upholster.stream.plan_head import PlanHead
-from upholster.stream.surfaces import parse_surface
-from upholster.stream.warp_fields import FieldDecoder
+from upholster.stream.surface_chunk import parse_surface
 from upholster.types import PixelArray
 
 __all__ = ["StreamDecoder", "read_stream"]

@@ -1,10 +1,10 @@
 """The studio: a local page on which a project is made by hand. Needs the extra ``studio``.
 
-`app` has the routes, `entry` what stands before them, `folder` what was dropped, `worker` the process that
-holds the project and `work` what that does; `words` tells the command that makes the same. The page itself is
-in ``page``.
+`routes` has the routes, `entry` what stands before them, `folder` what was dropped, `worker` the process that
+holds the project and `worker_process` what that does; `words` tells the command that makes the same. The page
+itself is in ``page``.
 """
 
-from upholster.studio.app import make_studio, run_studio
+from upholster.studio.routes import make_studio, run_studio
 
 __all__ = ["make_studio", "run_studio"]

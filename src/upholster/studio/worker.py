@@ -11,7 +11,7 @@ from multiprocessing.connection import Connection
 from typing import Any
 
 from upholster.errors import InputError
-from upholster.studio.work import run
+from upholster.studio.worker_process import run
 
 __all__ = ["Revision", "Worker"]
 

@@ -7,7 +7,7 @@ folder beside the outputs, on a disk or behind a URL: who lays a parcel, or tell
 neighbours' blocks there, and who paints a tile its charts. What was done stays done when a worker or the
 whole run is killed.
 
-`places` is that folder, `task_files` the bytes of what lies there, `work` what a task does, `running` the
+`storage` is that folder, `task_files` the bytes of what lies there, `work` what a task does, `task_order` the
 order of tasks, `covering` what `upholster.pipeline` calls. Tasks run on threads (`upholster.parallel`) or on
 Dask's workers (`upholster.cluster`).
 """

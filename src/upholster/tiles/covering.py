@@ -21,8 +21,8 @@ from upholster.outputs import Output
 from upholster.parallel import TaskPool, thread_pool
 from upholster.quilt import Quilt
 from upholster.reports import laid_counts
-from upholster.tiles.places import Place
-from upholster.tiles.running import laid_by_tasks, write_tiles
+from upholster.tiles.storage import Place
+from upholster.tiles.task_order import laid_by_tasks, write_tiles
 from upholster.tiles.work import TileWork, tile_work
 from upholster.types import Progress
 

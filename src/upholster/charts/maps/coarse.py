@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from upholster.charts.charted import ChartedSurface
 from upholster.charts.maps._map_kernels import ALIKE, middle_steps, spread
-from upholster.charts.maps.ground import AtSteps, Steps, located
+from upholster.charts.maps.map_ground import AtSteps, Steps, located
 from upholster.types import FloatArray, IntArray
 
 __all__ = ["CLASSES", "Cells", "SurfacePoints", "coarse_cells", "spread_over_steps"]

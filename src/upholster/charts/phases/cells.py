@@ -7,12 +7,12 @@ from numpy.typing import NDArray
 
 from upholster.charts._multigrid_kernels import ComplexArray
 from upholster.charts.charted import ChartedSurface
+from upholster.charts.mesh_warp_fields import triangle_frames
 from upholster.charts.phases._kernels import first_members, nearest_parts
 from upholster.charts.phases.links import Links, matched_waves
-from upholster.charts.phases.solving import solved_phases, turned
-from upholster.charts.sizes import SizeField
+from upholster.charts.phases.phase_solving import solved_phases, turned
+from upholster.charts.size_map import SizeField
 from upholster.charts.subdivision import subdivided
-from upholster.charts.warp_fields import triangle_frames
 from upholster.stages import stage
 from upholster.types import FloatArray, IntArray
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.charts.seams import ChartSeam
+from upholster.charts.chart_seams import ChartSeam
 from upholster.charts.tessellation.grids import EPS, ChartGrid, connected
 from upholster.geometry import Surface
 from upholster.quilt.chart import Chart

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.charts.seams import ChartSeam, find_seams
+from upholster.charts.chart_seams import ChartSeam, find_seams
 from upholster.charts.tessellation.grids import (
     EPS,
     ChartGrid,
@@ -103,7 +103,7 @@ def tessellate(
     charts
         Which charts cover it; by default one a face, with a texel a patch.
     seams
-        How they meet, see `upholster.charts.seams.find_seams`; found by default.
+        How they meet, see `upholster.charts.chart_seams.find_seams`; found by default.
     quads
         Wanted number over the whole surface: 1 to 10,000,000.
 

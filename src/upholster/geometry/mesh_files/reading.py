@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from upholster.errors import FormatError, InputError
 from upholster.files import path_text, read_bytes
 from upholster.formats import CAD_SUFFIXES, MODEL_SUFFIXES
-from upholster.geometry.mesh_files.cad import read_cad_model
+from upholster.geometry.mesh_files.cad_model import read_cad_model
 from upholster.geometry.mesh_files.gltf import parse_gltf
 from upholster.geometry.mesh_files.gltf_scene import read_scene
 from upholster.geometry.mesh_files.model_file import ModelFile, chosen_parts, welded_within

@@ -28,7 +28,7 @@ from upholster.geometry import SURFACES
 from upholster.image.source import read_source, source_parts
 from upholster.server.browser import open_in_browser
 from upholster.server.guard import AddedHeaders, Guard, failed
-from upholster.server.running import allowed_hosts, listen, run
+from upholster.server.serving import allowed_hosts, listen, run
 from upholster.studio.entry import Entry
 from upholster.studio.folder import Folder, file_kind
 from upholster.studio.worker import Worker
