@@ -71,7 +71,7 @@ __all__ = [
     "read_materials",
     "read_sample",
     "roles_of",
-    "settled",
+    "settled_values",
     "synthesized",
 ]
 
@@ -573,7 +573,7 @@ def _density(
     return min(max(density, PAINTED_DENSITIES[0]), PAINTED_DENSITIES[1])
 
 
-def settled(coverings: Sequence[Covering]) -> dict[str, str]:
+def settled_values(coverings: Sequence[Covering]) -> dict[str, str]:
     """Return what was settled where nothing was asked for, in words; of several, a line by material."""
     found = {
         each.name: settled_words(each.prepared, each.surface, each.asked, each.roles) for each in coverings

@@ -25,11 +25,11 @@ from upholster.model import (
     Mesh,
     build_atlas,
     build_normal_atlas,
-    charted_mesh,
     charted_tangents,
     displaced,
     kept_box,
-    pack_surface,
+    mesh_on_charts,
+    pack_atlas,
     plain_solid,
     tessellate,
     vertex_tangents,
@@ -143,7 +143,7 @@ class TexturedModel(Shown):
     def mesh(self) -> Mesh:
         """The surface as polygons: quadrilaterals, or a mesh's own triangles."""
         if isinstance(self.surface, MeshSurface):
-            return charted_mesh(self.surface, self.texels.charts)
+            return mesh_on_charts(self.surface, self.texels.charts)
         return tessellate(self.surface, self.texels.charts, self.seams, quads=self.options.quads)
 
     @cached_property
@@ -156,7 +156,7 @@ class TexturedModel(Shown):
         """Where all charts lie in the atlas."""
         if self.packed is not None:
             return self.packed
-        return pack_surface(self.surface, self.texels.charts, **self.options.packing)
+        return pack_atlas(self.surface, self.texels.charts, **self.options.packing)
 
     @cached_property
     def stream(self) -> bytes:

@@ -12,7 +12,7 @@ from upholster.image.material import Material
 from upholster.model import build_atlas, build_normal_atlas, tessellate, vertex_tangents
 from upholster.quilt import paint
 from upholster.quilt.materials import paint_material
-from upholster.quilt.normal_painting import paint_normals, unit_normals
+from upholster.quilt.normal_painting import paint_normals, unit_normal_texels
 
 MAPS = {
     "albedo": exemplar_of(np.uint8, 3),
@@ -30,7 +30,7 @@ def test_every_map_is_painted_by_the_same_quilt():
     color = np.concatenate([MAPS["albedo"], MAPS["opacity"]], axis=2)
     for role, expected in (
         ("albedo", paint(quilt, color)),
-        ("normal", unit_normals(paint_normals(quilt, MAPS["normal"]))),
+        ("normal", unit_normal_texels(paint_normals(quilt, MAPS["normal"]))),
         ("roughness", paint(quilt, MAPS["roughness"])),
         ("height", paint(quilt, MAPS["height"])),
     ):

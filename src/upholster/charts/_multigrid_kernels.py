@@ -20,8 +20,8 @@ __all__ = [
     "coarse_rows",
     "conjugate_gradients",
     "factor",
+    "follow_matching",
     "inner_by_part",
-    "join_pairs",
     "lower_quotients",
     "match_pairs",
     "prolong",
@@ -176,7 +176,9 @@ def match_pairs(rows: Rows, group: IntArray, phase: ComplexArray) -> int:
 
 
 @kernel
-def join_pairs(group: IntArray, phase: ComplexArray, second: IntArray, second_phase: ComplexArray) -> None:
+def follow_matching(
+    group: IntArray, phase: ComplexArray, second: IntArray, second_phase: ComplexArray
+) -> None:
     """Follow one matching by the next, in place: `group` and `phase` then lead to the second's groups."""
     for i in range(len(group)):
         at = group[i]

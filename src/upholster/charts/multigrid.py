@@ -25,8 +25,8 @@ from upholster.charts._multigrid_kernels import (
     coarse_rows,
     conjugate_gradients,
     factor,
+    follow_matching,
     inner_by_part,
-    join_pairs,
     lower_quotients,
     match_pairs,
     prolong,
@@ -247,7 +247,7 @@ def _groups(rows: Rows) -> tuple[IntArray, ComplexArray, int]:
     pair_rows = _coarser(rows, group, phase, pairs)
     second, second_phase = np.empty(pairs, np.int32), np.zeros(pairs, np.complex128)
     groups = match_pairs(pair_rows, second, second_phase)
-    join_pairs(group, phase, second, second_phase)
+    follow_matching(group, phase, second, second_phase)
     return group, phase, groups
 
 

@@ -22,7 +22,7 @@ __all__ = [
     "cut_out",
     "finished",
     "resampled",
-    "unit_normals",
+    "unit_normal_map",
 ]
 
 MIN_SIDE, MAX_SIDE = 32, 4096
@@ -105,7 +105,7 @@ def resampled(role: str, pixels: PixelArray, *, height: int, width: int) -> Pixe
     return _from_unit(role, unit, pixels)
 
 
-def unit_normals(pixels: PixelArray) -> PixelArray:
+def unit_normal_map(pixels: PixelArray) -> PixelArray:
     """Return a normal map whose vectors have length 1."""
     return _from_unit("normal", to_unit(pixels).astype(np.float32), pixels)
 

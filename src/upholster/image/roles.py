@@ -49,7 +49,7 @@ _DETAIL = re.compile(r"\d{1,2}k|\d{3,5}|\d{1,2}bit|lod\d|png|jpg|jpeg|exr|tif|ti
 """What libraries put behind the role: resolution, depth, level of detail, format."""
 
 
-class Named(Protocol):
+class NamedFile(Protocol):
     """A file by its name, without folders."""
 
     @property
@@ -58,7 +58,7 @@ class Named(Protocol):
         ...
 
 
-File = TypeVar("File", bound=Named)
+File = TypeVar("File", bound=NamedFile)
 
 
 def role_of(name: str) -> str | None:
@@ -180,5 +180,5 @@ def _packed_letters(word: str) -> str | None:
     return "+".join(parts) if "metallic" in parts or word in ("ord", "ordp") else None
 
 
-def _stem(file: Named) -> str:
+def _stem(file: NamedFile) -> str:
     return file.name.rpartition(".")[0]

@@ -56,7 +56,7 @@ from upholster.methods.quilt.quilt_options import QuiltOptions
 from upholster.methods.quilt.sizes import turning_of
 from upholster.methods.quilt.usable import check_level, check_used
 from upholster.methods.seen import Seen
-from upholster.options import SampleOptions, SynthesisOptions, chosen, settled
+from upholster.options import SampleOptions, SynthesisOptions, chosen, settled_options
 from upholster.parallel import check_running
 from upholster.quilt.chart import MAX_CHART, Chart
 from upholster.quilt.model import Quilt
@@ -276,11 +276,11 @@ def prepare(
         return _prepare_mesh(seen, surface, options, model)
     if options.method == "paper":
         charts = uniform_layout(surface, chart=options.chart)
-        return Prepared(charts, (), None, "", settled(options, PaperOptions))
+        return Prepared(charts, (), None, "", settled_options(options, PaperOptions))
     if options.method == "pixel":
         check_sample(exemplar.shape[:2], options.levels)
         charts = uniform_layout(surface, chart=options.chart)
-        return Prepared(charts, (), None, "", settled(options, PixelOptions))
+        return Prepared(charts, (), None, "", settled_options(options, PixelOptions))
     if isinstance(options.texels, tuple):
         return _prepare_flat(seen, surface, _flat_chart(surface, *options.texels), options)
     scale = _scale(seen, surface, options, None)
@@ -307,7 +307,7 @@ def _prepare_flat(seen: Seen, surface: AnySurface, chart: Chart, options: Synthe
     vectors = np.broadcast_to((1.0, 0.0, 0.0), (len(charted.chart), 3, 3))
     ground = MapGround(charted, None, surface, True)
     phases = seen.wanted_phases(options, _FLAT_PHASE, charted, vectors, 1.0)
-    own = settled(options, QuiltOptions, block=seen.wanted_block(options))
+    own = settled_options(options, QuiltOptions, block=seen.wanted_block(options))
     turns = np.zeros(len(vectors), np.int32)
     return Prepared(
         (chart,),
@@ -365,7 +365,7 @@ def _on_charts(
     phases = seen.wanted_phases(options, _SURFACE_PHASE, charted, vectors, scale.scale, sizes)
     if any(one is not None for one in phases):
         block = seen.block_side(options, across, turning, phases)
-    own = settled(options, QuiltOptions, block=block)
+    own = settled_options(options, QuiltOptions, block=block)
     text = "strokes" if options.stroke and options.direction is None else direction.text
     return Prepared(
         charted.charts,

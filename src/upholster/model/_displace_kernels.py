@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from upholster.jit import inline, kernel, shared
 
-__all__ = ["MOST_STEPS", "Growing", "HeightField", "measure_edges", "move_vertices", "refine"]
+__all__ = ["MOST_STEPS", "Growing", "HeightField", "measure_spacing", "move_vertices", "refine_triangles"]
 
 MOST_STEPS = 16
 """Texels of the finest level that an edge spans at most, and steps in which it is compared with the map."""
@@ -323,7 +323,7 @@ def longest_nearby(mesh: Growing, edge: int) -> tuple[int, int]:
 
 
 @kernel
-def refine(
+def refine_triangles(
     mesh: Growing, field: HeightField, tolerance: float, most: int, counts: NDArray[np.int64]
 ) -> float:
     """Bisect edges until the errors of all are below a tolerance, or triangles run out.
@@ -366,7 +366,7 @@ def refine(
 
 
 @kernel
-def measure_edges(mesh: Growing, count: int, spacing: NDArray[np.float32]) -> None:
+def measure_spacing(mesh: Growing, count: int, spacing: NDArray[np.float32]) -> None:
     """Find the shortest side in texels at each vertex: `spacing`, filled with large numbers before."""
     for triangle in range(count):
         if mesh.chart[triangle] >= 0:
@@ -398,7 +398,7 @@ def move_vertices(
     sums: NDArray[np.float64],
     out: NDArray[np.float64],
 ) -> None:
-    """Displace vertices into `out` (V, 3), with `spacing` of `measure_edges`; `sums` (V, 7) is zero before.
+    """Displace vertices into `out` (V, 3), with `spacing` of `measure_spacing`; `sums` (V, 7) is zero before.
 
     A vertex moves along the mean of its corners' normals, weighted with their angles, by the mean of what
     their charts say. Where corners' normals differ, at creases, it moves as much farther as it must for the

@@ -8,7 +8,13 @@ from upholster.errors import InputError
 from upholster.image.material import Material
 from upholster.image.source import Source, as_exemplar
 from upholster.quilt.model import Quilt, Texels
-from upholster.quilt.normal_painting import lengthen, paint_normals, turn_window, turned_pyramid, unit_normals
+from upholster.quilt.normal_painting import (
+    lengthen,
+    paint_normals,
+    turn_window,
+    turned_pyramid,
+    unit_normal_texels,
+)
 from upholster.quilt.painting import ChartPainter, check_painted, image_pyramid, paint, painted_charts
 from upholster.types import PixelArray, Progress
 
@@ -55,7 +61,7 @@ def paint_material(
         if role not in ("albedo", "opacity"):
             painted[role] = paint_map(quilt, role, pixels, **how)
     if "normal" in painted:
-        painted["normal"] = unit_normals(painted["normal"], threads=threads)
+        painted["normal"] = unit_normal_texels(painted["normal"], threads=threads)
     return painted
 
 

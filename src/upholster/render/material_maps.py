@@ -11,7 +11,7 @@ from upholster.image.color import to_linear
 from upholster.image.material import DEFAULT_ROUGHNESS, to_unit
 from upholster.render._material_kernels import SurfaceMaps
 from upholster.render.environment import lamps
-from upholster.render.texture import MipPyramid, averaged_down, build_pyramid
+from upholster.render.texture import MipPyramid, averaged_down, build_mip_pyramid
 from upholster.types import FloatArray, PixelArray
 
 __all__ = ["SHOWN", "build_maps", "checked_maps"]
@@ -64,9 +64,9 @@ def build_maps(
     axes, normal_scale
         See `SurfaceMaps`.
     first, last, threads
-        As for `upholster.render.texture.build_pyramid`.
+        As for `upholster.render.texture.build_mip_pyramid`.
     """
-    none = build_pyramid(None)
+    none = build_mip_pyramid(None)
     detail = glow = none
 
     def pyramid(work: "partial[NDArray[np.float32]]", parts: Mapping[str, PixelArray]) -> MipPyramid:

@@ -10,13 +10,13 @@ from embreex.rtcore_scene import EmbreeScene
 from numpy.typing import ArrayLike, NDArray
 
 from upholster.parallel import run_tasks, thread_count
-from upholster.render._kernels import DEPTH, LIGHT, SUMS, EyeRays, RayMesh, Rays, Studio, resolve, shade
+from upholster.render._kernels import DEPTH, LIGHT, SUMS, EyeRays, RayMesh, Rays, Scene, resolve, shade
 from upholster.render._material_kernels import SurfaceMaps
 from upholster.render.camera import Camera
 from upholster.render.checks import Color, check_numbers, checked_background, checked_model
 from upholster.render.light import MARGIN, TILE, averaged, key_direction, occlusion_pattern
 from upholster.render.material_maps import build_maps, checked_maps
-from upholster.render.texture import MipPyramid, build_pyramid, checked_texture
+from upholster.render.texture import MipPyramid, build_mip_pyramid, checked_texture
 from upholster.types import FloatArray, IntArray, PixelArray, Progress
 
 __all__ = ["STUDIO_BACKGROUND", "render"]
@@ -120,7 +120,8 @@ def render(
 
     References
     ----------
-    I. Wald et al.: Embree, SIGGRAPH 2014. Texture: see `build_pyramid`. Light: see `upholster.render.light`.
+    I. Wald et al.: Embree, SIGGRAPH 2014. Texture: see `build_mip_pyramid`. Light: see
+    `upholster.render.light`.
     """
     space, normals, uv, triangles = checked_model(positions, normals, uv, triangles)
     if texture is not None:
@@ -147,7 +148,7 @@ def render(
     if texture is not None:
         finest = _finest_level(mesh, camera, studio, *texture.shape[:2])
     first = min(finest, max_level)
-    pyramid = build_pyramid(texture, first=first, last=max_level, threads=threads)
+    pyramid = build_mip_pyramid(texture, first=first, last=max_level, threads=threads)
     others = build_maps(
         shown, along, camera.axes, normal_scale=normal_scale, first=first, last=max_level, threads=threads
     )
@@ -168,7 +169,7 @@ def _scene(
     floor: bool,
     shadows: bool,
     pales: bool,
-) -> tuple[RayMesh, Studio, float]:
+) -> tuple[RayMesh, Scene, float]:
     """Return model, camera and lights in radii about the model's middle, and the radius.
 
     There single precision does for any model.
@@ -177,7 +178,7 @@ def _scene(
     middle, extent = lowest + (highest - lowest) / 2, float((highest - lowest).max())
     radius = extent * float(np.sqrt((((positions - middle) / extent) ** 2).sum(axis=1).max()))
     mesh = RayMesh(triangles, ((positions - middle) / radius).astype(np.float32), normals, uv)
-    studio = Studio(
+    studio = Scene(
         eye=(camera.eye - middle) / radius,
         right=camera.axes[0].copy(),
         up=camera.axes[1].copy(),
@@ -199,7 +200,7 @@ class _Work:
         mesh: RayMesh,
         pyramid: MipPyramid,
         maps: SurfaceMaps,
-        studio: Studio,
+        studio: Scene,
         camera: Camera,
         background: NDArray[np.float32],
         image: NDArray[np.float32],
@@ -312,7 +313,7 @@ def _room(count: int) -> Rays:
     )
 
 
-def _finest_level(mesh: RayMesh, camera: Camera, studio: Studio, height: int, width: int) -> int:
+def _finest_level(mesh: RayMesh, camera: Camera, studio: Scene, height: int, width: int) -> int:
     """Return the finest mip level that the picture can need: finer ones need not be made."""
     corners = mesh.positions[mesh.triangles].astype(np.float64)
     nearest = float(((corners - studio.eye) @ camera.axes[2]).min())

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from upholster.charts.charted import ChartedSurface
 from upholster.charts.maps._map_kernels import ALIKE, middle_steps, spread
-from upholster.charts.maps.map_ground import AtSteps, Steps, located
+from upholster.charts.maps.map_ground import AtSteps, Steps, triangles_at_steps
 from upholster.types import FloatArray, IntArray
 
 __all__ = ["CLASSES", "Cells", "SurfacePoints", "coarse_cells", "spread_over_steps"]
@@ -78,7 +78,7 @@ class Cells:
 
 def coarse_cells(charted: ChartedSurface, *, threads: int | None = None) -> tuple[Cells, ...]:
     """Cut charts into cells of as few steps as `MOST_POINTS` allows: 1, 2, 4 … each way."""
-    triangles = located(charted, threads=threads)
+    triangles = triangles_at_steps(charted, threads=threads)
     count, stride = sum(int((each >= 0).sum()) for each in triangles), 1
     while count > stride * stride * MOST_POINTS:  # however few cells are not full
         stride *= 2

@@ -15,7 +15,7 @@ from upholster.geometry import Surface
 from upholster.quilt.chart import Chart
 from upholster.types import FloatArray
 
-__all__ = ["EPS", "ChartGrid", "bent_counts", "chart_grids", "connected", "even_counts"]
+__all__ = ["EPS", "VertexGrid", "bent_counts", "chart_grids", "connected", "even_counts"]
 
 EPS = 1e-6
 """Places on a chart's edge closer than this share of its length are one."""
@@ -38,7 +38,7 @@ SAMPLES, MOST_SAMPLED = 8, 32
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class ChartGrid:
+class VertexGrid:
     """The rows and columns of vertices on a chart.
 
     Attributes
@@ -73,13 +73,13 @@ class ChartGrid:
 
 def chart_grids(
     surface: Surface, charts: Sequence[Chart], counts: FloatArray, least: int, *, tips: bool = False
-) -> list[ChartGrid]:
+) -> list[VertexGrid]:
     """Return a grid for each chart, of about `counts` intervals down and to the right, (charts, 2).
 
     So many intervals as `least` lie in each patch, and patches end where intervals do. Where it is 0 that
     holds only where derivatives jump. With `tips` the row beside an edge that is a point is a step high.
     """
-    grids: list[ChartGrid] = []
+    grids: list[VertexGrid] = []
     first = first_quad = 0
     for chart, cells in zip(charts, counts.tolist(), strict=True):
         face = surface.faces[chart.face]
@@ -92,7 +92,7 @@ def chart_grids(
         )
         if tips:
             rows, columns = _with_tips(surface, chart, rows, columns)
-        grids.append(ChartGrid(rows, columns, first, first_quad))
+        grids.append(VertexGrid(rows, columns, first, first_quad))
         first += grids[-1].vertices
         first_quad += (len(rows) - 1) * (len(columns) - 1)
     return grids

@@ -328,7 +328,7 @@ def singular_values(shapes: FloatArray, corners: FloatArray, values: FloatArray)
 
 
 @allocating_kernel
-def crossings(ends: FloatArray, pairs: IntArray) -> int:
+def count_crossings(ends: FloatArray, pairs: IntArray) -> int:
     """Return how many pairs of segments cross that have no end in common.
 
     ``ends`` (N, 2, 2), ``pairs`` (N, 2) the numbers of their ends. Found by cells about as wide as a segment.

@@ -14,9 +14,9 @@ from upholster.types import int64
 __all__ = [
     "PARENT_REACH",
     "REACH",
+    "ChosenTexels",
     "Neighbourhood",
     "PixelLevel",
-    "Texels",
     "choose_pixels",
     "similar_pixels",
 ]
@@ -47,7 +47,7 @@ class PixelLevel(NamedTuple):
     channels: int
 
 
-class Texels(NamedTuple):
+class ChosenTexels(NamedTuple):
     """The texels of a chart that are to be chosen, and how it lies in the arrays of its level.
 
     Texel (r, c) is `first + r·stride + c`; its parent likewise. Rows go from `row` to before `end`, columns
@@ -96,7 +96,7 @@ def _gather(
     parents: NDArray[np.int32],
     at: int,
     parent_at: int,
-    chart: Texels,
+    chart: ChosenTexels,
     level: PixelLevel,
     known: Neighbourhood,
 ) -> Any:
@@ -197,7 +197,7 @@ def _best_of_all(level: PixelLevel, known: Neighbourhood, count: int, best: Any,
 def choose_pixels(
     sources: NDArray[np.int32],
     parents: NDArray[np.int32],
-    chart: Texels,
+    chart: ChosenTexels,
     level: PixelLevel,
     known: Neighbourhood,
     full: bool,
@@ -247,7 +247,7 @@ def similar_pixels(
     pixels: NDArray[np.int32],
     parents: NDArray[np.int32],
     among: NDArray[np.int32],
-    chart: Texels,
+    chart: ChosenTexels,
     level: PixelLevel,
     known: Neighbourhood,
 ) -> None:
