@@ -129,7 +129,7 @@ def test_a_tile_has_whole_periods():
 def test_the_smallest_phases_are_scipys(monkeypatch):
     asked = []
     monkeypatch.setattr(
-        "upholster.charts.phases.cells.solved_phases",
+        "upholster.charts.phases.phase_cells.solved_phases",
         lambda *asked_for: asked.append(asked_for) or solved_phases(*asked_for),
     )
     waves = np.array([(1 / 14.7, 0.004)])

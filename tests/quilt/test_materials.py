@@ -6,7 +6,7 @@ from random_quilts import SHAPE, exemplar_of, random_quilt
 
 from upholster.charts.chart_seams import find_seams
 from upholster.errors import InputError
-from upholster.export import write_glb
+from upholster.export import PagedMesh, write_glb
 from upholster.geometry import sphere
 from upholster.image.material import Material
 from upholster.model import build_atlas, build_normal_atlas, tessellate, vertex_tangents
@@ -53,9 +53,7 @@ def test_a_material_goes_into_a_glb(tmp_path):
     mesh = tessellate(surface, charts, seams, quads=600)
     write_glb(
         tmp_path / "x.glb",
-        mesh,
-        atlases["albedo"].texture_coordinates(mesh),
-        atlases["albedo"].pixels,
+        PagedMesh(mesh, atlases["albedo"].texture_coordinates(mesh), atlases["albedo"].pixels),
         maps={role: atlas.pixels for role, atlas in atlases.items() if role != "albedo"},
         tangents=vertex_tangents(surface, charts, mesh),
     )

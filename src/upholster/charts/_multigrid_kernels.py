@@ -14,7 +14,7 @@ from upholster.jit import inline, kernel, shared, spliced
 from upholster.types import FloatArray, IntArray
 
 __all__ = [
-    "Levels",
+    "GridLevels",
     "Rows",
     "Work",
     "coarse_rows",
@@ -47,7 +47,7 @@ class Rows(NamedTuple):
     diagonal: FloatArray
 
 
-class Levels(NamedTuple):
+class GridLevels(NamedTuple):
     """The matrices of all levels, the finest first, one behind the other.
 
     `firsts` (levels + 1, 2) tell where each one's unknowns and entries begin. `rows` has them all: a level's
@@ -71,7 +71,7 @@ class Work(NamedTuple):
     curved: FloatArray
 
     @classmethod
-    def of(cls, levels: Levels) -> "Work":
+    def of(cls, levels: GridLevels) -> "Work":
         """Return it."""
         count = len(levels.firsts)
         vectors = np.empty((7, len(levels.rows.diagonal)), np.complex128)
@@ -338,7 +338,7 @@ def prolong(group: IntArray, phase: ComplexArray, coarse: ComplexArray, fine: Co
 
 
 @spliced  # what is inline returns no part of an array
-def _rows_at(levels: Levels, depth: int) -> Rows:
+def _rows_at(levels: GridLevels, depth: int) -> Rows:
     # The matrix of a level.
     first, last = levels.firsts[depth], levels.firsts[depth + 1]
     rows = levels.rows
@@ -352,14 +352,14 @@ def _rows_at(levels: Levels, depth: int) -> Rows:
 
 
 @spliced  # what is inline returns no part of an array
-def _vector(levels: Levels, work: Work, depth: int, which: int) -> ComplexArray:
+def _vector(levels: GridLevels, work: Work, depth: int, which: int) -> ComplexArray:
     # One of the vectors of a level.
     own: ComplexArray = work.vectors[which][levels.firsts[depth, 0] : levels.firsts[depth + 1, 0]]
     return own
 
 
 @inline
-def _solve_at_last(levels: Levels, work: Work, right: ComplexArray, x: ComplexArray, depth: int) -> None:
+def _solve_at_last(levels: GridLevels, work: Work, right: ComplexArray, x: ComplexArray, depth: int) -> None:
     if len(levels.factor):
         _divide_out(levels.factor, right, x)
     else:
@@ -369,7 +369,7 @@ def _solve_at_last(levels: Levels, work: Work, right: ComplexArray, x: ComplexAr
 
 
 @inline
-def _take_first(levels: Levels, work: Work, depth: int) -> bool:
+def _take_first(levels: GridLevels, work: Work, depth: int) -> bool:
     # Takes the first cycle's result on a level, so far as it helps; returns whether that is enough.
     first, found = _vector(levels, work, depth, _FIRST), _vector(levels, work, depth, _FOUND)
     right, product = _vector(levels, work, depth, _RIGHT), _vector(levels, work, depth, _PRODUCT)
@@ -388,7 +388,7 @@ def _take_first(levels: Levels, work: Work, depth: int) -> bool:
 
 
 @inline
-def _take_second(levels: Levels, work: Work, depth: int) -> None:
+def _take_second(levels: GridLevels, work: Work, depth: int) -> None:
     # Adds the second cycle's result on a level, at right angles to the first one's.
     first, found = _vector(levels, work, depth, _FIRST), _vector(levels, work, depth, _FOUND)
     more, product = _vector(levels, work, depth, _MORE), _vector(levels, work, depth, _PRODUCT)
@@ -401,7 +401,7 @@ def _take_second(levels: Levels, work: Work, depth: int) -> None:
 
 
 @shared
-def _cycle(levels: Levels, work: Work, right: ComplexArray, x: ComplexArray, top: int) -> None:
+def _cycle(levels: GridLevels, work: Work, right: ComplexArray, x: ComplexArray, top: int) -> None:
     # Puts in x about the solution for `right` on a level: one K-cycle, a preconditioner that varies a little.
     # Below each level is solved by one cycle or two, joined as conjugate gradients join them.
     last = levels.firsts.shape[0] - 2
@@ -445,7 +445,7 @@ def _cycle(levels: Levels, work: Work, right: ComplexArray, x: ComplexArray, top
 
 @kernel
 def conjugate_gradients(
-    levels: Levels,
+    levels: GridLevels,
     work: Work,
     right: ComplexArray,
     vectors: ComplexArray,
@@ -512,7 +512,7 @@ def _best_step(quotient: float, mixed: complex, curved: float, size: float) -> c
 
 @kernel
 def lower_quotients(
-    levels: Levels,
+    levels: GridLevels,
     work: Work,
     depth: int,
     rows: Rows,

@@ -19,7 +19,7 @@ import numpy as np
 
 from upholster.charts._multigrid_kernels import (
     ComplexArray,
-    Levels,
+    GridLevels,
     Rows,
     Work,
     coarse_rows,
@@ -100,7 +100,7 @@ class Multigrid:
         return self.levels[depth].rows if depth < len(self.levels) else self._last
 
 
-def _kept(levels: list[_Level], last: Rows) -> Levels:
+def _kept(levels: list[_Level], last: Rows) -> GridLevels:
     # All levels as kernels take them.
     rows = [*(level.rows for level in levels), last]
     sizes = [(len(one.diagonal), len(one.columns)) for one in rows]
@@ -109,7 +109,7 @@ def _kept(levels: list[_Level], last: Rows) -> Levels:
     phase = np.concatenate([np.zeros(0, np.complex128), *(level.phase for level in levels)])
     together = Rows(*(np.concatenate(part) for part in zip(*rows, strict=True)))
     dense = _dense_factor(last) if len(last.diagonal) <= DENSE else np.zeros((0, 0), np.complex128)
-    return Levels(firsts, together, group, phase, dense)
+    return GridLevels(firsts, together, group, phase, dense)
 
 
 def solve(

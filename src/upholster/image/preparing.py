@@ -8,9 +8,10 @@ import numpy as np
 from upholster.errors import InputError
 from upholster.image.color import from_linear
 from upholster.image.even_light import even_light
-from upholster.image.numbers import COLORS, as_depth, to_unit
+from upholster.image.numbers import as_depth, to_unit
 from upholster.image.rectify import Rectification
 from upholster.image.resize import resize_image
+from upholster.image.roles import COLORS
 from upholster.options import SampleOptions
 from upholster.types import FloatArray, PixelArray
 

@@ -17,7 +17,7 @@ from upholster.render.checks import Color, check_numbers, checked_background, ch
 from upholster.render.light import MARGIN, TILE, averaged, key_direction, occlusion_pattern
 from upholster.render.material_maps import build_maps, checked_maps
 from upholster.render.texture import MipPyramid, build_mip_pyramid, checked_texture
-from upholster.types import FloatArray, IntArray, PixelArray, Progress
+from upholster.types import FloatArray, PixelArray, Progress
 
 __all__ = ["STUDIO_BACKGROUND", "render"]
 
@@ -133,15 +133,18 @@ def render(
     thread_count(threads)
     shown, along = checked_maps(maps, texture, tangents, len(space))
     rows = checked_background(background, height)
-    mesh, studio, radius = _scene(
-        space,
-        normals,
-        uv,
-        triangles,
-        camera,
-        supersample,
-        floor=floor and shadows,
-        shadows=shadows,
+    middle, radius = _sphere(space)
+    mesh = RayMesh(triangles, ((space - middle) / radius).astype(np.float32), normals, uv)
+    ground = float(mesh.positions[:, 2].min()) if floor and shadows else -math.inf
+    studio = Scene(
+        eye=(camera.eye - middle) / radius,
+        right=camera.axes[0].copy(),
+        up=camera.axes[1].copy(),
+        key=key_direction(camera.axes),
+        floor=ground,
+        spread=1 / (camera.focal * supersample),
+        pattern=occlusion_pattern(camera.axes, supersample)[: None if shadows else 0],
+        samples=supersample**2,
         pales=bool(shown),
     )
     finest = 0
@@ -153,43 +156,18 @@ def render(
         shown, along, camera.axes, normal_scale=normal_scale, first=first, last=max_level, threads=threads
     )
     image = np.empty((height, width, 4 if background is None else 3), np.float32)
-    work = _Work(mesh, pyramid, others, studio, camera, rows, image, depth, radius)
+    work = _Work(mesh, pyramid, others, studio, camera, rows, image, depth)
     work.paint(threads, progress)
+    if depth is not None:
+        depth *= radius
     return image
 
 
-def _scene(
-    positions: FloatArray,
-    normals: NDArray[np.float32],
-    uv: NDArray[np.float32],
-    triangles: IntArray,
-    camera: Camera,
-    supersample: int,
-    *,
-    floor: bool,
-    shadows: bool,
-    pales: bool,
-) -> tuple[RayMesh, Scene, float]:
-    """Return model, camera and lights in radii about the model's middle, and the radius.
-
-    There single precision does for any model.
-    """
+def _sphere(positions: FloatArray) -> tuple[FloatArray, float]:
+    """Return the middle of a model and its radius: in radii about it, single precision does for any model."""
     lowest, highest = positions.min(axis=0), positions.max(axis=0)
     middle, extent = lowest + (highest - lowest) / 2, float((highest - lowest).max())
-    radius = extent * float(np.sqrt((((positions - middle) / extent) ** 2).sum(axis=1).max()))
-    mesh = RayMesh(triangles, ((positions - middle) / radius).astype(np.float32), normals, uv)
-    studio = Scene(
-        eye=(camera.eye - middle) / radius,
-        right=camera.axes[0].copy(),
-        up=camera.axes[1].copy(),
-        key=key_direction(camera.axes),
-        floor=float(mesh.positions[:, 2].min()) if floor else -math.inf,
-        spread=1 / (camera.focal * supersample),
-        pattern=occlusion_pattern(camera.axes, supersample)[: None if shadows else 0],
-        samples=supersample**2,
-        pales=pales,
-    )
-    return mesh, studio, radius
+    return middle, extent * float(np.sqrt((((positions - middle) / extent) ** 2).sum(axis=1).max()))
 
 
 class _Work:
@@ -205,10 +183,9 @@ class _Work:
         background: NDArray[np.float32],
         image: NDArray[np.float32],
         depth: NDArray[np.float32] | None,
-        radius: float,
     ) -> None:
         self.mesh, self.pyramid, self.maps, self.studio, self.camera = mesh, pyramid, maps, studio, camera
-        self.background, self.image, self.depth, self.radius = background, image, depth, radius
+        self.background, self.image, self.depth = background, image, depth
         self.supersample = math.isqrt(studio.samples)
         self.occlusion = len(studio.pattern) > 0
         # Set when the picture is given up, so that bands under way end at once.
@@ -254,7 +231,7 @@ class _Work:
         rows = self.background[top:bottom]
         resolve(sums, lights, inner.start, self.studio, rows, self.image[top:bottom])
         if self.depth is not None:
-            np.multiply(sums[inner, :, DEPTH], self.radius, out=self.depth[top:bottom])
+            self.depth[top:bottom] = sums[inner, :, DEPTH]
 
     def _trace(
         self, rows: NDArray[np.int_], columns: NDArray[np.int_], start: int, sums: NDArray[np.float32]

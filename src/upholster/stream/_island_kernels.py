@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from upholster.jit import inline, kernel, shared
 from upholster.stream._bit_kernels import BitCoder
-from upholster.stream._mesh_arrays import LAST_ISLAND, LAST_PART, MOST_PARAMETER, STATUS, MeshArrays, Origin
+from upholster.stream._mesh_arrays import LAST_ISLAND, LAST_PART, MOST_PARAMETER, STATUS, CodedMesh, Origin
 from upholster.stream._mesh_number_kernels import (
     ISLAND,
     PART,
@@ -70,7 +70,7 @@ def _is_seam(origin: Origin, edge: int, twin: int) -> bool:
 
 @kernel
 def code_seams(
-    coder: BitCoder, mesh: MeshArrays, origin: Origin, encoding: bool, start: int, stop: int
+    coder: BitCoder, mesh: CodedMesh, origin: Origin, encoding: bool, start: int, stop: int
 ) -> Any:
     """Code which edges of triangles from `start` to `stop` are seams; join what the others join."""
     for edge in range(3 * start, 3 * stop):
@@ -85,9 +85,7 @@ def code_seams(
 
 
 @inline
-def _turned(
-    mesh: MeshArrays, corner: int, beside: tuple[int, int], known: tuple[int, int]
-) -> tuple[int, int]:
+def _turned(mesh: CodedMesh, corner: int, beside: tuple[int, int], known: tuple[int, int]) -> tuple[int, int]:
     # Where the parameters of a corner should lie, from the triangle's shape and those of the two corners
     # beside it, which `known` has. The order of all operations is part of the format.
     p, q = mesh.positions, mesh.parameters
@@ -110,7 +108,7 @@ def _turned(
 
 
 @shared
-def _code_parameters(coder: BitCoder, mesh: MeshArrays, origin: Origin, corner: int, encoding: bool) -> None:
+def _code_parameters(coder: BitCoder, mesh: CodedMesh, origin: Origin, corner: int, encoding: bool) -> None:
     q, left = mesh.parameters, mesh.parameter_leftovers
     first = _root(mesh.wedges, corner)
     if first < corner:
@@ -138,7 +136,7 @@ def _code_parameters(coder: BitCoder, mesh: MeshArrays, origin: Origin, corner: 
 
 
 @inline
-def _code_groups(coder: BitCoder, mesh: MeshArrays, origin: Origin, t: int, encoding: bool) -> None:
+def _code_groups(coder: BitCoder, mesh: CodedMesh, origin: Origin, t: int, encoding: bool) -> None:
     # Island and part of a triangle: of the first one that it is joined with, or told beside those told last.
     counts, groups = mesh.counts, mesh.groups
     first = _root(mesh.pieces, t)
@@ -159,7 +157,7 @@ def _code_groups(coder: BitCoder, mesh: MeshArrays, origin: Origin, t: int, enco
 
 @kernel
 def code_islands(
-    coder: BitCoder, mesh: MeshArrays, origin: Origin, encoding: bool, start: int, stop: int
+    coder: BitCoder, mesh: CodedMesh, origin: Origin, encoding: bool, start: int, stop: int
 ) -> Any:
     """Code islands, parts and parameters of triangles from `start` to, not including, `stop`."""
     for t in range(start, stop):

@@ -16,7 +16,7 @@ from upholster.charts.maps._map_kernels import ALIKE, middle_steps, spread
 from upholster.charts.maps.map_ground import AtSteps, Steps, triangles_at_steps
 from upholster.types import FloatArray, IntArray
 
-__all__ = ["CLASSES", "Cells", "SurfacePoints", "coarse_cells", "spread_over_steps"]
+__all__ = ["CLASSES", "CoarseCells", "SurfacePoints", "coarse_cells", "spread_over_steps"]
 
 MOST_POINTS = 250_000
 """Cells with a step on the surface, of all charts together."""
@@ -54,7 +54,7 @@ class SurfacePoints:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Cells:
+class CoarseCells:
     """A chart's cells.
 
     Attributes
@@ -76,7 +76,7 @@ class Cells:
     length: FloatArray
 
 
-def coarse_cells(charted: ChartedSurface, *, threads: int | None = None) -> tuple[Cells, ...]:
+def coarse_cells(charted: ChartedSurface, *, threads: int | None = None) -> tuple[CoarseCells, ...]:
     """Cut charts into cells of as few steps as `MOST_POINTS` allows: 1, 2, 4 … each way."""
     triangles = triangles_at_steps(charted, threads=threads)
     count, stride = sum(int((each >= 0).sum()) for each in triangles), 1
@@ -100,7 +100,7 @@ def coarse_cells(charted: ChartedSurface, *, threads: int | None = None) -> tupl
         # A little away from edges: on them it is chance on which side of another triangle they lie.
         positions[on] = (1 - _INWARD) * steps.mean_of(corners) + _INWARD * corners[mine].mean(axis=1)
         normals[on], length[on] = charted.mesh.flat_normals[mine], stride * longest[mine]
-        out.append(Cells(stride, on, positions, normals, length))
+        out.append(CoarseCells(stride, on, positions, normals, length))
     return tuple(out)
 
 
@@ -110,7 +110,7 @@ def _middles(triangles: IntArray, stride: int) -> NDArray[np.int64]:
     return found
 
 
-def spread_over_steps(cells: Sequence[Cells], told: Callable[[SurfacePoints], FloatArray]) -> AtSteps:
+def spread_over_steps(cells: Sequence[CoarseCells], told: Callable[[SurfacePoints], FloatArray]) -> AtSteps:
     """Return what tells steps the values of cells.
 
     Parameters
@@ -142,7 +142,7 @@ def spread_over_steps(cells: Sequence[Cells], told: Callable[[SurfacePoints], Fl
     return at
 
 
-def _smoothed(cells: Cells, values: FloatArray) -> NDArray[np.float32]:
+def _smoothed(cells: CoarseCells, values: FloatArray) -> NDArray[np.float32]:
     """Return means over cells beside each other, weighted by `_TENT` each way; NaN where there is none."""
     total, weights = np.zeros(values.shape), np.zeros(values.shape)
     height, width = values.shape

@@ -2,8 +2,8 @@
 
 A *wave* is one generator of the sample's lattice (`upholster.elements`): cycles per exemplar pixel. The
 surface is cut into *cells*, and *links* between neighbouring cells tell how far each wave goes on from one to
-the next. `phase_solving` finds the phases that follow all links best; `cells` makes cells and links, and
-tells the wanted phase anywhere.
+the next. `phase_solving` finds the phases that follow all links best; `phase_cells` makes cells and links,
+and tells the wanted phase anywhere.
 
 References
 ----------
@@ -12,6 +12,6 @@ F. Knöppel, K. Crane, U. Pinkall, P. Schröder: Stripe patterns on surfaces, AC
 is their double cover.
 """
 
-from upholster.charts.phases.cells import TURN, PhaseField, phase_field
+from upholster.charts.phases.phase_cells import TURN, PhaseField, phase_field
 
 __all__ = ["TURN", "PhaseField", "phase_field"]
