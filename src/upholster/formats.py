@@ -1,8 +1,7 @@
-"""All kinds of files by their names: outputs, and the files that surfaces and models are read from.
+"""All kinds of files by their names: outputs, and models that can be read.
 
-To add an output, add a row to `OUTPUTS` and a writer of its name in `upholster.outputs`. To add a file that
-is read, add a row to `INPUTS` and a reader of its name in `upholster.geometry`. Everything else reads the
-rows. This module imports nothing heavy, so ``upholster --help`` stays quick.
+An output is a record here, and a writer in `upholster.outputs`; all other code reads the records. Nothing
+heavy is imported here, for ``upholster --help``.
 """
 
 from collections.abc import Collection, Iterable
@@ -30,16 +29,16 @@ __all__ = [
     "suffixes_of",
 ]
 
-PICTURES = (".png", ".jpg", ".jpeg", ".webp", ".exr")
-"""Suffixes of pictures that are written."""
+CAD_SUFFIXES = (".step", ".stp", ".iges", ".igs", ".brep", ".brp", ".3dm")
+"""Files that `upholster.occt` reads."""
 
-LDR_PICTURES = PICTURES[:-1]
-"""Those that hold sRGB-coded integers."""
+MODEL_SUFFIXES = (".glb", ".gltf", ".obj", ".ply", ".stl", ".off", *CAD_SUFFIXES)
+"""Files that `upholster.geometry.mesh_files` reads."""
 
 PROJECT_SUFFIX = ".upholster.json"
 
 UDIM = "<UDIM>"
-"""What stands in a file's name for the number of a tile."""
+"""The placeholder in a file's name for the number of a tile."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,44 +92,41 @@ def input_kind(name: str) -> InputKind | None:
 
 
 def is_model_name(name: str) -> bool:
-    """Return whether a file is a model by its name."""
+    """Return whether a file's name is that of a model."""
     return name.lower().endswith(MODEL_SUFFIXES)
 
 
 @dataclass(frozen=True, slots=True)
 class OutputKind:
-    """A kind of output: by which names it is asked for, of which files it consists, and what it holds.
+    """A kind of output: its names, its files, and their contents.
 
     Attributes
     ----------
     name
         The key of its writer.
     words
-        What it is, for the help.
+        Its description for the help.
     suffixes
         In lower case.
     kernels
-        Which it needs, see ``USES`` of `benchmarks.kernel_table`: model, texels, stream or picture.
+        The kernels that it needs, see ``USES`` of `benchmarks.kernel_table`: model, texels, stream or
+        picture.
     prefix
-        What stands before the path.
-    stem
-        A file name without suffix that means it, too.
+        The prefix of the path.
     only
-        Where alone such names mean it: of a flat texture, or where triangles are displaced.
+        The only case in which such names mean it: for a flat texture, or if triangles are displaced.
     beside
-        How the names of files beside it go on after its stem.
+        Endings of the names of its other files, after the stem.
     texture
-        Likewise, of the base colour's file; '' where it is that file itself, None where it has none.
+        Ending of the base colour's file; '' if it is the file itself, None if it has none.
     atlas, tiles
         Whether it holds an atlas, which may have several pages; whether these may be tiles of UDIM.
     stream, solid
-        Whether it holds a stream, of one sample; or triangles alone, which may be displaced.
+        Whether it holds a stream, of one sample; or only triangles, which may be displaced.
     lods
-        Whether further files with smaller textures can go with it.
+        Whether further files with smaller textures can be written with it.
     mesh
-        Whether it shows what only meshes have.
-    extra
-        The extra that has to be installed to write it.
+        Whether it shows data that only meshes have.
     """
 
     name: str
@@ -156,37 +152,37 @@ class OutputKind:
         return self.atlas and self.texture is not None
 
 
+_IMAGES = (".png", ".jpg", ".jpeg", ".webp", ".exr")
+
+GLB = OutputKind("models", (".glb",), atlas=True, lods=True)
+USDZ = OutputKind("models", (".usdz",), atlas=True)
+OBJ = OutputKind("models", (".obj",), beside=(".mtl",), texture="_texture.png", atlas=True)
+PLY = OutputKind("models", (".ply",), texture="_texture.png", atlas=True)
+NPZ = OutputKind("texels", (".npz",), "texels")
+STREAM = OutputKind("progressive stream", (".uph",), "stream", stream=True)
+PAGE = OutputKind("stream and viewer in one file", (".html",), "stream", stream=True)
+STL = OutputKind("only triangles", (".stl",), solid=True)
+THREE_MF = OutputKind("only triangles", (".3mf",), solid=True)
+SOLID_OBJ = OutputKind("the same with `--displace`", (".obj",), only="displaced", solid=True)
+SOLID_PLY = OutputKind("the same with `--displace`", (".ply",), only="displaced", solid=True)
+PICTURE = OutputKind("a picture of the model", _IMAGES, "picture")
+FLAT = OutputKind("with `--texels WxH` the flat texture", _IMAGES, "picture", only="flat", texture="")
+ATLAS = OutputKind(
+    "as `atlas:NAME` its texture", _IMAGES, "picture", "atlas:", texture="", atlas=True, tiles=True
+)
+DIRECTIONS = OutputKind(
+    "as `directions:NAME` the directions on a mesh", _IMAGES[:-1], "picture", "directions:", mesh=True
+)
+
 OUTPUTS = (
-    OutputKind("glb", "models", (".glb",), atlas=True, lods=True),
-    OutputKind("usdz", "models", (".usdz",), atlas=True, extra="usd"),
-    OutputKind("obj", "models", (".obj",), beside=(".mtl",), texture="_texture.png", atlas=True),
-    OutputKind("ply", "models", (".ply",), texture="_texture.png", atlas=True),
-    OutputKind("npz", "texels", (".npz",), "texels"),
-    OutputKind("stream", "progressive stream", (".uph",), "stream", stream=True),
-    OutputKind("page", "stream and viewer in one file", (".html",), "stream", stream=True),
-    OutputKind("stl", "triangles alone", (".stl",), solid=True),
-    OutputKind("3mf", "triangles alone", (".3mf",), solid=True),
-    OutputKind("solid obj", "likewise with `--displace`", (".obj",), only="displaced", solid=True),
-    OutputKind("solid ply", "likewise with `--displace`", (".ply",), only="displaced", solid=True),
-    OutputKind("picture", "a picture of the model", PICTURES, "picture"),
-    OutputKind(
-        "flat", "with `--texels WxH` the flat texture", PICTURES, "picture",
-        only="flat", texture="",
-    ),
-    OutputKind(
-        "atlas", "as `atlas:NAME` its texture", PICTURES, "picture",
-        prefix="atlas:", texture="", atlas=True, tiles=True,
-    ),
-    OutputKind(
-        "directions", "as `directions:NAME` the directions on a mesh", LDR_PICTURES, "picture",
-        prefix="directions:", stem="directions", mesh=True,
-    ),
-)  # fmt: skip
-"""All kinds, in the order of the help; of those that fit a name the last is meant."""
+    *(GLB, USDZ, OBJ, PLY, NPZ, STREAM, PAGE, STL, THREE_MF, SOLID_OBJ, SOLID_PLY),
+    *(PICTURE, FLAT, ATLAS, DIRECTIONS),
+)
+"""All kinds, in the order of the help; if several fit a name, the last one is meant."""
 
 
 def split_name(text: str) -> tuple[str, str]:
-    """Return which prefix a name has, or means, and its path: with ``<UDIM>`` an image is an atlas."""
+    """Return the prefix that a name has, or implies, and its path: an image with ``<UDIM>`` is an atlas."""
     prefix = next((kind.prefix for kind in OUTPUTS if kind.prefix and text.startswith(kind.prefix)), "")
     place = text.removeprefix(prefix)
     path = Path(place)
@@ -197,7 +193,7 @@ def split_name(text: str) -> tuple[str, str]:
 
 
 def kind_of(prefix: str, path: str, only: Collection[str] = ()) -> OutputKind | None:
-    """Return which kind a name means, as `split_name` splits it; `only` are those of a kind that hold."""
+    """Return the kind that a name means, as split by `split_name`; `only` lists the special cases."""
     meant = (kind for kind in reversed(OUTPUTS) if kind.prefix == prefix and kind.only in ("", *only))
     return next((kind for kind in meant if Path(path).suffix.lower() in kind.suffixes), None)
 
@@ -208,11 +204,11 @@ def suffixes_of(kinds: Iterable[OutputKind]) -> list[str]:
 
 
 def outputs_in_words() -> str:
-    """Return for the help what is written, by suffix."""
+    """Return the kinds of outputs, by suffix, for the help."""
     by_words: dict[str, list[OutputKind]] = {}
     for kind in OUTPUTS:
         by_words.setdefault(kind.words, []).append(kind)
-    told: dict[str, list[str]] = {}
+    by_suffix: dict[str, list[str]] = {}
     for words, kinds in by_words.items():
-        told.setdefault(" ".join(suffixes_of(kinds)), []).append(words)
-    return ", ".join(f"{suffixes} ({'; '.join(words)})" for suffixes, words in told.items())
+        by_suffix.setdefault(" ".join(suffixes_of(kinds)), []).append(words)
+    return ", ".join(f"{suffixes} ({'; '.join(words)})" for suffixes, words in by_suffix.items())

@@ -1,4 +1,4 @@
-"""The maps that a material may have, and which of them a file holds: texture libraries name files by role."""
+"""The role of a material's map from its file name, in the common variants of texture libraries."""
 
 import re
 from collections.abc import Collection, Iterable, Mapping
@@ -21,107 +21,11 @@ __all__ = [
     "role_of",
 ]
 
-DEFAULT_ROUGHNESS = 0.8
-"""Roughness of a material without a roughness map, from 0 to 1."""
-
-
-@dataclass(frozen=True, slots=True)
-class MapRole:
-    """What is the same for all maps of one role.
-
-    Attributes
-    ----------
-    name
-        The role.
-    spellings
-        Words for it in file names, without case and separators.
-    letter
-        The same as the last letter of Unreal's names, as in ``T_Wall_D``; '' if there is none.
-    channels
-        Numbers of channels that such a map may have.
-    is_color
-        Whether its integers are sRGB-coded; other maps hold plain numbers.
-    neutral
-        The value, from 0 to 1, where a material has no such map: one number, or one for each channel.
-    match_weight
-        Weight of its squared differences in matching, where the albedo's count 1.
-    gltf
-        Where glTF has its texture; '' if it has no place for it.
-    mtl
-        How MTL refers to it: factors, then the word before the file; () if there is no word that programs
-        agree on.
-    delay
-        How much later than colour and normals it may come in a stream: the eye misses it less.
-    """
-
-    name: str
-    spellings: str
-    letter: str = ""
-    channels: tuple[int, ...] = (1,)
-    is_color: bool = False
-    neutral: tuple[float, ...] = (0.0,)
-    match_weight: float = 0.0
-    gltf: str = ""
-    mtl: tuple[str, ...] = ()
-    delay: float = 1.0
-
-
-_METAL_ROUGH = "metallicRoughnessTexture"
-
-MAP_ROLES: Mapping[str, MapRole] = MappingProxyType(
-    {
-        role.name: role
-        for role in (
-            MapRole(
-                "albedo", "albedo basecolor basecolour diffuse diff color colour col bc", "d",
-                channels=(1, 2, 3, 4), is_color=True, match_weight=1.0,
-                gltf="baseColorTexture", mtl=("map_Kd",),
-            ),
-            MapRole(
-                "normal", "normal nor nrm norm normalmap", "n",
-                channels=(3,), neutral=(0.5, 0.5, 1.0), match_weight=0.5,
-                gltf="normalTexture", mtl=("norm",),
-            ),
-            MapRole(
-                "roughness", "roughness rough", "r",
-                neutral=(DEFAULT_ROUGHNESS,), match_weight=0.25,
-                gltf=_METAL_ROUGH, mtl=("Pr 1", "map_Pr"), delay=1.5,
-            ),
-            MapRole(
-                "metallic", "metallic metalness metal", "m",
-                match_weight=0.25, gltf=_METAL_ROUGH, mtl=("Pm 1", "map_Pm"), delay=1.5,
-            ),
-            MapRole(
-                "ao", "ao ambientocclusion occlusion occ",
-                neutral=(1.0,), gltf="occlusionTexture", delay=2.0,
-            ),
-            MapRole(
-                "height", "height heightmap displacement disp", "h",
-                neutral=(0.5,), match_weight=0.5, delay=2.0,
-            ),
-            MapRole("opacity", "opacity alpha", neutral=(1.0,), match_weight=1.0, delay=1.5),
-            MapRole(
-                "emission", "emission emissive emit", "e",
-                channels=(1, 3), is_color=True, match_weight=0.5,
-                gltf="emissiveTexture", mtl=("Ke 1 1 1", "map_Ke"),
-            ),
-        )
-    }
-)  # fmt: skip
-"""All roles by name, the albedo first.
-
-Match weights: normal and height show where a stone ends as well as colour does, and twice; roughness and
-metallic follow it mostly; occlusion adds nothing to the height.
-"""
-
-ROLES = tuple(MAP_ROLES)
-"""Names of the roles, the albedo first."""
-
-COLORS = tuple(role.name for role in MAP_ROLES.values() if role.is_color)
-"""Roles whose integers are sRGB-coded; those of the others are plain numbers."""
+ROLES = ("albedo", "normal", "roughness", "metallic", "ao", "height", "opacity", "emission")
+"""All roles of a material's maps."""
 
 LEFT_OUT = "left out"
-"""What `role_of` says of maps that nothing here uses."""
+"""`role_of` returns this for maps that nothing here uses."""
 
 _NAMES = {
     **{role.name: role.spellings for role in MAP_ROLES.values()},
@@ -135,27 +39,28 @@ _NAMES = {
     "translucent transmission scattering subsurface sss thickness anisotropy anisotropylevel "
     "anisotropyrotation clearcoat bentnormal ior preview thumb thumbnail brush",
 }
-"""Spellings, without case and separators; the names that are no roles are told in `role_of`."""
+"""Spellings, without case and separators; `role_of` describes the names that are not roles."""
 
 _ROLE_BY_NAME = {name: role for role, names in _NAMES.items() for name in names.split()}
 
-_LETTERS = {role.letter: role.name for role in MAP_ROLES.values() if role.letter} | {"s": LEFT_OUT}
-"""Unreal's: behind a name, as in ``T_Wall_D``."""
+_LETTERS = {"d": "albedo", "n": "normal", "r": "roughness", "m": "metallic", "h": "height", "e": "emission"}
+_LETTERS |= {"s": LEFT_OUT}
+"""Unreal's suffixes, as in ``T_Wall_D``."""
 
 _PACKED_LETTERS = {"ao": "ao", "a": "ao", "o": "ao", "r": "roughness", "m": "metallic"}
 _PACKED_LETTERS |= {"h": "height", "d": "height"}
 _PACKED_WORD = "ambientocclusion|occlusion|occ|ao|roughness|rough|metallic|metalness|metal"
 
 _DETAIL = re.compile(r"\d{1,2}k|\d{3,5}|\d{1,2}bit|lod\d|png|jpg|jpeg|exr|tif|tiff|webp")
-"""What libraries put behind the role: resolution, depth, level of detail, format."""
+"""Words that libraries put after the role: resolution, depth, level of detail, format."""
 
 
-class NamedFile(Protocol):
-    """A file by its name, without folders."""
+class Named(Protocol):
+    """A file's name, without folders."""
 
     @property
     def name(self) -> str:
-        """As ``brick_diff_1k.png``."""
+        """For example ``brick_diff_1k.png``."""
         ...
 
 
@@ -163,7 +68,7 @@ File = TypeVar("File", bound=NamedFile)
 
 
 def role_of(name: str) -> str | None:
-    """Return which map a file name or a role's name stands for, None if it tells nothing.
+    """Return the role that a file name or a role's name stands for, None if there is none in it.
 
     Parameters
     ----------
@@ -174,9 +79,9 @@ def role_of(name: str) -> str | None:
     Returns
     -------
     str or None
-        One of `ROLES`; "normal_gl" or "normal_dx" where the name tells the convention (green upward or
-        downward); "gloss" (1 − roughness); of several maps in one image what its channels hold, joined by
-        "+", as in "ao+roughness+metallic" (a channel without a name holds nothing of use); or `LEFT_OUT`.
+        One of `ROLES`; "normal_gl" or "normal_dx" if the name gives the convention (green upward or
+        downward); "gloss" (1 − roughness); for several maps in one image the contents of its channels, joined
+        by "+", as in "ao+roughness+metallic" (an empty name: the channel is not used); or `LEFT_OUT`.
     """
     words = re.sub(r"([a-z])(?=[A-Z])|(\d)(?=[A-Z][a-z])", r"\1\2 ", name)
     tokens = [word for word in re.split(r"[^a-z0-9]+", words.lower()) if word]
@@ -199,20 +104,20 @@ def role_of(name: str) -> str | None:
 
 
 def packed_parts(role: str) -> tuple[str, ...]:
-    """Return what each channel of a packed image holds, "" where nothing of use; () for other roles."""
+    """Return the role of each channel of a packed image, "" for unused ones; () for other roles."""
     return tuple(role.split("+")) if "+" in role else ()
 
 
 def family_of(role: str) -> str:
-    """Return which of `ROLES` a file ends up as; a packed image is its own family."""
+    """Return the member of `ROLES` that a file ends up as; a packed image is its own family."""
     return {"normal_gl": "normal", "normal_dx": "normal", "gloss": "roughness"}.get(role, role)
 
 
 def find_maps(files: Iterable[File], *, taken: Collection[str] = ()) -> tuple[dict[str, File], list[str]]:
-    """Tell a material's files apart by their names.
+    """Find the role of each of a material's files from its name.
 
-    One whose name all the others start with is the albedo if there is no other, else a preview, and left out.
-    Of a normal map in both conventions the OpenGL one is taken, and roughness before gloss.
+    A file whose name all others start with is the albedo if there is no other, else a preview, and left out.
+    An OpenGL normal map is preferred to a DirectX one, and roughness to gloss.
 
     Parameters
     ----------
@@ -224,14 +129,14 @@ def find_maps(files: Iterable[File], *, taken: Collection[str] = ()) -> tuple[di
     Returns
     -------
     dict
-        Files by role, as `role_of` has it.
+        Files by role, as `role_of` returns it.
     list
-        Notes: what was left out, in words.
+        Notes: the files left out, in words.
 
     Raises
     ------
     InputError
-        If a name tells no role, or two files have one.
+        If a name gives no role, or two files have the same one.
     """
     found: dict[str, File] = {}
     unknown: list[File] = []
