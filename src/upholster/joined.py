@@ -16,16 +16,6 @@ from upholster.types import PixelArray
 
 __all__ = ["joined_model", "joined_surface"]
 
-_NEUTRAL = {
-    "normal": (0.5, 0.5, 1.0),
-    "roughness": (DEFAULT_ROUGHNESS,),
-    "metallic": (0.0,),
-    "ao": (1.0,),
-    "height": (0.0,),
-    "emission": (0.0,),
-}
-"""The neutral value of a map that a material lacks: the one that pictures and glTF assume."""
-
 
 def joined_model(models: Sequence[TexturedModel]) -> TexturedModel:
     """Return several models as one, which has them as its parts; a single one is returned unchanged.

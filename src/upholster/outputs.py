@@ -278,12 +278,8 @@ def _write_glb(place: Path, model: TexturedModel) -> None:
         return
     export.write_glb(
         place,
-        model.mesh,
-        uv,
-        model.atlas.images(),
-        # glTF can not store the height.
-        maps={role: model.map_atlas(role).images() for role in model.maps if role != "height"},
-        page=page,
+        _paged(model),
+        maps=_gltf_maps(model),
         tangents=model.tangents,
         name=model.surface.name or "surface",
         **how,
@@ -291,7 +287,7 @@ def _write_glb(place: Path, model: TexturedModel) -> None:
 
 
 def _gltf_maps(model: TexturedModel) -> dict[str, Sequence[PixelArray]]:
-    """Return the pages of the maps that glTF has a place for."""
+    """Return the pages of the maps that glTF can store."""
     left_out = [role.name for role in MAP_ROLES.values() if not role.gltf]
     return {role: model.map_atlas(role).images() for role in model.maps if role not in left_out}
 

@@ -83,7 +83,7 @@ def prepare_sample(
             raise InputError(f"output {os.fspath(file)!r} is no image; allowed: {', '.join(IMAGE_SUFFIXES)}")
     if options.use is not None and IMAGE_SUFFIXES[Path(target).suffix.lower()] == "jpeg":
         raise InputError(f"output {os.fspath(target)!r} can not hold a mask; allowed: .png, .webp, .tif")
-    photo = located(photo)
+    photo = sample_path(photo)
     notes: list[str] = []
     with outputs(targets, inputs=[photo, *([options.mask] if options.mask else [])]) as files:
         sample, used = read_photo(photo, options, notes=notes)

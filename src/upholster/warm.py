@@ -61,7 +61,7 @@ class KernelJob:
         return tuple(read_type(written) for written in self.arguments)
 
 
-def jobs_for(uses: Iterable[str] | None = None) -> list[Job]:
+def jobs_for(uses: Iterable[str] | None = None) -> list[KernelJob]:
     """Return the jobs for some uses, each after the jobs that it needs; by default the complete table."""
     table = json.loads(TABLE.read_text(encoding="utf-8"))
     jobs = [KernelJob(row["kernel"], row["arguments"], row["seconds"]) for row in table["kernels"]]
@@ -76,7 +76,7 @@ def jobs_for(uses: Iterable[str] | None = None) -> list[Job]:
     return [jobs[n] for n in sorted(wanted)]
 
 
-def missing(jobs: Sequence[Job]) -> list[Job]:
+def missing(jobs: Sequence[KernelJob]) -> list[KernelJob]:
     """Return the jobs whose code is not on disk, but could be."""
     from upholster.kernel_cache import KernelCache
 
@@ -145,7 +145,7 @@ class Compiler:
         for thread in self._threads:
             thread.join()
 
-    def _hasten(self, wanted: list[Job]) -> None:
+    def _hasten(self, wanted: list[KernelJob]) -> None:
         # Kernels that a caller waits for come first, after the kernels that they need.
         needed = set(wanted)
         for job in reversed(self._jobs):
@@ -153,14 +153,14 @@ class Compiler:
                 needed.update(job.needs)
         self._queue.sort(key=lambda job: job not in needed)
 
-    def _urgency(self, job: Job) -> float:
+    def _urgency(self, job: KernelJob) -> float:
         # Seconds from its start to the end of the kernels that wait for it.
         after = [self._urgency(other) for other in self._jobs if job in other.needs]
         return job.seconds + max(after, default=0.0)
 
     def _serve(self, helper: "subprocess.Popen[str]") -> None:
         # An error means that the helper died: its kernel is compiled at the first call.
-        job: Job | None = None
+        job: KernelJob | None = None
         with suppress(OSError, ValueError), helper:
             assert helper.stdin is not None
             assert helper.stdout is not None

@@ -47,7 +47,7 @@ class ChartPiece:
         """Return where the piece begins and ends along s (axis 0) or t (axis 1)."""
         return (self.left, self.right) if axis else (self.top, self.bottom)
 
-    def halves(self, axis: int, at: int) -> tuple["Piece", "Piece"]:
+    def halves(self, axis: int, at: int) -> tuple["ChartPiece", "ChartPiece"]:
         """Return the parts before and after a cut."""
         if axis:
             return (
@@ -107,7 +107,7 @@ class FaceSamples:
         values = element.ravel()[order]
         return float(values[min(last, len(values) - 1)] - values[first])
 
-    def varies(self, piece: Piece, axis: int) -> float:
+    def varies(self, piece: ChartPiece, axis: int) -> float:
         """Return the variance along an axis of the mean logarithm of texel area."""
         area, (*_, element) = self.window(piece)
         weight = area.sum(axis=1 - axis)
@@ -133,8 +133,8 @@ class Halving:
     def __init__(self, surface: Surface) -> None:
         self._surface = surface
         self._samples = [FaceSamples(face, surface.size) for face in surface.faces]
-        self._extents: dict[Piece, FloatArray] = {}  # callers ask for the same pieces repeatedly
-        roots: list[Piece] = []
+        self._extents: dict[ChartPiece, FloatArray] = {}  # callers ask for the same pieces repeatedly
+        roots: list[ChartPiece] = []
         for index, (face, samples) in enumerate(zip(surface.faces, self._samples, strict=True)):
             lines = [
                 [step * line for line in (0, *breaks, count)]
@@ -222,7 +222,7 @@ class Halving:
                 self._pieces.update(halves)
         return True
 
-    def _halves(self, piece: Piece, axis: int, least: float) -> tuple[Piece, ...]:
+    def _halves(self, piece: ChartPiece, axis: int, least: float) -> tuple[ChartPiece, ...]:
         """Return both halves across an axis; none if one is shorter than `least` or no cut is possible."""
         first, last = piece.ends(axis)
         step = self._samples[piece.face].steps[axis]

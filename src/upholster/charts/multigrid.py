@@ -75,7 +75,7 @@ class _Level:
 
 
 class Multigrid:
-    """Levels of a positive Hermitian matrix, for cycles over them.
+    """GridLevels of a positive Hermitian matrix, for cycles over them.
 
     Parameters
     ----------
@@ -100,7 +100,7 @@ class Multigrid:
         return self.levels[depth].rows if depth < len(self.levels) else self._last
 
 
-def _kept(levels: list[_Level], last: Rows) -> Levels:
+def _kept(levels: list[_Level], last: Rows) -> GridLevels:
     # All levels in the form that kernels take.
     rows = [*(level.rows for level in levels), last]
     sizes = [(len(one.diagonal), len(one.columns)) for one in rows]
@@ -120,7 +120,7 @@ def solve(
     Parameters
     ----------
     grid
-        Levels of the matrix, which is positive.
+        GridLevels of the matrix, which is positive.
     right
         (n,) complex.
     start

@@ -72,8 +72,8 @@ def measure(
     check_suffix("result", result, (".uph", *IMAGE_SUFFIXES))
     if suffix != ".uph" and sample is None:
         raise InputError(f"--sample is missing; image {result!r} is compared with its sample")
-    if json is not None and Path(json).suffix.lower() != ".json":
-        raise InputError(f"output {json!r} has suffix {Path(json).suffix!r}; allowed: .json")
+    if json is not None:
+        check_suffix("output", json, (".json",))
     if suffix == ".uph" and tileable:
         raise InputError("--tileable belongs to a flat image; a stream stores its own surface")
     if suffix != ".uph" and any(value is not None for value in (sample_size, direction, crease, most_texels)):

@@ -152,7 +152,7 @@ class _Wave(NamedTuple):
     parts: tuple[tuple[int, Followed], ...]  # signs and waves
 
 
-def _sure_waves(looked_at: list[Plane], peaks: list[Peak]) -> list[_Wave]:
+def _sure_waves(looked_at: list[Plane], peaks: list[SpectrumPeak]) -> list[_Wave]:
     # The most prominent peaks, each followed on the plane that shows it best; no repeats, and no multiples.
     shape = looked_at[0].shape
     taken: list[SpectrumPeak] = []

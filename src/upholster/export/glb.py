@@ -58,9 +58,7 @@ def write_glb(
     maps
         Atlases of a material's other maps by role: normal (H, W, 3), in the frame that
         `upholster.quilt.paint_normals` defines; roughness, metallic, ao (H, W, 1), packed in one image;
-        emission. Floats become 16-bit. Each is a list if `pixels` is one.
-    page
-        (V,) the page of each vertex, the same for all vertices of a polygon; by default the first.
+        emission. Floats become 16-bit. Each is a list if the model's `pixels` is one.
     tangents
         (V, 3), as `upholster.model.vertex_tangents` gives: needed with a normal map.
     normal_scale

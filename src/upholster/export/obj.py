@@ -18,14 +18,6 @@ from upholster.types import FloatArray, IntArray
 
 __all__ = ["ObjPart", "whole_polygons", "write_obj", "write_tiled_obj"]
 
-_LINES = {
-    "normal": ("norm",),
-    "roughness": ("Pr 1", "map_Pr"),
-    "metallic": ("Pm 1", "map_Pm"),
-    "emission": ("Ke 1 1 1", "map_Ke"),
-}
-"""MTL's names for maps, of which the last word is used, and the factors that go with them."""
-
 _ROWS = 1 << 15
 """Lines formatted at a time."""
 
@@ -143,6 +135,7 @@ def _write_mesh(
     part: IntArray | None = None,
 ) -> None:
     """Write the OBJ file: each part has one material per page that it uses."""
+    mesh, uv, page, pages = model.mesh, model.uv, model.page, max(1, len(model.images))
     turned = np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])  # applied from the right
     places, place_of = np.unique(mesh.positions @ turned + 0.0, axis=0, return_inverse=True)
     place_of = place_of.reshape(-1)  # + 0.0 made -0.0 equal to 0.0

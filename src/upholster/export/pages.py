@@ -1,4 +1,4 @@
-"""Pages of an atlas in files: their names, and the polygons on each."""
+"""A mesh with the pages of its atlas: the polygons on each, and the names of their files."""
 
 import os
 from collections.abc import Mapping, Sequence

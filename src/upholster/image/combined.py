@@ -21,9 +21,6 @@ Rectangle = tuple[int, int, int, int]
 _ALIGNED = 64
 """Samples begin at multiples of this: at a whole pixel of every pyramid level that matters."""
 
-_NEUTRAL = {"roughness": DEFAULT_ROUGHNESS, "metallic": 0.0, "ao": 1.0, "height": 0.5, "opacity": 1.0}
-"""Stands in for a map that one sample lacks and another has."""
-
 
 def combined(samples: Sequence[Material]) -> tuple[Material, tuple[Rectangle, ...]]:
     """Return one material with all samples side by side, and the rectangle of each in it.

@@ -20,14 +20,7 @@ __all__ = ["MATCH_WEIGHTS", "Material"]
 MATCH_WEIGHTS: Mapping[str, float] = MappingProxyType(
     {role: MAP_ROLES[role].match_weight for role in ROLES[1:]}
 )
-"""Weight of each map's squared differences in matching, relative to 1 for the albedo.
-
-Normal and height show where a stone ends as clearly as colour does, and count double; roughness and metallic
-mostly follow the albedo; occlusion adds nothing to the height.
-"""
-
-DEFAULT_ROUGHNESS = 0.8
-"""For a material without such a map."""
+"""Weight of each map's squared differences in matching, relative to 1 for the albedo."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,4 +1,4 @@
-"""Samples as numbers: which maps hold colours, and which value stands for 1 in the others."""
+"""Samples as numbers: the value that stands for 1 in maps that hold no colours."""
 
 from typing import Any
 

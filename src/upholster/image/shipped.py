@@ -24,7 +24,7 @@ def shipped_samples() -> dict[str, Path]:
     return {file.stem: file for file in sorted(shipped_folder().glob("*.png"))}
 
 
-def located(path: str | os.PathLike[str]) -> str | os.PathLike[str]:
+def sample_path(path: str | os.PathLike[str]) -> str | os.PathLike[str]:
     """Return a path unchanged, or the file of an included sample that it names.
 
     Parameters

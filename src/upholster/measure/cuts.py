@@ -143,7 +143,7 @@ def _mirrored(places: FloatArray, shape: tuple[int, ...]) -> FloatArray:
     return found
 
 
-def check_painted(quilt: Quilt, texels: Texels, exemplar: PixelArray) -> None:
+def check_measured(quilt: Quilt, texels: Texels, exemplar: PixelArray) -> None:
     """Raise InputError unless the texels have the quilt's charts, and the exemplar its shape."""
     _check(quilt, texels)
     if exemplar.ndim != 3 or exemplar.shape[:2] != quilt.exemplar_shape:

@@ -367,7 +367,7 @@ def refine_triangles(
 
 
 @kernel
-def measure_edges(mesh: Growing, count: int, spacing: NDArray[np.float32]) -> None:
+def measure_spacing(mesh: Growing, count: int, spacing: NDArray[np.float32]) -> None:
     """Find the shortest side in texels at each vertex: `spacing`, filled with large numbers on entry."""
     for triangle in range(count):
         if mesh.chart[triangle] >= 0:
@@ -399,7 +399,7 @@ def move_vertices(
     sums: NDArray[np.float64],
     out: NDArray[np.float64],
 ) -> None:
-    """Displace vertices into `out` (V, 3), with `spacing` from `measure_edges`; `sums` (V, 7) begins as 0.
+    """Displace vertices into `out` (V, 3), with `spacing` from `measure_spacing`; `sums` (V, 7) begins as 0.
 
     A vertex moves along the mean of its corners' normals, weighted by their angles, by the mean of its
     charts' heights. Where corners' normals differ, at creases, it moves farther, so that the adjacent faces

@@ -95,7 +95,7 @@ def build_atlas(
     texels
         The charts' texels.
     seams
-        Where the charts meet, from both sides: see `upholster.charts.seams.find_seams`.
+        Where the charts meet, from both sides: see `upholster.charts.chart_seams.find_seams`.
     layout
         The charts' places, by default those of `upholster.model.packing.pack_charts`.
     threads

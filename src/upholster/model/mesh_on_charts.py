@@ -14,7 +14,7 @@ from upholster.types import FloatArray
 __all__ = ["charted_tangents", "mesh_on_charts"]
 
 
-def charted_mesh(surface: MeshSurface, charts: Sequence[Chart]) -> Mesh:
+def mesh_on_charts(surface: MeshSurface, charts: Sequence[Chart]) -> Mesh:
     """Return a mesh's own triangles, with places on its charts.
 
     Parameters

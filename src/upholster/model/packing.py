@@ -186,7 +186,7 @@ def pack_charts(
     )
 
 
-def check_charts(charts: Sequence[Chart], gutter: int) -> None:
+def check_charts_fit(charts: Sequence[Chart], gutter: int) -> None:
     """Raise InputError if there are no charts, or the gutter is out of range."""
     if not 0 <= gutter <= MAX_GUTTER:
         raise InputError(f"gutter is {gutter}; allowed: 0 to {MAX_GUTTER}")
@@ -194,7 +194,7 @@ def check_charts(charts: Sequence[Chart], gutter: int) -> None:
         raise InputError("there are no charts; allowed: at least one")
 
 
-def check_pages(count: int) -> None:
+def check_page_count(count: int) -> None:
     """Raise InputError if there are too many pages."""
     if count > MAX_PAGES:
         raise InputError(

@@ -91,7 +91,7 @@ def read_shapes(path: Path, unit: float | None) -> tuple[CadRecord, list[Leaf]]:
         return read_rhino(path, unit)
     if unit is not None:
         raise UnreadableError("states its unit itself; allowed: --unit with .brep, and .3dm without one")
-    return _exchange(path, is_step=suffix in (".step", ".stp"))
+    return _exchange(path, is_step=name == "STEP")
 
 
 def _brep(path: Path, unit: float | None) -> tuple[CadRecord, list[Leaf]]:

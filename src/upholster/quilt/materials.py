@@ -44,8 +44,8 @@ def paint_material(
     -------
     dict
         Texels by role, each at its map's depth: "albedo", with the opacity as its alpha, then the other maps
-        except opacity. Normals are in the tangent frame of `upholster.quilt.normals.paint_normals` and have
-        length 1, also where blocks are blended.
+        except opacity. Normals are in the tangent frame of `upholster.quilt.normal_painting.paint_normals`
+        and have length 1, also where blocks are blended.
 
     Raises
     ------

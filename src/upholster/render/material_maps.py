@@ -17,7 +17,7 @@ from upholster.types import FloatArray, PixelArray
 
 __all__ = ["SHOWN", "build_maps", "checked_maps"]
 
-SHOWN = ("normal", "roughness", "metallic", "ao", "emission")
+SHOWN = tuple(role.name for role in MAP_ROLES.values() if role.gltf and role.name != "albedo")
 """Roles that pictures show, besides base colour and opacity."""
 
 

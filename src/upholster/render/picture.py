@@ -162,22 +162,8 @@ def render(
     return image
 
 
-def _scene(
-    positions: FloatArray,
-    normals: NDArray[np.float32],
-    uv: NDArray[np.float32],
-    triangles: IntArray,
-    camera: Camera,
-    supersample: int,
-    *,
-    floor: bool,
-    shadows: bool,
-    pales: bool,
-) -> tuple[RayMesh, Studio, float]:
-    """Return model, camera and lights in radii about the model's middle, and the radius.
-
-    In these units single precision is enough for any model.
-    """
+def _sphere(positions: FloatArray) -> tuple[FloatArray, float]:
+    """Return the middle of a model and its radius: in radii, single precision is enough for any model."""
     lowest, highest = positions.min(axis=0), positions.max(axis=0)
     middle, extent = lowest + (highest - lowest) / 2, float((highest - lowest).max())
     return middle, extent * float(np.sqrt((((positions - middle) / extent) ** 2).sum(axis=1).max()))
@@ -303,7 +289,7 @@ def _room(count: int) -> Rays:
     )
 
 
-def _finest_level(mesh: RayMesh, camera: Camera, studio: Studio, height: int, width: int) -> int:
+def _finest_level(mesh: RayMesh, camera: Camera, studio: Scene, height: int, width: int) -> int:
     """Return the finest mip level that the picture can need: finer ones are not computed."""
     corners = mesh.positions[mesh.triangles].astype(np.float64)
     nearest = float(((corners - studio.eye) @ camera.axes[2]).min())

@@ -2,9 +2,10 @@
 
 In production any static host will do: see docs/serving.md.
 
-Any application on the user's machine can use `guard` (Host check, headers, one-line error reports), `running`
+Any application on the user's machine can use `guard` (Host check, headers, one-line error reports), `serving`
 (a free port, until Ctrl-C or while a block runs; on `connections` with deadlines), `browser` and `throttle`.
-Streams are served by `catalogue`, `pages`, `thumbnails` (drawn by `drawing`) and `app`, which joins them all.
+Streams are served by `catalogue`, `html_pages`, `thumbnails` (drawn by `thumbnail_drawing`) and `app`, which
+joins them all.
 """
 
 from upholster.server.app import STREAM_TYPE, make_app, serve

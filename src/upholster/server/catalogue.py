@@ -85,7 +85,7 @@ class Catalogue:
         """Number of folders among the given paths."""
         return sum(given.folder for given in self._given)
 
-    def entries(self) -> list[Entry]:
+    def entries(self) -> list[ListedStream]:
         """Return the streams that exist now: files as given, those of a folder by name."""
         found = []
         for name, path in self._places().items():

@@ -287,7 +287,9 @@ class Studio:
                 shutil.copyfile(source, written.path(target))
 
 
-def make_studio(studio: Studio, *, hosts: Sequence[str] = ("127.0.0.1", "localhost")) -> tuple[Guard, Entry]:
+def make_studio(
+    studio: Studio, *, hosts: Sequence[str] = ("127.0.0.1", "localhost")
+) -> tuple[Guard, SessionGate]:
     """Return a session's ASGI application, and the middleware that guards its entry."""
     page = Path(__file__).parent / "page"
 

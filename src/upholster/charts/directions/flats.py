@@ -36,7 +36,7 @@ _ROUNDING = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class Border:
+class FaceBorder:
     """Edges of faces' triangles that have a triangle outside the face, or none, on the other side.
 
     Attributes
@@ -58,7 +58,7 @@ class Border:
     length: FloatArray
 
     @classmethod
-    def of(cls, mesh: TriangleMesh, face: IntArray) -> "Border":
+    def of(cls, mesh: TriangleMesh, face: IntArray) -> "FaceBorder":
         """Return the edges around faces; `face` (T,) holds each triangle's face number, −1 for none."""
         beyond = np.where(mesh.neighbours >= 0, face[mesh.neighbours // 3], -1)
         triangle, edge = np.nonzero((face[:, None] >= 0) & (beyond != face[:, None]))
@@ -120,7 +120,9 @@ def _level_pieces(
     return kept[piece].astype(np.int32), planes[~bent]
 
 
-def _at_faces(mesh: TriangleMesh, bend: FloatArray, border: Border, number: IntArray) -> NDArray[np.bool_]:
+def _at_faces(
+    mesh: TriangleMesh, bend: FloatArray, border: FaceBorder, number: IntArray
+) -> NDArray[np.bool_]:
     """Return which edges (B,) bend sharply, by cosines (T, 3), to a face that has a `number` (T,) already."""
     met = mesh.neighbours[border.triangle, border.edge]
     bent: NDArray[np.bool_] = bend[border.triangle, border.edge] <= np.cos(np.radians(_CHAMFER)) + _ROUNDING

@@ -75,7 +75,7 @@ class _Planes:
     @classmethod
     def of(cls, mesh: TriangleMesh, frames: PlaneFrames, face: IntArray) -> "_Planes":
         """Return the planes of the faces in `face` (T,), −1 for none."""
-        normals, border = mean_planes(frames, face), Border.of(mesh, face)
+        normals, border = mean_planes(frames, face), FaceBorder.of(mesh, face)
         x = np.cross((0.0, 0.0, 1.0), normals)
         flat = asked_of_slopes(normals[:, 2]) == 0
         x[flat] += (0.1, 0.01, 0.0)

@@ -110,7 +110,9 @@ def _middles(triangles: IntArray, stride: int) -> NDArray[np.int64]:
     return found
 
 
-def spread_over_steps(cells: Sequence[Cells], evaluate: Callable[[SurfacePoints], FloatArray]) -> AtSteps:
+def spread_over_steps(
+    cells: Sequence[CoarseCells], evaluate: Callable[[SurfacePoints], FloatArray]
+) -> AtSteps:
     """Return a function that evaluates cells' values at steps.
 
     Parameters
@@ -142,7 +144,7 @@ def spread_over_steps(cells: Sequence[Cells], evaluate: Callable[[SurfacePoints]
     return at
 
 
-def _smoothed(cells: Cells, values: FloatArray) -> NDArray[np.float32]:
+def _smoothed(cells: CoarseCells, values: FloatArray) -> NDArray[np.float32]:
     """Return means over adjacent cells, weighted by `_TENT` each way; NaN where there is no cell."""
     total, weights = np.zeros(values.shape), np.zeros(values.shape)
     height, width = values.shape

@@ -85,7 +85,7 @@ AtSteps = Callable[[Steps], NDArray[Any]]
 
 
 @stage
-def located(charted: ChartedSurface, *, threads: int | None = None) -> tuple[IntArray, ...]:
+def triangles_at_steps(charted: ChartedSurface, *, threads: int | None = None) -> tuple[IntArray, ...]:
     """Return the triangle that contains the centre of each chart's steps, (height, width) int32.
 
     For steps off the surface, up to three quarters of a step away, it is the nearest triangle; beyond, −1.

@@ -79,7 +79,7 @@ class PhaseSystem:
         return hermitian(len(self.mass), self.first, self.second, values, self.diagonal)
 
 
-def turned(cycles: FloatArray) -> ComplexArray:
+def unit_phases(cycles: FloatArray) -> ComplexArray:
     """Return unit complex numbers, rotated by this many turns from 1."""
     angles = 2 * np.pi * (cycles - np.rint(cycles))
     found: ComplexArray = np.cos(angles) + 1j * np.sin(angles)

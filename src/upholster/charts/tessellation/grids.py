@@ -75,7 +75,7 @@ class VertexGrid:
 
 def chart_grids(
     surface: Surface, charts: Sequence[Chart], counts: FloatArray, least: int, *, tips: bool = False
-) -> list[ChartGrid]:
+) -> list[VertexGrid]:
     """Return a grid for each chart, with about `counts` intervals down and to the right, (charts, 2).
 
     Each patch has at least `least` intervals, and patches end where intervals end. If `least` is 0, intervals

@@ -45,7 +45,7 @@ class Junctions:
         self.places.append((row, column))
         return self.first + len(self.chart) - 1
 
-    def on_edge(self, chart: int, edge: int, at: float, grid: ChartGrid) -> int:
+    def on_edge(self, chart: int, edge: int, at: float, grid: VertexGrid) -> int:
         """Return the extra vertex at a place of an edge, adding it if it is new."""
         side, height, width = self.sides[chart, edge], grid.rows[-1], grid.columns[-1]
         near = EPS * (height if edge & 1 else width)
@@ -105,7 +105,7 @@ def _collapsed(
             yield np.stack([ring[point], ring[point + 1]], axis=1)
 
 
-def _unite(m: ChartSeam, grids: Sequence[ChartGrid], found: Junctions) -> NDArray[np.int64]:
+def _unite(m: ChartSeam, grids: Sequence[VertexGrid], found: Junctions) -> NDArray[np.int64]:
     """Give both sides of a seam the vertices of the other; return the pairs that coincide."""
     sides = (
         (m.chart, m.edge, m.start, m.stop),
@@ -152,7 +152,7 @@ def _vertices_at(
     return vertices
 
 
-def cell_fans(found: Junctions, grids: Sequence[ChartGrid]) -> Fans:
+def cell_fans(found: Junctions, grids: Sequence[VertexGrid]) -> Fans:
     """Cut cells with extra vertices on their sides into triangles around a new vertex in the middle."""
     extras: dict[tuple[int, int, int], list[list[int]]] = defaultdict(lambda: [[], [], [], []])
     for (chart, edge), side in found.sides.items():

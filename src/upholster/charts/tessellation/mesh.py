@@ -102,7 +102,7 @@ def tessellate(
     charts
         The charts on it; by default one per face, with one texel per patch.
     seams
-        Where they meet, see `upholster.charts.seams.find_seams`; found by default.
+        Where they meet, see `upholster.charts.chart_seams.find_seams`; found by default.
     quads
         Wanted number over the complete surface: 1 to 10,000,000.
 

@@ -252,7 +252,7 @@ def whole(entry: Mapping[str, Any], key: str, least: int, most: int, default: in
     return value
 
 
-def numbers(entry: Mapping[str, Any], key: str, count: int) -> list[float] | None:
+def number_list(entry: Mapping[str, Any], key: str, count: int) -> list[float] | None:
     """Return a list of `count` finite numbers of an object; None if it is missing.
 
     Raises

@@ -96,11 +96,11 @@ def read_model(
         if not data:
             raise InputError("is empty; allowed: a model")
         with np.errstate(all="ignore"):  # the mesh refuses numbers out of range
-            if suffix in CAD_SUFFIXES:
+            if kind.holds == "cad":
                 wanted = _millimetres(deviation)
                 raw = read_cad_model(Path(name), metres, up, wanted, unique=unique, progress=progress)
                 metres = up = None  # it is in millimetres now, with z up
-            elif suffix in (".glb", ".gltf"):
+            elif kind.name == "glTF":
                 raw = read_scene(parse_gltf(data, name))
             else:
                 raw = _READERS[kind.name](data, Path(name).stem)

@@ -312,7 +312,7 @@ def lay_edge_blocks(
     """Choose, cut and paint a range of edge blocks (from, to) along an edge that charts A and B share.
 
     A block is upright on A. The part that its cut keeps goes onto the canvases and into the labels of both
-    charts. `working` and `table` are as in `lay_blocks`.
+    charts. `working` and `table` are as in `lay_chart_blocks`.
     """
     channels, tile = numbers.channels, numbers.tile
     block, cell = blocks.side, blocks.cell

@@ -48,7 +48,7 @@ class PixelLevel(NamedTuple):
     channels: int
 
 
-class Texels(NamedTuple):
+class ChosenTexels(NamedTuple):
     """The texels of a chart that are to be chosen, and its layout in the arrays of its level.
 
     Texel (r, c) is `first + r·stride + c`; its parent likewise. Rows run from `row` up to but excluding
