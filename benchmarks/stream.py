@@ -8,7 +8,7 @@ import numpy as np
 
 import upholster
 from benchmarks.measure import EXEMPLAR, Results, median_seconds, one_pixel_a_texel
-from upholster.export import write_glb
+from upholster.export import PagedMesh, write_glb
 from upholster.image import encode_image
 from upholster.levels import refine_steps, texels_psnr
 from upholster.options import WriteOptions
@@ -168,7 +168,7 @@ def _against_glb(
     reached = min(wanted, _atlas_psnr(atlas, name, high))
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "ring.glb"
-        write_glb(path, model.mesh, model.uv, atlas, texture=name, quality=high)
+        write_glb(path, PagedMesh(model.mesh, model.uv, atlas), texture=name, quality=high)
         size = path.stat().st_size
     short, long = 64, len(data)
     while short < long:

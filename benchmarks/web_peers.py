@@ -31,7 +31,7 @@ from benchmarks.browser import SIZE, fresh_page, open_chromium, serve_files
 from benchmarks.codec_peers import psnr
 from benchmarks.measure import EXEMPLAR
 from benchmarks.web import covered_ring
-from upholster.export import write_glb
+from upholster.export import PagedMesh, write_glb
 from upholster.options import WriteOptions
 from upholster.stream import StreamDecoder
 
@@ -103,7 +103,7 @@ def _write_ring(chromium: Any, folder: Path) -> str:
     with serve_files(folder) as line:
         quads = _quads_shown(chromium, line.address)
     model = replace(model, options=WriteOptions(quads=quads, padding=2))
-    write_glb(folder / "large.glb", model.mesh, model.uv, model.atlas.pixels, texture="png")
+    write_glb(folder / "large.glb", PagedMesh(model.mesh, model.uv, model.atlas.pixels), texture="png")
     _make_small(folder / "large.glb", folder / "ring.glb")
 
     decoder = StreamDecoder()

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.elements.peaks import Peak
+from upholster.elements.peaks import SpectrumPeak
 from upholster.types import FloatArray
 
 __all__ = ["TOLERANCE", "chosen_waves"]
@@ -39,7 +39,7 @@ _ALONE = 200.0
 
 
 def chosen_waves(
-    waves: FloatArray, prominences: FloatArray, peaks: Sequence[Peak], shape: tuple[int, int]
+    waves: FloatArray, prominences: FloatArray, peaks: Sequence[SpectrumPeak], shape: tuple[int, int]
 ) -> list[int]:
     """Choose the one or two waves of which all peaks are whole multiples, or sums of whole multiples.
 

@@ -6,12 +6,12 @@ from collections.abc import Callable
 from pathlib import PurePath
 
 from upholster.charts.directions import NUMBER, is_stroke_file
-from upholster.charts.maps.images import Image, VertexColors
+from upholster.charts.maps.map_images import Image, VertexColors
+from upholster.charts.maps.map_source import Source
 from upholster.charts.maps.noise import Noise
 from upholster.charts.maps.painted import Painted
-from upholster.charts.maps.rays import Curvature, Occlusion
+from upholster.charts.maps.ray_maps import Curvature, Occlusion
 from upholster.charts.maps.shapes import Ball, Facing, Height, Part, Slope
-from upholster.charts.maps.source import Source
 from upholster.charts.maps.surface_map import SurfaceMap
 from upholster.errors import InputError
 from upholster.image import IMAGE_SUFFIXES
