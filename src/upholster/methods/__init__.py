@@ -1,6 +1,6 @@
 """The methods of synthesis: from an exemplar and a layout of charts to a quilt.
 
-`synthesis` settles layout, scale and direction and calls a method: `paper`, `pixel` or `quilt`.
+`synthesis` sets layout, scale and direction and calls a method: `paper`, `pixel` or `quilt`.
 """
 
 from upholster.methods.guidance import Guidance
