@@ -113,7 +113,7 @@ def test_parts_without_a_material_stay_as_they_are(folder: Path, tmp_path: Path)
     told: list[str] = []
     covered(folder, tmp_path / "a.glb", {"oak": "red.png"}, tell=told.append)
     assert materials_of(tmp_path / "a.glb") == ["Cloth", "red", "red"]
-    assert any("no material is for Top: left as in the file" in note for note in told)
+    assert any("no material is given for Top: left as in the file" in note for note in told)
 
 
 def test_the_sample_covers_the_rest(folder: Path, tmp_path: Path) -> None:

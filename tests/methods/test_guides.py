@@ -241,7 +241,7 @@ BAD: dict[str, tuple[dict[str, Any], str]] = {
         {"labels": ("luminance=height>0.5",)},
         r"luminance has no labels; allowed: an image's file",
     ),
-    "label values": ({"labels": ("labels.png=height",)}, r"map 'height' tells no labels"),
+    "label values": ({"labels": ("labels.png=height",)}, r"map 'height' has no labels"),
     "label unknown": ({"labels": ("labels.png=part:x",)}, r"map 'part:x' is for models"),
     "label lacks": (
         {"labels": ("labels.png=height>0.5",)},
