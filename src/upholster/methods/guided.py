@@ -41,7 +41,7 @@ _SMOOTH = 64
 """Where the sample itself is the guide, it is averaged within this fraction, 1/64, of its shorter side."""
 
 _TAILS = 0.02
-"""Where the sample itself is the guide, this fraction of all pixels becomes 0, and as many become 1."""
+"""Where the sample itself is the guide, this fraction of all pixels becomes 0, and the same fraction 1."""
 
 
 def given_guidance(asked: SynthesisOptions) -> list[str]:

@@ -113,7 +113,7 @@ def draw_fitting(
     span: Span,
     choice: ChoiceScratch,
 ) -> tuple[Any, Any]:
-    """Draw an allowed pixel of a span, from those that fit phases and guides about best if there are any."""
+    """Draw an allowed pixel of a span: any, or if there are phases or guides, one that fits about best."""
     if not _is_asked(match):
         place = _draw_place(match, numbers, state, span, choice)
         return place // numbers.width, place % numbers.width

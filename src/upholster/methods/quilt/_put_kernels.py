@@ -22,7 +22,7 @@ def _times(s: FloatArray, y: float, x: float) -> tuple[float, float]:
 
 @inline
 def _turn_fit(field: FieldArrays, s: FloatArray, fit: FloatArray) -> None:
-    # A sheet that reads ½(C + M)(q − c) shall read S times that around its centre: C becomes
+    # A sheet that reads ½(C + M)(q − c) must read S times that about its centre. So C becomes
     # S(C + M(c)) − M(c).
     m = turned(field_at(field, int64(fit[1]), fit[2], fit[3]), fit[10])
     fit[4], fit[5] = _times(s, fit[4], fit[5])

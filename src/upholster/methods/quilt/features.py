@@ -12,7 +12,7 @@ _COARSE = 17
 """To find coarse differences, colours are averaged over the shorter side divided by this number."""
 
 _LOOKED_AT = 128
-"""The image is reduced for averaging, until its shorter side is from this to twice as many pixels."""
+"""For averaging, the image is reduced until its shorter side has from this to twice this many pixels."""
 
 _COARSE_WEIGHT = 2
 """Weight of coarse differences, in addition to their share in all differences."""

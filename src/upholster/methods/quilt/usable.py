@@ -1,4 +1,4 @@
-"""Limits for blocks of a sample with a mask: their places and sides, and levels with room for them."""
+"""Blocks of a sample with a mask: their allowed places and sides, and the levels with room for them."""
 
 import numpy as np
 from numpy.typing import NDArray
