@@ -63,7 +63,7 @@ class Run:
     dashboard
         The address of Dask's dashboard; empty if there is none.
     outcomes
-        What comes of the jobs, in the order in which they end.
+        Outcomes of the jobs, in the order in which they end.
     """
 
     dashboard: str

@@ -1,4 +1,4 @@
-"""Choosing the one or two waves that all others at which a sample repeats are made of."""
+"""Choosing one or two waves of which all other waves of a sample's repetition are sums."""
 
 from collections.abc import Sequence
 

@@ -70,7 +70,7 @@ def write_glb(
     ------
     InputError
         If `texture` is unknown, cannot hold the alpha, or is too large; if a role is unknown, a map's shape
-        does not fit, or a normal map has no tangents; if the number of images is not that of pages; if the
+        does not fit, or a normal map has no tangents; if the numbers of images and pages differ; if the
         file would exceed 4 GiB.
 
     References

@@ -44,8 +44,8 @@ def write_ply(
     Raises
     ------
     InputError
-        If the texture's format is unknown or cannot hold the image, or the number of textures is not that of
-        pages.
+        If the texture's format is unknown or cannot hold the image, or the numbers of textures and pages
+        differ.
 
     References
     ----------

@@ -47,8 +47,7 @@ def parse_map(text: str) -> SurfaceMap:
     text
         One of these, at most 4096 characters; words may have capitals:
 
-        - the name of an image, ``mask.png``: the mean of its colours as stored. It covers a flat texture,
-        each
+        - the name of an image, ``mask.png``: the mean of its stored colours. It covers a flat texture, each
           face of patches, or a model by its texture coordinates; where it is clear, the map has no value;
         - ``colors``: the mean of the colours of a model's vertices;
         - ``part:Leg*``: 1 on the parts of a model whose name fits;
