@@ -116,7 +116,7 @@ def _write_ring(chromium: Any, folder: Path) -> str:
     height, width = best.shape[:2]
     return (
         f"The stream has {len(model.stream) / 1000:.0f} kB, {model.texels.count / 1e6:.1f} million texels, "
-        f"{ours:.1f} dB beside what was painted. The GLB has {size / 1000:.0f} kB: a texture of "
+        f"{ours:.1f} dB compared with the painted texels. The GLB has {size / 1000:.0f} kB: a texture of "
         f"{width} × {height}, {len(texture) / 1000:.0f} kB of WebP, {theirs:.1f} dB; and "
         f"{len(model.mesh.quads):,} quadrilaterals, as many as the viewer shows, "
         f"{(size - len(texture)) / 1000:.0f} kB by Draco."

@@ -164,7 +164,7 @@ def test_brep_and_iges_give_the_same_plate_and_a_unit_where_the_file_has_none(fi
     iges = read_model(files / "plate.igs")
     assert (iges.mesh.neighbours >= 0).all()  # loose faces are sewn
     assert iges.mesh.areas.sum() == pytest.approx(wanted, rel=2e-3)
-    with pytest.raises(InputError, match="tells its unit itself"):
+    with pytest.raises(InputError, match="states its unit itself"):
         read_model(files / "plate.igs", unit="mm")
 
 

@@ -110,7 +110,7 @@ def test_the_size_of_an_element_stands_for_that_of_the_sample(tmp_path):
     with pytest.raises(InputError, match="sample size and element size are both given"):
         run(element_size=0.1, sample_size=1)
     write_image(sample, np.random.default_rng(1).integers(0, 255, (80, 80, 3), np.uint8))
-    with pytest.raises(InputError, match="nothing repeats surely in the sample; allowed: sample size"):
+    with pytest.raises(InputError, match="no pattern clearly repeats in the sample; allowed: sample size"):
         run(element_size=0.1)
 
 

@@ -324,7 +324,7 @@ BAD = {
     "map twice": (["wall", "--map", "ao=a", "--map", "ao=b", "--on", "sphere"], "'ao' is given twice"),
     "map of no role": (["wall", "--map", "shine=plain.png", "--on", "sphere"], "role 'shine' is unknown"),
     "normal of no way": (["wall", "--normal", "up", "--on", "sphere"], "normal is 'up'; allowed: gl"),
-    "normal of an image": (["plain.png", "--normal", "dx", "--on", "sphere"], "is no material"),
+    "normal of an image": (["plain.png", "--normal", "dx", "--on", "sphere"], "is not a material"),
     "zip file missing": (["none.zip", "--on", "sphere"], "'none.zip' does not exist"),
     "no albedo": (["bare", "--on", "sphere"], "folder 'bare': material has no albedo"),
     "no map": ([*WALL, "notes.txt", "--on", "sphere"], "notes.txt"),

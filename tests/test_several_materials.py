@@ -113,7 +113,7 @@ def test_parts_without_a_material_stay_as_they_are(folder: Path, tmp_path: Path)
     told: list[str] = []
     covered(folder, tmp_path / "a.glb", {"oak": "red.png"}, tell=told.append)
     assert materials_of(tmp_path / "a.glb") == ["Cloth", "red", "red"]
-    assert any("no material is for Top: left as in the file" in note for note in told)
+    assert any("no material is given for Top: left as in the file" in note for note in told)
 
 
 def test_the_sample_covers_the_rest(folder: Path, tmp_path: Path) -> None:
@@ -196,6 +196,16 @@ WRONG: dict[str, tuple[dict[str, Any], dict[str, Any], str]] = {
         {"Top": "red.png"},
         {"sample": {"crop": (0, 0, 32, 32)}},
         "crop is for SAMPLE, and none is given",
+    ),
+    "guide": (
+        {"Top": "red.png"},
+        {"synthesis": {"guide": ("luminance=height",)}},
+        "guide is given with several materials; allowed: with one sample",
+    ),
+    "again": (
+        {"Top": "red.png"},
+        {"synthesis": {"again": ("height",)}},
+        "again is given with several materials",
     ),
     "no sample": ({}, {}, "no SAMPLE is given"),
     "over a sample": ({"Top": "red.png"}, {"target": "red.png"}, "red.png"),

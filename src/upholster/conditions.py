@@ -1,4 +1,4 @@
-"""Conditions on coordinates as people write them: ``z<0.1mm``, ``x>=0 and z<2``."""
+"""Conditions on coordinates as users write them: ``z<0.1mm``, ``x>=0 and z<2``."""
 
 import re
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ class Condition:
     axis
         0, 1, 2: x, y, z.
     below
-        Whether it holds below the bound; else above. At the bound it holds.
+        Whether the condition holds below the bound, otherwise above it. At the bound it holds.
     bound
         In the model's units, or with a unit.
     """
@@ -33,19 +33,19 @@ class Condition:
 def read_conditions(text: str, *, name: str = "keep") -> tuple[Condition, ...]:
     """Read conditions that hold together: each an axis, a sign and a length; joined by ``and``.
 
-    Signs are ``<``, ``<=``, ``>``, ``>=``; ``<`` and ``<=`` are one, likewise ``>`` and ``>=``.
+    Signs are ``<``, ``<=``, ``>``, ``>=``; ``<`` and ``<=`` mean the same, likewise ``>`` and ``>=``.
 
     Parameters
     ----------
     text
         As ``"z<0.1mm"`` or ``"x>=0 and z<2"``.
     name
-        What to call the value in a message.
+        The value's name in messages.
 
     Raises
     ------
     InputError
-        If it is something else.
+        If it has another form.
     """
     found = []
     for part in re.split(r"\s+and\s+", text.strip()):

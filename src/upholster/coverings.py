@@ -1,4 +1,4 @@
-"""Samples and what each covers: one on all of a surface, or several, each on parts of a model."""
+"""Samples and the surface of each: one sample on a whole surface, or several, each on parts of a model."""
 
 import math
 import os
@@ -33,8 +33,8 @@ from upholster.methods import (
     asked_files,
     coarser,
     execute,
+    given_guidance,
     holding,
-    is_guided,
     kept_sample,
     matched_image,
     needs_patches,
@@ -76,20 +76,20 @@ __all__ = [
 ]
 
 MOST_PINNED = 8
-"""States at which something is pinned: each is laid once more."""
+"""Largest number of states at which regions are pinned: each state is laid again."""
 
 _REST = "the others"
-"""What a report calls the parts that no pattern fits."""
+"""Name in reports for the parts that no pattern fits."""
 
 
 def check_not_swapped(exemplar: Source | None, on: CoveredLike) -> None:
-    """Raise InputError where the sample is a model, and what is covered an image."""
+    """Raise InputError if the sample is a model and the surface an image."""
     named = exemplar if isinstance(exemplar, (list, tuple)) else [exemplar]
     texts = [os.fspath(one) for one in (*named, on) if isinstance(one, (str, os.PathLike))]
     models = [text for text in texts[:-1] if is_model_name(text)]
     if len(texts) == len(named) + 1 and models and Path(texts[-1]).suffix.lower() in IMAGE_SUFFIXES:
         raise InputError(
-            f"sample {models[0]!r} is a model, and what it is to cover, {texts[-1]!r}, an image; "
+            f"sample {models[0]!r} is a model, and the surface {texts[-1]!r} is an image; "
             f"allowed: the other way round, {texts[-1]} --on {models[0]}"
         )
 
@@ -108,18 +108,18 @@ def check_samples(sample: Sample | None, materials: Mapping[str, Sample]) -> lis
 
 
 def check_pinned(pinned: object) -> None:
-    """Raise InputError for what is neither None nor of `upholster.Project.pin`."""
+    """Raise InputError unless `pinned` is None or comes from `upholster.Project.pin`."""
     if not (pinned is None or isinstance(pinned, Pinned)):
-        raise InputError(f"pinned is {on_a_line(pinned)}; allowed: what `Project.pin` makes")
+        raise InputError(f"pinned is {on_a_line(pinned)}; allowed: a result of `Project.pin`")
 
 
 def read_sample(source: Source | Sample | None, options: SampleOptions) -> Sample | None:
-    """Return a sample, read as options say that are told beside it.
+    """Return a sample with the options that are given separately.
 
     Raises
     ------
     InputError
-        If there are options and no sample, or one with options of its own.
+        If options are given without a sample, or with one that has options of its own.
     """
     if options == SampleOptions():
         return None if source is None else Sample.of(source)
@@ -131,17 +131,17 @@ def read_sample(source: Source | Sample | None, options: SampleOptions) -> Sampl
         )
     found = Sample.of(source)
     if found.options != SampleOptions():
-        raise InputError(f"{names} is told of a sample that has options of its own; allowed: one of both")
+        raise InputError(f"{names} is given for a sample that has options of its own; allowed: one of both")
     return replace(found, options=options)
 
 
 def read_materials(materials: Mapping[str, Source | Sample] | None) -> dict[str, Sample]:
-    """Read samples by the parts that they are for, sizes behind an @ as well: ``{"Seat": "oak.jpg@30cm"}``.
+    """Read samples by their parts, optionally with widths after an @: ``{"Seat": "oak.jpg@30cm"}``.
 
     Raises
     ------
     InputError
-        If it is no mapping, a pattern is empty or there twice in other letters, or a size is no length.
+        If it is not a mapping, a pattern is empty or given twice in other letters, or a size is not a length.
     """
     if materials is None:
         return {}
@@ -166,16 +166,16 @@ def _material(pattern: str, source: Source | Sample) -> Sample:
 
 @dataclass(frozen=True, slots=True)
 class Pinned:
-    """Regions that stay as they were when they were pinned.
+    """Regions that stay as they were when pinned.
 
     Attributes
     ----------
     regions
         Each as `upholster.charts.maps.parse_map` reads it.
     synthesis, seed
-        With which they were laid.
+        The options and the seed with which they were laid.
     before
-        What was pinned when that was; None: nothing.
+        The regions that were pinned at that time; None for none.
     """
 
     regions: tuple[str, ...]
@@ -188,43 +188,43 @@ class Pinned:
             parse_map(text)
         if self.depth > MOST_PINNED:
             raise InputError(
-                f"regions are pinned at {self.depth} states; allowed: {MOST_PINNED}, so unpin, and pin anew"
+                f"regions are pinned at {self.depth} states; allowed: {MOST_PINNED}; unpin, then pin again"
             )
 
     @property
     def depth(self) -> int:
-        """At how many states something was pinned."""
+        """The number of states at which regions were pinned."""
         return 1 if self.before is None else 1 + self.before.depth
 
     @property
     def files(self) -> list[str]:
-        """The files that it names."""
+        """The files that the regions and options name."""
         own = [file for text in self.regions for file in parse_map(text).files]
         return [*own, *asked_files(self.synthesis), *([] if self.before is None else self.before.files)]
 
 
 @dataclass(frozen=True, eq=False)
 class Covering:
-    """A sample, and what it covers.
+    """A sample and the surface that it covers.
 
     Attributes
     ----------
     pattern
-        Of the parts that it covers; None: all that there are.
+        The pattern of the parts that it covers; None: all parts.
     covered
         The surface.
     source
-        The sample or material, as it is matched and painted.
+        The sample or material for matching and painting.
     asked
-        How it is laid.
+        The options for laying it.
     title
-        Of the material in a file.
+        The material's name in a file.
     largest
-        Texels: greatest height and width of a chart on patches.
+        Greatest height and width of a chart on patches, in texels.
     guidance
-        What is asked of where things go; None: nothing.
+        Guides, zones, regions and pieces; None for none.
     held
-        What covered it before, of which regions stay, and its seed; None: nothing stays.
+        The earlier covering whose regions stay, and its seed; None if no region stays.
     """
 
     pattern: str | None
@@ -238,33 +238,33 @@ class Covering:
 
     @property
     def name(self) -> str:
-        """What reports call it; empty for one that covers all."""
+        """Its name in reports; empty if it covers all parts."""
         return "" if self.pattern is None else self.pattern or _REST
 
     @property
     def surface(self) -> AnySurface:
-        """What it covers."""
+        """The surface."""
         return self.covered.surface
 
     @property
     def roles(self) -> tuple[str, ...]:
-        """The maps of the sample beside the base colour."""
+        """The maps of the sample other than the base colour."""
         return tuple(source_parts(self.source))[1:]
 
     @cached_property
     def seen(self) -> PixelArray:
-        """What is matched."""
+        """The pixels that are matched."""
         return matched_image(self.source, self.asked)
 
     @property
     def first(self) -> PixelArray:
-        """What is matched, without the samples of zones."""
+        """The pixels that are matched, without the samples of zones."""
         zones = None if self.guidance is None else self.guidance.zones
         return self.seen if zones is None else cropped(self.seen, zones.rectangles[0])
 
     @cached_property
     def prepared(self) -> Prepared:
-        """What will be done, settled; InputError if something is out of range."""
+        """The settled parameters of the synthesis; InputError if one is out of range."""
         with _naming(self.name):
             return prepare(
                 self.seen,
@@ -278,16 +278,16 @@ class Covering:
 
     @property
     def charts(self) -> tuple[Chart, ...]:
-        """The layout as it is painted, in texels."""
+        """The layout for painting, in texels."""
         return self.prepared.painted
 
     @property
     def texels(self) -> int:
-        """How many it has."""
+        """The number of texels."""
         return sum(chart.height * chart.width for chart in self.charts)
 
     def notes(self, *, in_memory: bool = True) -> list[str]:
-        """Return what the user should know before the work begins, which may hold all texels in memory."""
+        """Return warnings before the work; `in_memory` says whether all texels will be in memory."""
         maps = 1 + len(self.roles) if in_memory else 0
         found = notes_before(self.surface, self.prepared, self.first, maps)
         return [f"{self.name}: {note}" if self.name else note for note in found]
@@ -295,15 +295,13 @@ class Covering:
     def synthesized(
         self, *, octaves: int = 0, seed: int, threads: int | None, progress: Progress | None
     ) -> Quilt:
-        """Return the quilt; for a quick look one whose steps are longer by so many powers of two."""
+        """Return the quilt; for a quick look one with steps longer by `octaves` powers of two."""
         with _naming(self.name):
             prepared = coarser(self.prepared, self.seen, octaves) if octaves else self.prepared
             if self.held is not None:
                 before, own_seed = replace(self.held[0], largest=self.largest), self.held[1]
                 if not np.array_equal(before.seen, self.seen):
-                    raise InputError(
-                        "a pinned region can not stay where the sample changes; allowed: unpin it"
-                    )
+                    raise InputError("a pinned region can not stay if the sample changes; allowed: unpin it")
                 quilt = before.synthesized(octaves=octaves, seed=own_seed, threads=threads, progress=None)
                 prepared = holding(prepared, quilt)
             return execute(prepared, self.seen, self.surface, seed=seed, threads=threads, progress=progress)
@@ -317,7 +315,7 @@ class Covering:
         threads: int | None,
         progress: Progress | None,
     ) -> TexturedModel:
-        """Return the model with its texels painted, so many for a step each way."""
+        """Return the model with its texels, painted at `density` texels per step each way."""
         density = quilt.density if density is None else density
         texels, others = painted(quilt, self.source, threads, progress, density=density)
         return TexturedModel(
@@ -337,32 +335,32 @@ def read_coverings(
     notes: list[str],
     progress: Progress | None = None,
 ) -> list[Covering]:
-    """Read what is covered, and with which samples.
+    """Read the surface and the samples that cover it.
 
     Parameters
     ----------
     sample
-        For all that no material is for; None: that is left as it is.
+        For all parts without a material; None leaves those parts unchanged.
     on
         The surface; with materials, a model's file.
     materials
         Other samples, each for parts of the model.
     reading, asked
-        How the model is read, and how it is covered. A number of texels is for all together.
+        How the model is read, and how it is covered. A number of texels is the total of all materials.
     pinned
-        Regions that stay as they were; None: nothing does.
+        Regions that stay as they were; None for none.
     notes
-        What the user should know is added.
+        Warnings are appended here.
     progress
-        As of `as_covered`.
+        As for `as_covered`.
 
     Raises
     ------
     InputError, FormatError
-        As `covered_parts` and `read_source`, with the material's pattern.
+        As for `covered_parts` and `read_source`, with the material's pattern.
     """
     if not materials:
-        assert sample is not None  # `check_samples` looked
+        assert sample is not None  # `check_samples` made sure
         covered = as_covered(
             on,
             reading,
@@ -372,8 +370,9 @@ def read_coverings(
         )
         notes += covered.notes
         return [_pinned(_covering(None, covered, sample, asked, notes), sample, pinned)]
-    if is_guided(asked) or pinned is not None:
-        raise InputError("guides and zones are given with several materials; allowed: with one sample")
+    given = given_guidance(asked) or ([] if pinned is None else ["a pinned region"])
+    if given:
+        raise InputError(f"{given[0]} is given with several materials; allowed: with one sample")
     if asked.method != "quilt":
         raise InputError(f"method is {asked.method!r} with several materials; allowed there: 'quilt'")
     parts = covered_parts(on, list(materials), reading, rest=sample is not None, progress=progress)
@@ -381,7 +380,7 @@ def read_coverings(
     for pattern, covered in parts.items():
         notes += covered.notes
         own = materials.get(pattern, sample)
-        assert own is not None  # there is a rest only with a sample
+        assert own is not None  # other parts are covered only with a sample
         title = _title(own.source, pattern)
         shared = _share(asked, covered, parts)
         with _naming(pattern or _REST):
@@ -412,7 +411,7 @@ def _covering(
 
 
 def _pinned(covering: Covering, sample: Sample, pinned: Pinned | None) -> Covering:
-    # A covering with regions that stay as they were.
+    # Returns a covering with regions that stay as they were.
     if pinned is None:
         return covering
     held = tuple(map(parse_map, pinned.regions))
@@ -427,7 +426,7 @@ def _pinned(covering: Covering, sample: Sample, pinned: Pinned | None) -> Coveri
 def _with_axes(
     asked: SynthesisOptions, covered: Covered, source: PixelArray | Material, notes: list[str]
 ) -> SynthesisOptions:
-    """Return options with the direction on each part of a model, and the size that fits round its axes."""
+    """Return options with the direction on each part of a model, and the size that fits around its axes."""
     if not is_by_part(asked.direction):
         return asked
     if covered.model is None:
@@ -442,7 +441,7 @@ def _with_axes(
 def _fitted(
     asked: SynthesisOptions, covered: Covered, model: ModelFile, seen: PixelArray, notes: list[str]
 ) -> SynthesisOptions:
-    """Return options with a size by which whole periods go round; a note tells what comes of it."""
+    """Return options with a sample size for which whole periods go round; a note reports the result."""
     lattice = find_lattice(seen)
     by_direction = triangles_by_direction(model, cast(str | Mapping[str, str], asked.direction))
     around, along = (
@@ -480,7 +479,7 @@ def _area(covered: Covered) -> float:
 
 
 def _title(source: Source | None, pattern: str) -> str:
-    """Return what a material is called in a file: as the sample's file or folder."""
+    """Return a material's name in a file: the name of the sample's file or folder."""
     if isinstance(source, Sequence) and not isinstance(source, str) and len(source) == 1:
         source = source[0]
     return Path(source).stem if isinstance(source, (str, os.PathLike)) else pattern
@@ -488,7 +487,7 @@ def _title(source: Source | None, pattern: str) -> str:
 
 @contextmanager
 def _naming(name: str) -> Iterator[None]:
-    """Say of which material it is that something is wrong."""
+    """Name the material in errors of a block."""
     try:
         yield
     except (FormatError, InputError) as error:
@@ -497,7 +496,7 @@ def _naming(name: str) -> Iterator[None]:
 
 
 def check_streamed(covering: Covering) -> None:
-    """Raise InputError where a stream can not hold a surface with this layout, or that method."""
+    """Raise InputError if a stream can not hold a surface with this layout, or this method."""
     surface, prepared, (height, width) = covering.surface, covering.prepared, covering.seen.shape[:2]
     if not isinstance(surface, Surface):
         return
@@ -507,28 +506,28 @@ def check_streamed(covering: Covering) -> None:
 
 
 def roles_of(coverings: Sequence[Covering], *, all_have: bool = False) -> tuple[str, ...]:
-    """Return the maps beside the base colour that one of them has, or that all have."""
+    """Return the maps, other than the base colour, that at least one covering has, or that all have."""
     has = all if all_have else any
     return tuple(role for role in ROLES if has(role in each.roles for each in coverings))
 
 
 def progress_of_each(progress: Progress | None, sizes: Sequence[int]) -> list[Progress | None]:
-    """Return for each of several works of some sizes a function that tells how far all together are."""
+    """Return, for each of several tasks of given sizes, a function that reports their joint progress."""
     if progress is None or len(sizes) == 1:
         return [progress] * len(sizes)
     before = [sum(sizes[:number]) for number in range(len(sizes))]
 
-    def tell(start: int, size: int, stage: str, done: int, total: int) -> None:
+    def report(start: int, size: int, stage: str, done: int, total: int) -> None:
         assert progress is not None
         progress(stage, start + size * done // max(1, total), sum(sizes))
 
-    return [partial(tell, start, size) for start, size in zip(before, sizes, strict=True)]
+    return [partial(report, start, size) for start, size in zip(before, sizes, strict=True)]
 
 
 def synthesized(
     coverings: Sequence[Covering], *, seed: int, threads: int | None, progress: Progress | None
 ) -> list[Quilt]:
-    """Return the quilt of each."""
+    """Return the quilt of each covering."""
     shares = progress_of_each(progress, [each.texels for each in coverings])
     return [
         each.synthesized(seed=seed, threads=threads, progress=share)
@@ -545,7 +544,7 @@ def painted_model(
     threads: int | None,
     progress: Progress | None,
 ) -> TexturedModel:
-    """Return the model with the texels of all of them; if `texels` is given, with so many at most."""
+    """Return the model with the texels of all coverings; at most `texels` of them, if given."""
     shares = progress_of_each(progress, [each.texels for each in coverings])
     return joined_model(
         [
@@ -564,7 +563,7 @@ def painted_model(
 def _density(
     coverings: Sequence[Covering], covering: Covering, quilt: Quilt, texels: int | None
 ) -> float | None:
-    """Return at how many texels for a step a quilt has its share of `texels`; None: as it is exported."""
+    """Return the texels per step with which a quilt has its share of `texels`; None: as exported."""
     all_texels = sum(each.texels for each in coverings)
     if texels is None or texels >= all_texels:
         return None
@@ -574,7 +573,7 @@ def _density(
 
 
 def settled(coverings: Sequence[Covering]) -> dict[str, str]:
-    """Return what was settled where nothing was asked for, in words; of several, a line by material."""
+    """Return automatic choices in words; for several materials, one line for each."""
     found = {
         each.name: settled_words(each.prepared, each.surface, each.asked, each.roles) for each in coverings
     }
@@ -586,7 +585,7 @@ def settled(coverings: Sequence[Covering]) -> dict[str, str]:
 
 
 def counted(coverings: Sequence[Covering], quilts: Sequence[Quilt], model: TexturedModel) -> dict[str, int]:
-    """Return how many there are of what, over all of them."""
+    """Return counts of charts, texels and the like, over all coverings."""
     counts = [counts_of(model.surface, quilt, model.texels) for quilt in quilts]
     summed = {name: sum(each[name] for each in counts) for name in _SUMMED}
     materials = {"materials": len(coverings)} if len(coverings) > 1 else {}

@@ -1,8 +1,8 @@
-"""Results that are kept on disk between runs, under the user's cache folder: models read and laid out flat.
+"""Results kept on disk between runs, in the user's cache folder: models read and laid out flat.
 
-A file's name is a digest of all that the result depends on: what was asked for, the program's sources and
-what the first file holds. It holds what further files held, and the result; it begins with a checksum. One
-that is damaged, or that cannot be written or read, counts as missing.
+A file's name is a digest of everything that determines the result: the request, the program's sources, and
+the contents of the first input file. The file holds digests of further input files, and the result; it begins
+with a checksum. A file that is damaged, or that cannot be written or read, counts as missing.
 """
 
 import hashlib
@@ -25,10 +25,10 @@ __all__ = ["cache_folder", "kept_on_disk"]
 Value = TypeVar("Value")
 
 FOLDER = "UPHOLSTER_CACHE"
-"""The variable of the environment that names the folder; `off` keeps nothing."""
+"""The environment variable that names the folder; `off` turns the cache off."""
 
 MOST_BYTES = 2**30
-"""Of all results in the folder: those that were used longest ago are deleted beyond that."""
+"""Largest size of all results in the folder: beyond it the least recently used are deleted."""
 
 _SUFFIX = ".upholster-kept"
 
@@ -36,7 +36,7 @@ _ROOT = Path(__file__).parent
 
 
 def cache_folder() -> Path | None:
-    """Return where results are kept; None where they are not."""
+    """Return the folder of results; None if the cache is off."""
     named = os.environ.get(FOLDER, "")
     if named.lower() == "off":
         return None
@@ -50,18 +50,18 @@ def kept_on_disk(
     file: str | None = None,
     files: Callable[[Value], Iterable[str]] = lambda _: (),
 ) -> Value:
-    """Return what `make` returns, or returned in a run before for the same files.
+    """Return the result of `make`, or that of an earlier run for the same files.
 
     Parameters
     ----------
     asked
-        What it depends on beside files; the same text for the same.
+        A text that identifies the request, apart from files; equal requests have equal texts.
     make
-        Makes it. The result must be one that can be pickled.
+        Computes the result, which must be one that can be pickled.
     file
-        The file that is read first, if any.
+        The first input file, if any.
     files
-        All files that a result was made of.
+        Returns all input files of a result.
     """
     folder = cache_folder()
     content = None if file is None else _digest(file)
@@ -79,9 +79,9 @@ def kept_on_disk(
 
 
 def _read(place: Path) -> Any:
-    with suppress(Exception):  # whatever is wrong with it, it is made anew
+    with suppress(Exception):  # after any error, the result is computed again
         if os.name == "posix" and place.stat().st_uid != os.getuid():
-            return None  # a pickle may run anything: others' are not read
+            return None  # a pickle may run anything: files of other users are not read
         data = place.read_bytes()
         if zlib.crc32(data[4:]) == int.from_bytes(data[:4], "little"):
             os.utime(place)
@@ -93,17 +93,17 @@ def _write(place: Path, result: object) -> None:
     with suppress(OSError, pickle.PicklingError, TypeError):
         data = pickle.dumps(result, pickle.HIGHEST_PROTOCOL)
         place.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-        beside = place.with_suffix(f"{_SUFFIX}-{secrets.token_hex(4)}")
-        beside.write_bytes(zlib.crc32(data).to_bytes(4, "little") + data)
-        os.replace(beside, place)
+        temporary = place.with_suffix(f"{_SUFFIX}-{secrets.token_hex(4)}")
+        temporary.write_bytes(zlib.crc32(data).to_bytes(4, "little") + data)
+        os.replace(temporary, place)
         _tidy(place.parent)
 
 
 def _tidy(folder: Path) -> None:
-    """Delete the results that were used longest ago while all have more than `MOST_BYTES`."""
-    told = [(entry.stat(), entry) for entry in folder.glob(f"*{_SUFFIX}*")]
-    size = sum(state.st_size for state, _ in told)
-    for state, entry in sorted(told, key=lambda one: one[0].st_mtime):
+    """Delete the least recently used results until all together have at most `MOST_BYTES`."""
+    results = [(entry.stat(), entry) for entry in folder.glob(f"*{_SUFFIX}*")]
+    size = sum(state.st_size for state, _ in results)
+    for state, entry in sorted(results, key=lambda one: one[0].st_mtime):
         if size <= MOST_BYTES:
             return
         with suppress(OSError):
@@ -112,7 +112,7 @@ def _tidy(folder: Path) -> None:
 
 
 def _digest(file: str) -> str | None:
-    """Return what stands for a file's content; None if it cannot be read."""
+    """Return a digest of a file's content; None if it cannot be read."""
     try:
         with open(file, "rb") as opened:
             return hashlib.file_digest(opened, "blake2b").hexdigest()
@@ -122,7 +122,7 @@ def _digest(file: str) -> str | None:
 
 @cache
 def _program() -> str:
-    """Return what stands for the program: its version, and when its sources were written."""
+    """Return a digest of the program: its version, and the times at which its sources were written."""
     sources = sorted(_ROOT.rglob("*.py"))
     states = [(str(source), source.stat().st_size, source.stat().st_mtime_ns) for source in sources]
     return f"{__version__} {hashlib.blake2b(repr(states).encode()).hexdigest()}"

@@ -1,4 +1,4 @@
-"""What can go wrong, said in one line: the value's name, what is wrong with it, what is allowed."""
+"""Errors in one line each: the value's name, what is wrong with it, and what is allowed."""
 
 import difflib
 from collections.abc import Iterable
@@ -17,11 +17,11 @@ __all__ = [
 
 
 _LONGEST = 600
-"""Characters of an error: a wrong value may be long."""
+"""Largest number of characters of an error: a wrong value may be long."""
 
 
 class UpholsterError(Exception):
-    """Base of every error that upholster raises on purpose: its text is one line, whatever it names."""
+    """Base of every error that upholster raises on purpose: its text is always one line."""
 
     def __str__(self) -> str:
         text = printable(" ".join(line.strip() for line in super().__str__().splitlines()))
@@ -37,11 +37,11 @@ class FormatError(UpholsterError):
 
 
 class CancelledError(UpholsterError):
-    """Work was stopped because what comes of it is wanted no more."""
+    """Work was stopped because its result is no longer wanted."""
 
 
 class StoppedError(UpholsterError):
-    """The user has stopped work of which a part is done: the text says what there is."""
+    """The user has stopped work that is partly done: the text says which part."""
 
 
 def check_whole(name: str, value: object, least: int, most: int | None = None) -> int:
@@ -50,7 +50,7 @@ def check_whole(name: str, value: object, least: int, most: int | None = None) -
     Raises
     ------
     InputError
-        If it is none, below `least` or above `most`.
+        If it is not a whole number, below `least` or above `most`.
     """
     if isinstance(value, Integral):
         number = int(value)
@@ -63,7 +63,7 @@ def check_whole(name: str, value: object, least: int, most: int | None = None) -
 def printable(text: str) -> str:
     r"""Return text with an escape (``\x1b``) for each character that would not show as one.
 
-    File names and what files say of themselves may hold anything: sequences that a terminal obeys, signs that
+    Names of files, and texts in files, may contain anything: control sequences for the terminal, marks that
     reverse the reading direction, halves of characters that cannot be printed at all.
     """
     if text.isprintable():
@@ -72,7 +72,7 @@ def printable(text: str) -> str:
 
 
 def nearest(name: str, known: Iterable[str]) -> str:
-    """Say which names are known, nearest first: ``"did you mean 'torus'? (known: cyclide, torus)"``.
+    """List the known names, nearest first: ``"did you mean 'torus'? (known: cyclide, torus)"``.
 
     Parameters
     ----------

@@ -18,8 +18,8 @@ _TEMPORARY = re.compile(r"\.upholster-(\d+)-[0-9a-f]{8}(\.[^/]*)?")
 """Names of temporary files: the number of the process that writes, and random digits."""
 
 _ABANDONED = 3600.0
-"""Seconds without a change after which the temporary file of a process that is gone is nobody's: on a shared
-disk the process may be one of another machine."""
+"""Seconds without a change after which the temporary file of a dead process may be removed: on a shared disk
+the process may run on another machine."""
 
 _Identity = tuple[int, int]
 """Device and inode: equal for all names of one file."""
@@ -31,9 +31,9 @@ def path_text(path: object, what: str = "file") -> str:
     Parameters
     ----------
     path
-        Text, or a `pathlib.Path` or whatever else stands for one.
+        Text, a `pathlib.Path`, or another path-like object.
     what
-        What to call it in the message.
+        The value's name in messages.
 
     Raises
     ------
@@ -49,12 +49,12 @@ def path_text(path: object, what: str = "file") -> str:
 
 
 def read_bytes(path: str | os.PathLike[str]) -> bytes:
-    """Return what a file holds.
+    """Return a file's contents.
 
     Raises
     ------
     InputError
-        If it is missing, no regular file, unreadable, or larger than 1 GiB.
+        If it is missing, not a regular file, unreadable, or larger than 1 GiB.
     """
     name = path_text(path)
     try:
@@ -72,48 +72,48 @@ def read_bytes(path: str | os.PathLike[str]) -> bytes:
 
 
 def path_inside(folders: Sequence[str | os.PathLike[str]], name: str | os.PathLike[str]) -> Path:
-    """Return the place of a file that a file names, links followed.
+    """Return the path of a file that is named in another file, with links followed.
 
-    What names it may be a stranger's: it must not reach files that were not given.
+    The naming file may come from a stranger: it must not reach files that the user has not given.
 
     Parameters
     ----------
     folders
-        Where the file may lie, at any depth. A relative name begins in the first.
+        Folders in which the file may be, at any depth. A relative name starts in the first one.
     name
-        As the file has it.
+        The name as written in the file.
 
     Raises
     ------
     InputError
-        If the place lies outside all folders, or the name is none.
+        If the path is outside all folders, or the name is not a file's name.
     """
     try:
         place = Path(os.path.realpath(Path(folders[0], name)))
     except (OSError, ValueError):
         raise InputError(f"it refers to {os.fspath(name)[:80]!r}; allowed: names of files") from None
     if not any(place.is_relative_to(os.path.realpath(folder)) for folder in folders):
-        told = " or ".join(repr(os.fspath(folder)) for folder in folders)
-        raise InputError(f"it refers to {os.fspath(name)[:80]!r}; allowed: files in the folder {told}")
+        listed = " or ".join(repr(os.fspath(folder)) for folder in folders)
+        raise InputError(f"it refers to {os.fspath(name)[:80]!r}; allowed: files in the folder {listed}")
     return place
 
 
 class Outputs:
-    """The files of one transaction: where to write each until all are there. Made by `outputs`."""
+    """The files of one transaction, each with a temporary path until all are written. Made by `outputs`."""
 
     def __init__(self, inputs: Iterable[str | os.PathLike[str]] = ()) -> None:
-        self._beside: dict[Path, Path] = {}  # target -> temporary file
+        self._temporary: dict[Path, Path] = {}  # target -> temporary file
         self._inputs: dict[_Identity, str] = {}
-        self._existing: dict[_Identity, str] = {}  # targets that are files already
+        self._existing: dict[_Identity, str] = {}  # targets that exist already
         self.keep(inputs)
 
     def keep(self, inputs: Iterable[str | os.PathLike[str]]) -> None:
-        """Announce files that are read, some known only inside the body.
+        """Declare files that are read; some of them may be known only inside the body.
 
         Raises
         ------
         InputError
-            If one is a target that was announced before.
+            If one is a target that was declared before.
         """
         for file in inputs:
             if (identity := _identity(file)) is None:
@@ -126,12 +126,12 @@ class Outputs:
                 )
 
     def add(self, targets: Iterable[str | os.PathLike[str]]) -> None:
-        """Announce targets that became known only inside the body.
+        """Declare targets that became known only inside the body.
 
         Raises
         ------
         InputError
-            As `outputs` does.
+            As for `outputs`.
         """
         for target in targets:
             known = len(self._beside)
@@ -142,7 +142,7 @@ class Outputs:
     def path(self, target: str | os.PathLike[str]) -> Path:
         """Return the temporary path at which to write `target`: same directory, same suffix.
 
-        A target that was not announced is checked now, as `outputs` does.
+        A target that was not declared is checked now, as `outputs` does.
 
         Raises
         ------
@@ -152,15 +152,15 @@ class Outputs:
         name = os.fspath(target)
         if "\0" in name:
             raise InputError(f"output {name!r} contains a null character")
-        # Through a symbolic link: the link stays, what it points to is written.
+        # Symbolic links stay: the file that they point to is written.
         place = Path(os.path.realpath(name))
         if place not in self._beside:
-            beside = place.with_name(f".upholster-{os.getpid()}-{secrets.token_hex(4)}{place.suffix}")
+            temporary = place.with_name(f".upholster-{os.getpid()}-{secrets.token_hex(4)}{place.suffix}")
             self._check_apart(name, place)
-            _check_writable(name, place, beside)
+            _check_writable(name, place, temporary)
             if all(place.parent != other.parent for other in self._beside):
                 _sweep(place.parent)
-            self._beside[place] = beside
+            self._temporary[place] = temporary
         return self._beside[place]
 
     def _check_apart(self, name: str, place: Path) -> None:
@@ -178,29 +178,29 @@ class Outputs:
         self._existing[identity] = name
 
     def _commit(self) -> None:
-        written = {place: beside for place, beside in self._beside.items() if beside.exists()}
-        for beside in written.values():
-            _flush(beside)
-        for place, beside in written.items():
-            os.replace(beside, place)
+        written = {place: temporary for place, temporary in self._temporary.items() if temporary.exists()}
+        for temporary in written.values():
+            _flush(temporary)
+        for place, temporary in written.items():
+            os.replace(temporary, place)
 
     def _discard(self) -> None:
-        for beside in self._beside.values():
+        for temporary in self._temporary.values():
             with suppress(OSError):
-                beside.unlink()
+                temporary.unlink()
 
     def _by_target(self, text: str) -> str:
         """Return a message with the targets' names in place of the temporary files'."""
-        for place, beside in self._beside.items():
-            text = text.replace(os.fspath(beside), os.fspath(place))
+        for place, temporary in self._temporary.items():
+            text = text.replace(os.fspath(temporary), os.fspath(place))
         return text
 
     def _refusal(self, error: OSError) -> InputError | None:
-        """Return what to say of an operating system's error, None if it is not about the outputs."""
+        """Return the error to raise for an operating system's error, None if it is not about the outputs."""
         if error.filename is None:
             return InputError(f"outputs cannot be written: {error.strerror or error}")
-        for place, beside in self._beside.items():
-            if os.fspath(error.filename) == os.fspath(beside):
+        for place, temporary in self._temporary.items():
+            if os.fspath(error.filename) == os.fspath(temporary):
                 return InputError(f"output {os.fspath(place)!r} cannot be written: {error.strerror}")
         return None
 
@@ -211,31 +211,31 @@ def outputs(
 ) -> Iterator[Outputs]:
     """Write files as one transaction.
 
-    That each can be written is checked before the body runs. When the body ends, all temporary files are
-    flushed to the disk, and only then renamed to their targets, one after the other; when it raises, Ctrl-C
-    included, they are removed and the targets are as before. Each target is at all times whole, the old file
-    or the new one. A process that is killed (``kill -9``, loss of power) while it renames may leave some
-    targets new and some old; one that is killed before leaves all old, and temporary files, which a later
-    run that writes to the folder removes.
+    Before the body runs, each target is checked to be writable. When the body ends, all temporary files are
+    flushed to the disk, and only then renamed to their targets, one after the other. When it raises, Ctrl-C
+    included, they are removed and the targets are as before. Each target is complete at all times: the old
+    file or the new one. If a process is killed (``kill -9``, loss of power) while it renames, some targets
+    may be new and some old. If it is killed earlier, all are old, and its temporary files stay until a later
+    run that writes to the folder removes them.
 
     Parameters
     ----------
     targets
-        The files to write; `Outputs.add` takes further ones. A target that the body has not written is left
+        The files to write; `Outputs.add` declares further ones. A target that the body has not written stays
         as it is.
     inputs
-        The files that are read, none of which may be written. Those that do not exist are left out:
-        reading them will tell.
+        The files that are read, none of which may be written. Missing ones are ignored: reading them will
+        report the error.
 
     Yields
     ------
     Outputs
-        ``files.path(target)`` says where to write `target`.
+        ``files.path(target)`` is the temporary path at which to write `target`.
 
     Raises
     ------
     InputError
-        If a target is a directory or no regular file, its directory is missing or not writable, it is an
+        If a target is a directory or not a regular file, its directory is missing or not writable, it is an
         input, or two targets are one file (symbolic links, hard links and other spellings count as the file
         that they lead to); if the operating system refuses later (disk full).
     """
@@ -256,13 +256,13 @@ def outputs(
 
 
 def _flush(file: Path) -> None:
-    """Wait until the disk has a file's bytes: a name must never lead to a file that is not there yet."""
+    """Wait until a file's bytes are on the disk: a name must never lead to a file that is not there yet."""
     with file.open("rb+") as opened:
         os.fsync(opened.fileno())
 
 
 def _sweep(folder: Path) -> None:
-    """Remove temporary files that killed processes have left in a folder; what resists is left alone."""
+    """Remove temporary files that killed processes have left in a folder; ignore those that resist."""
     with suppress(OSError):
         for entry in os.scandir(folder):
             found = _TEMPORARY.fullmatch(entry.name)
@@ -274,9 +274,9 @@ def _sweep(folder: Path) -> None:
 
 
 def _runs(process: int) -> bool:
-    """Return whether a process of that number is there; True where the system does not tell."""
+    """Return whether a process of that number runs; True if the system can not say."""
     if os.name != "posix":
-        return True  # elsewhere os.kill would end it
+        return True  # on other systems os.kill would end it
     try:
         os.kill(process, 0)
     except (ProcessLookupError, OverflowError):
@@ -287,7 +287,7 @@ def _runs(process: int) -> bool:
 
 
 def _identity(path: str | os.PathLike[str]) -> _Identity | None:
-    """Return what a file's names have in common; None if there is no such file."""
+    """Return an identity that all names of a file share; None if there is no such file."""
     try:
         found = os.stat(path)
     except (OSError, ValueError):  # the latter for a null character
@@ -296,7 +296,7 @@ def _identity(path: str | os.PathLike[str]) -> _Identity | None:
 
 
 def _check_writable(name: str, place: Path, probe: Path) -> None:
-    """Raise unless a file can be made at `place`; permissions do not tell all, so `probe` is made there."""
+    """Raise unless a file can be made at `place`. Permissions do not prove that: `probe` is made there."""
     if not place.parent.is_dir():
         raise InputError(f"output {name!r} cannot be written: its directory does not exist")
     if name.endswith(("/", os.sep)) or place.is_dir():

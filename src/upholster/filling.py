@@ -1,6 +1,6 @@
-"""Filling holes in photos and materials with texture as it is round them, or of another sample.
+"""Filling holes in photos and materials with the texture around them, or with that of another sample.
 
-A hole is filled tile by tile, each from a window of the photo round it. Outside the hole nothing changes.
+A hole is filled tile by tile, each from a window of the photo around it. Outside the hole nothing changes.
 """
 
 import os
@@ -35,22 +35,22 @@ Hole = str | os.PathLike[str] | NDArray[Any]
 """A mask's file, or ``"alpha"``; or the mask."""
 
 _LARGEST = 16384
-"""Pixels of a photo's side; of a material's, as of a sample's, 4096."""
+"""Largest side of a photo in pixels; of a material's maps, as of a sample's, 4096."""
 
 _TILE = 1024
-"""Pixels: so large are the parts in which a hole is filled."""
+"""Side of the tiles in which a hole is filled, in pixels."""
 
 _REACHES = 512, 1024
-"""Pixels round a tile that it is filled from: the first of these where as much is there as is missing."""
+"""Widths of the window around a tile, in pixels: the first one that shows as many pixels as are missing."""
 
 _EVENED = 64.0
-"""Pixels over which edges are evened out: over a hole twice as wide a sky goes on, or shade on a wall."""
+"""Pixels over which edges are evened out: across a hole twice as wide, a sky or shade on a wall continues."""
 
 _EVENED_BESIDE = 8.0
-"""The same where another sample fills the hole, which keeps its own colours."""
+"""The same if another sample fills the hole: the sample keeps its own colours."""
 
 _MARGIN = 2
-"""Pixels round a hole that no block reads: masks seldom end exactly where what they hide does."""
+"""Width of a margin of a hole that no block reads: masks seldom end exactly at the edge of an object."""
 
 Maps = dict[str, PixelArray]
 _Window = tuple[slice, slice]
@@ -66,33 +66,33 @@ def fill(
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> PixelArray | Material:
-    """Fill a hole in a photo, or in all maps of a material alike, with texture as it is round it.
+    """Fill a hole in a photo, or in all maps of a material, with the texture around it.
 
     Parameters
     ----------
     photo
         An image or its file, 32×32 to 16384×16384; or a material, see `upholster.read_material`.
     hole
-        What is filled: a mask's file, white there, as large as the photo; or the mask, (H, W) bool or
-        (H, W, C); or "alpha": where the photo's own alpha is less than half, which then is no transparency
-        and falls away.
+        The pixels to fill: a mask's file, white there, of the photo's size; or the mask, (H, W) bool or
+        (H, W, C); or "alpha": pixels whose alpha in the photo is less than half. That alpha then is no
+        transparency, and is dropped.
     sample
-        What it is filled from; None: the photo itself. It has all maps that the photo has.
+        The sample to fill from; None: the photo itself. It has all maps that the photo has.
     block
-        Side of the blocks in pixels, 8 to 512; None: as it suits photo and hole, 48 at most.
+        Side of the blocks in pixels, 8 to 512; None: chosen for photo and hole, 48 at most.
     seed, threads, progress
-        As in `upholster.synthesize`.
+        As for `upholster.synthesize`.
 
     Returns
     -------
     ndarray or Material
-        As the photo, at its depth; outside the hole to the bit.
+        Like the photo, at its depth; pixels outside the hole are equal to the bit.
 
     Raises
     ------
     InputError
-        If something cannot be read or does not fit, the hole is nothing or everything, or there is too little
-        to fill it from.
+        If something cannot be read or does not fit, the hole is nothing or everything, or there are too few
+        pixels to fill it from.
     """
     filling = Filling.of(photo, hole, sample, block, None)
     maps = filling.filled(seed, threads, progress)
@@ -106,14 +106,14 @@ def _maps_of(photo: PixelArray | Material) -> Maps:
 
 
 def is_alpha(hole: Hole) -> bool:
-    """Whether the photo's own alpha tells what is missing."""
+    """Whether the photo's own alpha marks the hole."""
     return isinstance(hole, (str, os.PathLike)) and os.fspath(hole) == "alpha"
 
 
 @dataclass(frozen=True, eq=False)
 class _Tile:
-    # A part of a hole: rows and columns of the photo that it fills; the part that is laid, with what lies
-    # round it; and the window that it is filled from.
+    # A part of a hole: rows and columns of the photo that it fills; the part that is laid, with its
+    # surroundings; and the window that it is filled from.
     own: _Window
     laid: _Window
     window: _Window
@@ -121,24 +121,24 @@ class _Tile:
 
 @dataclass(frozen=True, eq=False)
 class Filling:
-    """A hole that can be filled, and from what: all is read and checked.
+    """A hole and the pixels to fill it from: all read and checked.
 
     Attributes
     ----------
     photo
         An image, or a material.
     maps
-        What is painted of it, by role.
+        The maps that are painted, by role.
     hole
-        (H, W) what is missing.
+        (H, W) missing pixels.
     used
-        (H, W) what of the photo blocks may show.
+        (H, W) pixels of the photo that blocks may show.
     sample
-        What else they show instead, in the form of the photo; None: the photo.
+        The sample that blocks show instead, in the form of the photo; None: the photo.
     block
-        As of `fill`.
+        As for `fill`.
     tiles
-        In which it is filled.
+        The tiles in which it is filled.
     """
 
     photo: PixelArray | Material
@@ -158,12 +158,12 @@ class Filling:
         block: int | None,
         notes: list[str] | None,
     ) -> "Filling":
-        """Read and check what is filled, and from what; parameters as of `fill`, `notes` are added to.
+        """Read and check all inputs; parameters as for `fill`; notes are appended to `notes`.
 
         Raises
         ------
         InputError
-            As `fill`.
+            As for `fill`.
         """
         found = _read_photo(photo, notes)
         maps = _maps_of(found)
@@ -189,13 +189,13 @@ class Filling:
     def filled(
         self, seed: int | None = 0, threads: int | None = None, progress: Progress | None = None
     ) -> Maps:
-        """Return all maps without the hole; parameters as of `fill`."""
+        """Return all maps without the hole; parameters as for `fill`."""
         seed = settled_seed(seed)
         check_running(threads, progress)
         maps = {role: pixels.copy() for role, pixels in self.maps.items()}
         missing, left = self.hole.copy(), list(self.tiles)
         while left:
-            # Next the one round which most is there.
+            # Next is the tile with the most known pixels around it.
             tile = left.pop(int(np.argmin([missing[one.laid].mean() for one in left])))
             self._fill_tile(tile, maps, missing, seed=seed, threads=threads, progress=progress)
             missing[tile.own] = False
@@ -235,13 +235,13 @@ class Filling:
         whole, (photo, sample) = combined([round_it, other])
         shown = np.ones(whole.shape, np.bool_) if whole.used is None else whole.used.copy()
         row, column, height, width = photo
-        # Blocks show none of the photo; how large they may be follows from every zone.
+        # Blocks show none of the photo; their largest size follows from every zone.
         shown[row : row + height, column : column + width] = True
         return HoleExemplar(whole.matched(), shown, photo, sample)
 
 
 def _read_photo(photo: Source | Sample, notes: list[str] | None) -> PixelArray | Material:
-    # An image may be larger than a sample.
+    # An image may be larger than a sample may.
     if isinstance(photo, (str, os.PathLike)) and not (os.path.isdir(photo) or is_zip(photo)):
         return check_exemplar(read_image(photo, notes=notes), largest=_LARGEST)
     if isinstance(photo, np.ndarray):
@@ -274,13 +274,13 @@ def _read_hole(hole: Hole, albedo: PixelArray, notes: list[str] | None) -> NDArr
     white: NDArray[np.bool_] = np.asarray(mask.any(axis=2)) if mask.dtype == np.bool_ else is_white(mask)
     found = ~white if is_alpha(hole) else white
     if not found.any() or found.all():
-        told = "everything" if found.any() else "nothing"
-        raise InputError(f"{words} is {told}; allowed: a mask that is white where something is missing")
+        extent = "everything" if found.any() else "nothing"
+        raise InputError(f"{words} is {extent}; allowed: a mask that is white where pixels are missing")
     return found
 
 
 def _coded(maps: Mapping[str, PixelArray]) -> Maps:
-    # Maps as they are matched: light as it is seen, of which a window may be as bright as it likes.
+    # Maps for matching: light in perceptual coding; a window's brightness is not limited.
     return {
         role: from_linear(pixels, np.uint16) if role in COLORS and pixels.dtype.kind == "f" else pixels
         for role, pixels in maps.items()
@@ -288,7 +288,7 @@ def _coded(maps: Mapping[str, PixelArray]) -> Maps:
 
 
 def _grown(hole: NDArray[np.bool_], by: int) -> NDArray[np.bool_]:
-    # A hole and all that lies so many rows or columns from it.
+    # A hole and all pixels up to `by` rows or columns from it.
     found = hole
     for axis in (0, 1):
         ends = [(by, by) if k == axis else (0, 0) for k in (0, 1)]
@@ -324,7 +324,7 @@ def _tiles(hole: NDArray[np.bool_], used: Used, margin: int, sample: Material | 
 
 
 def _around(window: _Window, by: int, shape: Sequence[int]) -> _Window:
-    # A window and so many pixels round it, inside an image, which has 32 each way at least.
+    # A window and `by` pixels around it, inside an image, which has at least 32 each way.
     rows, columns = (
         slice(max(0, one.start - by), min(size, one.stop + by))
         for one, size in zip(window, shape, strict=True)

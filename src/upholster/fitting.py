@@ -1,4 +1,4 @@
-"""The size of a repeating sample changed a little, so that a whole number of periods goes round a model."""
+"""A small change of a repeating sample's size, so that a whole number of periods goes round a model."""
 
 from collections.abc import Sequence
 
@@ -10,40 +10,40 @@ from upholster.elements import Lattice
 __all__ = ["MOST_CHANGE", "fitted"]
 
 MOST_CHANGE = 0.03
-"""Of the sample's size, at most."""
+"""Largest change, as a share of the sample's size."""
 
 _STEPS = 600
 _LEAST = 0.2
-"""Share of a wave that must go round, for it to count: others run along."""
+"""Share of a wave that must go round for it to count: other waves run along."""
 
 _PREFERRED = 1e-3
-"""How much a change of `MOST_CHANGE` costs, in squares of periods that are left over."""
+"""Cost of a change of `MOST_CHANGE`, in squares of remainders of periods."""
 
 
 def fitted(
     lattice: Lattice, around: Sequence[Round], along: Sequence[Round], pixels: float
 ) -> tuple[float, float]:
-    """Return by what factor to change a sample's size, and how far from whole the periods are then.
+    """Return the factor by which to change a sample's size, and the remainder of periods that it leaves.
 
     Parameters
     ----------
     lattice
-        At which waves the sample repeats.
+        The waves at which the sample repeats.
     around, along
-        Where the model closes round an axis: where the sample's rows go round, and where they run along the
-        axis, so that its columns go round.
+        Places where the model closes around an axis: where the sample's rows go round, and where they run
+        along the axis, so that its columns go round.
     pixels
-        Of the sample on a model unit, before.
+        Pixels of the sample per model unit, before the change.
 
     Returns
     -------
     factor
         Within 3 % of 1.
     left
-        Root of the mean square, over the area, of what is left of a period; 0 is a whole number everywhere.
+        Root mean square, over the area, of the remainder of a period; 0 if whole numbers fit everywhere.
     """
     sizes = np.linalg.norm(lattice.waves, axis=1)
-    cycles, areas = [], []  # of each wave that goes round, on each cylinder
+    cycles, areas = [], []  # for each wave that goes round, on each cylinder
     for rounds, part in ((around, 1), (along, 0)):
         steps = np.abs(lattice.waves[:, part])
         for step in steps[steps > _LEAST * sizes]:

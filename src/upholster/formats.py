@@ -1,7 +1,7 @@
-"""All kinds of files by their names: what is written, and which models are read.
+"""All kinds of files by their names: outputs, and models that can be read.
 
-An output is a record here, and a writer in `upholster.outputs`; all else reads the records. Nothing heavy is
-imported here, for ``upholster --help``.
+An output is a record here, and a writer in `upholster.outputs`; all other code reads the records. Nothing
+heavy is imported here, for ``upholster --help``.
 """
 
 from collections.abc import Collection, Iterable
@@ -24,50 +24,51 @@ __all__ = [
 ]
 
 CAD_SUFFIXES = (".step", ".stp", ".iges", ".igs", ".brep", ".brp", ".3dm")
-"""What `upholster.occt` reads."""
+"""Files that `upholster.occt` reads."""
 
 MODEL_SUFFIXES = (".glb", ".gltf", ".obj", ".ply", ".stl", ".off", *CAD_SUFFIXES)
-"""What `upholster.geometry.mesh_files` reads."""
+"""Files that `upholster.geometry.mesh_files` reads."""
 
 PROJECT_SUFFIX = ".upholster.json"
 
 UDIM = "<UDIM>"
-"""What stands in a file's name for the number of a tile."""
+"""The placeholder in a file's name for the number of a tile."""
 
 
 def is_model_name(name: str) -> bool:
-    """Return whether a file is a model by its name."""
+    """Return whether a file's name is that of a model."""
     return name.lower().endswith(MODEL_SUFFIXES)
 
 
 @dataclass(frozen=True, slots=True)
 class OutputKind:
-    """A kind of output: by which names it is asked for, of which files it consists, and what it holds.
+    """A kind of output: its names, its files, and their contents.
 
     Attributes
     ----------
     words
-        What it is, for the help.
+        Its description for the help.
     suffixes
         In lower case.
     kernels
-        Which it needs, see ``USES`` of `benchmarks.kernel_table`: model, texels, stream or picture.
+        The kernels that it needs, see ``USES`` of `benchmarks.kernel_table`: model, texels, stream or
+        picture.
     prefix
-        What stands before the path.
+        The prefix of the path.
     only
-        Where alone such names mean it: of a flat texture, or where triangles are displaced.
+        The only case in which such names mean it: for a flat texture, or if triangles are displaced.
     beside
-        How the names of files beside it go on after its stem.
+        Endings of the names of its other files, after the stem.
     texture
-        Likewise, of the base colour's file; '' where it is that file itself, None where it has none.
+        Ending of the base colour's file; '' if it is the file itself, None if it has none.
     atlas, tiles
         Whether it holds an atlas, which may have several pages; whether these may be tiles of UDIM.
     stream, solid
-        Whether it holds a stream, of one sample; or triangles alone, which may be displaced.
+        Whether it holds a stream, of one sample; or only triangles, which may be displaced.
     lods
-        Whether further files with smaller textures can go with it.
+        Whether further files with smaller textures can be written with it.
     mesh
-        Whether it shows what only meshes have.
+        Whether it shows data that only meshes have.
     """
 
     words: str
@@ -99,10 +100,10 @@ PLY = OutputKind("models", (".ply",), texture="_texture.png", atlas=True)
 NPZ = OutputKind("texels", (".npz",), "texels")
 STREAM = OutputKind("progressive stream", (".uph",), "stream", stream=True)
 PAGE = OutputKind("stream and viewer in one file", (".html",), "stream", stream=True)
-STL = OutputKind("triangles alone", (".stl",), solid=True)
-THREE_MF = OutputKind("triangles alone", (".3mf",), solid=True)
-SOLID_OBJ = OutputKind("likewise with `--displace`", (".obj",), only="displaced", solid=True)
-SOLID_PLY = OutputKind("likewise with `--displace`", (".ply",), only="displaced", solid=True)
+STL = OutputKind("only triangles", (".stl",), solid=True)
+THREE_MF = OutputKind("only triangles", (".3mf",), solid=True)
+SOLID_OBJ = OutputKind("the same with `--displace`", (".obj",), only="displaced", solid=True)
+SOLID_PLY = OutputKind("the same with `--displace`", (".ply",), only="displaced", solid=True)
 PICTURE = OutputKind("a picture of the model", _IMAGES, "picture")
 FLAT = OutputKind("with `--texels WxH` the flat texture", _IMAGES, "picture", only="flat", texture="")
 ATLAS = OutputKind(
@@ -116,11 +117,11 @@ OUTPUTS = (
     *(GLB, USDZ, OBJ, PLY, NPZ, STREAM, PAGE, STL, THREE_MF, SOLID_OBJ, SOLID_PLY),
     *(PICTURE, FLAT, ATLAS, DIRECTIONS),
 )
-"""All kinds, in the order of the help; of those that fit a name the last is meant."""
+"""All kinds, in the order of the help; if several fit a name, the last one is meant."""
 
 
 def split_name(text: str) -> tuple[str, str]:
-    """Return which prefix a name has, or means, and its path: with ``<UDIM>`` an image is an atlas."""
+    """Return the prefix that a name has, or implies, and its path: an image with ``<UDIM>`` is an atlas."""
     prefix = next((kind.prefix for kind in OUTPUTS if kind.prefix and text.startswith(kind.prefix)), "")
     place = text.removeprefix(prefix)
     path = Path(place)
@@ -130,7 +131,7 @@ def split_name(text: str) -> tuple[str, str]:
 
 
 def kind_of(prefix: str, path: str, only: Collection[str] = ()) -> OutputKind | None:
-    """Return which kind a name means, as `split_name` splits it; `only` are those of a kind that hold."""
+    """Return the kind that a name means, as split by `split_name`; `only` lists the special cases."""
     meant = (kind for kind in reversed(OUTPUTS) if kind.prefix == prefix and kind.only in ("", *only))
     return next((kind for kind in meant if Path(path).suffix.lower() in kind.suffixes), None)
 
@@ -141,11 +142,11 @@ def suffixes_of(kinds: Iterable[OutputKind]) -> list[str]:
 
 
 def outputs_in_words() -> str:
-    """Return for the help what is written, by suffix."""
+    """Return the kinds of outputs, by suffix, for the help."""
     by_words: dict[str, list[OutputKind]] = {}
     for kind in OUTPUTS:
         by_words.setdefault(kind.words, []).append(kind)
-    told: dict[str, list[str]] = {}
+    by_suffix: dict[str, list[str]] = {}
     for words, kinds in by_words.items():
-        told.setdefault(" ".join(suffixes_of(kinds)), []).append(words)
-    return ", ".join(f"{suffixes} ({'; '.join(words)})" for suffixes, words in told.items())
+        by_suffix.setdefault(" ".join(suffixes_of(kinds)), []).append(words)
+    return ", ".join(f"{suffixes} ({'; '.join(words)})" for suffixes, words in by_suffix.items())

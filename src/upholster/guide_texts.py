@@ -1,4 +1,4 @@
-"""Pairs as users write them: what is laid, and where. ``SAMPLE=TARGET@weight`` and ``FILE@size=TARGET``."""
+"""Pairs as users write them: what to lay, and where. ``SAMPLE=TARGET@weight`` and ``FILE@size=TARGET``."""
 
 import re
 from dataclasses import dataclass
@@ -28,11 +28,11 @@ class GuideText:
     Attributes
     ----------
     sample
-        The map of the sample: an image's file, or a word for what the sample has.
+        The map of the sample: an image's file, or a word for one of the sample's own maps.
     target
         The map of the surface, as `upholster.charts.maps.parse_map` reads it.
     weight
-        How much it counts, above 0.
+        Its weight, above 0.
     """
 
     sample: str
@@ -40,7 +40,7 @@ class GuideText:
     weight: float = 1.0
 
     def __str__(self) -> str:
-        # What stands behind the last @ is read as the weight: a target with an @ needs one.
+        # The text after the last @ is read as the weight: a target with an @ needs one.
         plain = self.weight == 1 and "@" not in self.target
         return f"{self.sample}={self.target}" + ("" if plain else f"@{self.weight!r}".removesuffix(".0"))
 
@@ -52,9 +52,9 @@ class ZoneText:
     Attributes
     ----------
     sample
-        A file or folder, maybe with its width behind an @.
+        A file or folder, optionally with its width after an @.
     target
-        As of `GuideText`: where it is white.
+        As for `GuideText`: the zone is where it is white.
     """
 
     sample: str
@@ -66,14 +66,14 @@ class ZoneText:
 
 @dataclass(frozen=True, slots=True)
 class AgainText:
-    """A region that is laid once more: ``REGION@seed``.
+    """A region that is laid again: ``REGION@seed``.
 
     Attributes
     ----------
     region
-        As `GuideText.target`.
+        As for `GuideText.target`.
     seed
-        None: by how many regions come before.
+        The seed; None: from the number of earlier regions.
     """
 
     region: str
@@ -89,7 +89,7 @@ def parse_guide(text: str, what: str = "guide") -> GuideText:
     Raises
     ------
     InputError
-        If it is none, or its weight is not above 0 and at most 100.
+        If it is not a guide, or its weight is not above 0 and at most 100.
     """
     sample, equals, rest = text.partition("=")
     target, at, written = rest.rpartition("@")
@@ -109,12 +109,12 @@ def parse_guide(text: str, what: str = "guide") -> GuideText:
 
 
 def parse_again(text: str) -> AgainText:
-    """Read a region that is laid once more: ``REGION`` or ``REGION@seed``.
+    """Read a region that is laid again: ``REGION`` or ``REGION@seed``.
 
     Raises
     ------
     InputError
-        If it is none, or its seed is no whole number from 0 to 2^63 − 1.
+        If it is not a region, or its seed is not a whole number from 0 to 2^63 − 1.
     """
     region, at, seed = text.rpartition("@")
     if not at or re.search(r"\.[a-zA-Z]", seed):
@@ -137,13 +137,13 @@ class PutText:
     Attributes
     ----------
     piece
-        A file, maybe with its width behind an @; or x, y, width and height in pixels of the sample.
+        A file, optionally with its width after an @; or x, y, width and height in pixels of the sample.
     place
-        In model units; of a flat texture (x, y) in pixels.
+        In model units; on a flat texture (x, y) in pixels.
     size
-        How many times as large as the sample it is.
+        Its scale relative to the sample.
     degrees
-        By which it is turned, clockwise seen from outside.
+        The angle by which it is turned, clockwise seen from outside.
     """
 
     piece: str | tuple[int, int, int, int]
@@ -169,15 +169,15 @@ def parse_put(text: str) -> PutText:
     Raises
     ------
     InputError
-        If it is none, a coordinate is beyond ±1e18, its size is not 1/16 to 16, or its turn beyond ±36,000
-        degrees.
+        If it is not a piece, a coordinate is beyond ±1e18, its size is not 1/16 to 16, or its turn beyond
+        ±36,000 degrees.
     """
     piece, equals, rest = text.rpartition("=")
     found = _PLACE.fullmatch(rest.strip())
     if not (equals and piece.strip() and found):
         raise InputError(
-            f"put is {text[:80]!r}; allowed: FILE=X,Y,Z, FILE@width=X,Y,Z or X,Y,W,H=X,Y,Z, behind it *size "
-            "and @degrees"
+            f"put is {text[:80]!r}; allowed: FILE=X,Y,Z, FILE@width=X,Y,Z or X,Y,W,H=X,Y,Z, then "
+            "*size and @degrees"
         )
     place = tuple(float(number) for number in found.group(1, 2, 3) if number)
     size, degrees = float(found[4] or 1.0), float(found[5] or 0.0)
@@ -200,7 +200,7 @@ def parse_zone(text: str) -> ZoneText:
     Raises
     ------
     InputError
-        If it is none.
+        If it is not a zone.
     """
     sample, equals, target = text.partition("=")
     if not (equals and sample.strip() and target.strip()):

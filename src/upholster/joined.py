@@ -24,16 +24,16 @@ _NEUTRAL = {
     "height": (0.0,),
     "emission": (0.0,),
 }
-"""What a map is where the material has none: as pictures and glTF take it."""
+"""The neutral value of a map that a material lacks: the one that pictures and glTF assume."""
 
 
 def joined_model(models: Sequence[TexturedModel]) -> TexturedModel:
-    """Return several models as one, which has them as its parts; a single one as it is.
+    """Return several models as one, which has them as its parts; a single one is returned unchanged.
 
     Parameters
     ----------
     models
-        On one mesh, of which no triangle lies on islands of two, with the same options. Colours get the
+        Models on one mesh, with the same options; no triangle is on islands of two models. Colours get the
         greatest depth and the most channels of all; a map that a model lacks is neutral there.
     """
     first = models[0]
@@ -55,12 +55,12 @@ def joined_model(models: Sequence[TexturedModel]) -> TexturedModel:
 
 
 def joined_surface(surfaces: Sequence[AnySurface]) -> AnySurface:
-    """Return one mesh that has the islands of several, one surface's after the other's; one alone as it is.
+    """Return one mesh with the islands of several, one surface's after the other's; a single one unchanged.
 
     Parameters
     ----------
     surfaces
-        Of one mesh, of which no triangle lies on islands of two.
+        Surfaces of one mesh; no triangle is on islands of two surfaces.
     """
     if len(surfaces) == 1:
         return surfaces[0]
@@ -75,7 +75,7 @@ def joined_surface(surfaces: Sequence[AnySurface]) -> AnySurface:
 
 
 def _joined_texels(models: Sequence[TexturedModel], role: str) -> Texels:
-    """Return the texels of one map over all models, of one depth and as many channels."""
+    """Return the texels of one map over all models, with one depth and number of channels."""
     own = [model.texels if role == "albedo" else model.maps.get(role) for model in models]
     samples = [texels.arrays[0] for texels in own if texels is not None]
     dtype = np.result_type(*(sample.dtype for sample in samples))
@@ -97,13 +97,13 @@ def _joined_texels(models: Sequence[TexturedModel], role: str) -> Texels:
 
 
 def _most_channels(counts: Sequence[int]) -> int:
-    """Return how many channels hold all: colour if one has it, alpha if one has it."""
+    """Return a number of channels that suits all: colour if one has it, alpha if one has it."""
     alpha = any(alpha_channel(count) is not None for count in counts)
     return (3 if max(counts) >= 3 else 1) + alpha
 
 
 def _as(pixels: PixelArray, role: str, dtype: np.dtype[np.generic], channels: int) -> PixelArray:
-    """Return pixels in a depth that holds theirs, and with channels added."""
+    """Return pixels in a depth that can hold theirs, and with channels added."""
     if pixels.dtype != dtype:
         linear = role in COLORS and dtype.kind == "f"
         pixels = to_linear(pixels) if linear else as_depth(pixels, dtype)

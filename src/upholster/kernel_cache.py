@@ -1,10 +1,10 @@
-"""Machine code of kernels on disk: one file per kernel and signature, safe for processes side by side.
+"""Machine code of kernels on disk: one file per kernel and signature, safe for concurrent processes.
 
-Numba's own cache keeps an index per function, in which processes that compile at the same time lose or mix up
-entries, and does not notice when a function changes that a kernel calls. Here a file's name says what it
-holds: the kernel, a digest of all sources that the kernel is made of, and one of its signature and machine.
-So a folder may serve several versions and copies of the program. A file begins with a checksum: one that is
-damaged is deleted, and its kernel compiled anew.
+Numba's own cache keeps an index per function. Processes that compile at the same time lose or mix up entries
+in it, and it does not notice when a function changes that a kernel calls. Here a file's name identifies its
+content: the kernel, a digest of all its sources, and a digest of its signature and machine. So a folder may
+serve several versions and copies of the program. A file begins with a checksum: a damaged file is deleted,
+and its kernel compiled again.
 """
 
 import hashlib
@@ -35,7 +35,7 @@ __all__ = ["KernelCache", "kernel_name"]
 _ROOT = Path(__file__).parent
 
 _KEPT = 8
-"""How many versions of a kernel a folder keeps: those used last."""
+"""Number of versions of a kernel that a folder keeps: the most recently used ones."""
 _IMPORT = re.compile(r"^\s*from upholster([\w.]*) import (\([^)]*\)|[^\n]*)", re.MULTILINE)
 
 
@@ -47,8 +47,8 @@ def kernel_name(function: Callable[..., Any]) -> str:
 class KernelCache(FunctionCache):  # type: ignore[misc]  # numba is untyped
     """A kernel's machine code on disk.
 
-    Where another process is compiling a kernel for this one (see `upholster.warm`), `waiting` is called with
-    the kernel's name when its code is not there yet, and returns when it is, or will not be.
+    If another process is compiling a kernel for this one (see `upholster.warm`) and its code is not there
+    yet, `waiting` is called with the kernel's name. It returns when the code is there, or will not come.
     """
 
     waiting: Callable[[str], None] | None = None
@@ -56,7 +56,7 @@ class KernelCache(FunctionCache):  # type: ignore[misc]  # numba is untyped
     def __init__(self, function: Callable[..., Any]) -> None:
         super().__init__(function)
         locator = self._impl.locator
-        if config.CACHE_DIR:  # a folder that the user names holds all kernels, wherever the sources are
+        if config.CACHE_DIR:  # a folder named by the user holds all kernels, wherever the sources are
             locator._cache_path = config.CACHE_DIR
         self._cache_file = _Files(
             Path(locator.get_cache_path()), kernel_name(function), Path(locator._py_file)
@@ -64,7 +64,7 @@ class KernelCache(FunctionCache):  # type: ignore[misc]  # numba is untyped
 
     @classmethod
     def attach(cls, dispatcher: Dispatcher) -> None:
-        """Give a kernel its cache; it goes without where no folder can be written."""
+        """Give a kernel its cache, unless no folder is writable."""
         with suppress(RuntimeError):
             vars(dispatcher)["_cache"] = cls(dispatcher.py_func)
 
@@ -81,20 +81,20 @@ class KernelCache(FunctionCache):  # type: ignore[misc]  # numba is untyped
         return found
 
     def _loaded(self, arguments: Any, target: Any) -> Any:
-        # Numba's own way begins by loading all that it compiles with: half a second. Code that is there needs
-        # only what counts references, and whoever compiles loads the rest.
+        # Numba's own way starts by loading the whole compiler: half a second. Code that exists needs only the
+        # reference counting; a process that compiles loads the rest.
         rtsys.initialize(target)
         key = self._index_key(arguments, target.codegen())
         try:
             data = self._cache_file.load(key)
             return None if data is None else self._impl.rebuild(target, data)
-        except Exception:  # whatever a damaged file makes of itself
+        except Exception:  # a damaged file may raise anything
             self._cache_file.damaged(key)
             return None
 
 
 class _Files:
-    """What Numba's cache reads and writes, by keys made of signature and machine."""
+    """The files that Numba's cache reads and writes, by keys made of signature and machine."""
 
     def __init__(self, folder: Path, kernel: str, source: Path) -> None:
         self._folder, self._kernel, self._source = folder, kernel, source
@@ -109,26 +109,26 @@ class _Files:
         except OSError:
             return None
         if zlib.crc32(written[4:]) != int.from_bytes(written[:4], "little") or len(written) <= 4:
-            raise ValueError("the checksum is another")
-        with suppress(OSError):  # used last: now
+            raise ValueError("the checksum differs")
+        with suppress(OSError):  # mark as used now
             os.utime(path)
         return pickle.loads(written[4:])
 
     def damaged(self, key: Any) -> None:
-        _tell_of_damage(self._folder)
+        _report_damage(self._folder)
         with suppress(OSError):
             self._path(key).unlink()
 
     def save(self, key: Any, data: Any) -> None:
         path = self._path(key)
-        beside = path.with_suffix(f".{secrets.token_hex(4)}")
+        temporary = path.with_suffix(f".{secrets.token_hex(4)}")
         written = dumps(data)
-        with suppress(OSError):  # a full disk costs time, no more
-            with open(beside, "wb") as file:
+        with suppress(OSError):  # a full disk only costs time
+            with open(temporary, "wb") as file:
                 file.write(zlib.crc32(written).to_bytes(4, "little") + written)
                 file.flush()
-                os.fsync(file.fileno())  # before the name is there: else a crash leaves an empty file
-            os.replace(beside, path)
+                os.fsync(file.fileno())  # before the renaming: otherwise a crash may leave an empty file
+            os.replace(temporary, path)
         self._forget_old()
 
     def flush(self) -> None:
@@ -141,7 +141,7 @@ class _Files:
     def _forget_old(self) -> None:
         used: dict[str, float] = {}
         for path in self._all():
-            with suppress(OSError):  # another process was faster
+            with suppress(OSError):  # another process has deleted it
                 stamp = path.name.removeprefix(self._kernel).split(".")[1]
                 used[stamp] = max(used.get(stamp, 0.0), path.stat().st_mtime)
         kept = sorted(used, key=lambda stamp: used[stamp])[-_KEPT:]
@@ -154,14 +154,14 @@ class _Files:
         return self._folder / f"{self._kernel}.{self._stamp()}.{_digest(str(key).encode())}.kernel"
 
     def _stamp(self) -> str:
-        # Bounds checks are compiled in or not; Numba's own key does not say.
+        # Whether bounds checks are compiled in: Numba's own key leaves that out.
         machine = (__version__, numba.__version__, sys.version, str(config.BOUNDSCHECK), str(config.OPT))
         return _stamp(self._source, *machine)
 
 
 @lru_cache
-def _tell_of_damage(folder: Path) -> None:
-    warnings.warn(f"compiled kernels in {folder} were damaged; they are compiled anew", RuntimeWarning, 2)
+def _report_damage(folder: Path) -> None:
+    warnings.warn(f"compiled kernels in {folder} were damaged; they are compiled again", RuntimeWarning, 2)
 
 
 def _digest(data: bytes) -> str:
@@ -170,8 +170,8 @@ def _digest(data: bytes) -> str:
 
 @lru_cache
 def _stamp(path: Path, *more: str) -> str:
-    # Of all sources of the package that a module is made of, directly or not: constants and inlined functions
-    # are compiled in.
+    # Covers all sources of the package that a module depends on, directly or not: constants and inlined
+    # functions are compiled in.
     seen, waiting = {path}, [path] if path.exists() else []
     while waiting:
         fresh = _imported(waiting.pop()) - seen
@@ -185,7 +185,7 @@ def _stamp(path: Path, *more: str) -> str:
 
 @lru_cache
 def _imported(path: Path) -> set[Path]:
-    # Files of the package that a source imports from; of `from a import b` both a and, if it is one, b.
+    # Files of the package that a source imports from; for `from a import b` both a and, if it is a module, b.
     found = set()
     for parts, names in _IMPORT.findall(path.read_text(encoding="utf-8")):
         place = _ROOT.joinpath(*filter(None, parts.split(".")))

@@ -1,4 +1,4 @@
-"""Lengths as people write them: ``30cm``, ``0.6 mm``, ``12in``, or a plain number of the model's units."""
+"""Lengths as users write them: ``30cm``, ``0.6 mm``, ``12in``, or a plain number of the model's units."""
 
 import math
 import re
@@ -9,21 +9,21 @@ from upholster.errors import InputError
 __all__ = ["METRES", "Length", "parse_length", "read_length"]
 
 METRES = {"mm": 0.001, "cm": 0.01, "m": 1.0, "in": 0.0254, "ft": 0.3048}
-"""Units that lengths may have, in metres."""
+"""Allowed units of lengths, in metres."""
 
 _FORM = re.compile(r"([+-]?(?:[0-9]{1,18}(?:\.[0-9]{0,18})?|\.[0-9]{1,18})(?:e[+-]?[0-9]{1,2})?) ?([a-z]*)")
 
 
 @dataclass(frozen=True, slots=True)
 class Length:
-    """A length as written, of a model whose unit may not be known yet.
+    """A length as written, for a model whose unit may not be known yet.
 
     Attributes
     ----------
     text
         As the user wrote it.
     number
-        The number alone: finite.
+        Its number: finite.
     unit
         One of `METRES`; empty for the model's own.
     """
@@ -38,9 +38,9 @@ class Length:
         Parameters
         ----------
         metres_per_unit
-            Length of a model unit in metres; None where it is not known.
+            Length of a model unit in metres; None if it is not known.
         name
-            What to call the value in a message.
+            The value's name in messages.
 
         Raises
         ------
@@ -51,7 +51,7 @@ class Length:
             return self.number
         if metres_per_unit is None:
             raise InputError(
-                f"{name} is {self.text!r}, and this model does not tell how long its unit is; "
+                f"{name} is {self.text!r}, and this model does not state the length of its unit; "
                 f"allowed: a number of model units, as {self.number:g}"
             )
         return self.number * METRES[self.unit] / metres_per_unit
@@ -63,14 +63,14 @@ def read_length(text: str | float, *, name: str = "length") -> Length:
     Parameters
     ----------
     text
-        As ``"30cm"`` or ``"0.6 mm"``; or a number, which is one of model units.
+        As ``"30cm"`` or ``"0.6 mm"``; or a number of model units.
     name
-        What to call the value in a message.
+        The value's name in messages.
 
     Raises
     ------
     InputError
-        If it is no number, or the unit is unknown.
+        If it is not a number, or the unit is unknown.
     """
     found = _FORM.fullmatch(text.strip().lower()) if isinstance(text, str) else None
     if found is not None and (not found[2] or found[2] in METRES):

@@ -25,22 +25,22 @@ SHARES = (0.03, 0.05, 0.07, 0.15, 1.0)
 
 @dataclass(frozen=True)
 class Step:
-    """A stream as far as some of its bytes tell.
+    """A stream as decoded from some of its bytes.
 
     Attributes
     ----------
     length
-        Bytes that it takes: those beyond a share of the coefficients are not among them.
+        Number of bytes used: those beyond a share of the coefficients do not count.
     complete
-        Whether that is the whole stream.
+        Whether these are all bytes of the stream.
     coefficients
         Share of significant coefficients.
     charts
         Share of charts that have a placement of their own.
     texels
-        What can be painted.
+        The texels that can be painted.
     psnr
-        Of the texels against those of the whole stream, in dB; infinite where equal.
+        PSNR of the texels against those of the complete stream, in dB; infinite if equal.
     """
 
     length: int
@@ -59,11 +59,11 @@ def refine_steps(
     Parameters
     ----------
     data
-        The stream, or as much of it as there is.
+        The stream, or its start.
     wanted
-        Rising limits of what is used.
+        Limits of the bytes used, rising.
     threads, limits
-        As in `upholster.quilt.paint` and `upholster.stream.StreamDecoder`.
+        As for `upholster.quilt.paint` and `upholster.stream.StreamDecoder`.
 
     Returns
     -------
@@ -73,7 +73,7 @@ def refine_steps(
     Raises
     ------
     FormatError, InputError
-        If the stream is damaged, or so short that nothing can be shown.
+        If the stream is damaged, or too short to show anything.
     """
     full = StreamDecoder(limits=limits)
     full.feed(data)
@@ -85,7 +85,7 @@ def refine_steps(
             raise InputError(f"stream is cut; needs {decoder.needed} more bytes")
         known, count = decoder.coefficients_known
         charts = decoder.charts_known / len(decoder.charts)
-        # Its own density a stream tells only behind the first view.
+        # The stream states its own density only after the first view.
         texels = paint(decoder.quilt(), decoder.exemplar(), density=full.density, threads=threads)
         found.append((decoder.used, decoder.complete, known / count, charts, texels))
     best = full.texels(threads=threads)
@@ -93,7 +93,7 @@ def refine_steps(
 
 
 def texels_psnr(texels: Texels, best: Texels) -> float:
-    """Return the peak signal-to-noise ratio over all charts, in dB: infinite where all texels are equal."""
+    """Return the peak signal-to-noise ratio over all charts, in dB: infinite if all texels are equal."""
     error = sum(
         float(np.sum((a.astype(np.float64) - b) ** 2))
         for a, b in zip(texels.arrays, best.arrays, strict=True)
@@ -120,16 +120,16 @@ def levels_picture(
     data
         The stream.
     options
-        How each picture is taken; `size` is that of one of them.
+        Options of the pictures; `size` is that of a single one.
     shares
         Shares of significant coefficients.
     threads, progress, limits
-        As in `upholster.quilt.paint` and `upholster.stream.StreamDecoder`.
+        As for `upholster.quilt.paint` and `upholster.stream.StreamDecoder`.
 
     Returns
     -------
     ndarray
-        uint8 RGB, with share, bytes and PSNR against the whole stream under each picture.
+        uint8 RGB, with share, bytes and PSNR against the complete stream under each picture.
     """
     options = options or WriteOptions(size=(400, 320))
     surface = _surface(data, limits)
@@ -153,7 +153,7 @@ def levels_picture(
 
 
 def share_text(share: float) -> str:
-    """Return a share in per cent, two digits; what is not all is never rounded up to all."""
+    """Return a share in per cent, with two digits; a share below 1 is never rounded up to 100 %."""
     percent = 100 * share
     return f"{percent:.2g} %" if percent < 99.5 else f"{min(percent, 100 if percent >= 100 else 99.9):.3g} %"
 
@@ -161,17 +161,17 @@ def share_text(share: float) -> str:
 def curve_picture(
     data: bytes, *, threads: int | None = None, limits: Limits | None = None
 ) -> tuple[PixelArray, list[Step]]:
-    """Plot the texels' PSNR over the bytes of the stream: the best so far, and thinner what was measured.
+    """Plot the texels' PSNR over the bytes of the stream: the best so far, and thin the measured one.
 
-    It hardly ever falls: a prefix shows nothing that a longer one takes back. Until a chart's placements have
-    come it shows the sample as it is; where labels have not come, each cell takes the nearest placement.
+    It hardly ever falls: a longer prefix rarely shows anything worse. A chart without placements shows the
+    sample unchanged; a cell without a label takes the nearest placement.
 
     Returns
     -------
     picture : ndarray
         uint8 RGB.
     steps : list of Step
-        What is plotted, from the first view on.
+        The plotted steps, from the first view on.
     """
     first = StreamDecoder(limits=limits)
     feed_until(first, data, Limit(most_bytes=1))
@@ -213,8 +213,9 @@ def _plot(steps: list[Step]) -> PixelArray:
         color=(0.1, 0.35, 0.7),
         width=3,
     )
-    told = "bytes of the stream; PSNR of the texels against the whole stream, in dB: best so far"
-    drawing.text(width // 2, height - 12, told + (" (thin: measured)" if (np.diff(best) == 0).any() else ""))
+    caption = "bytes of the stream; PSNR of the texels against the whole stream, in dB: best so far"
+    thin = " (thin: measured)" if (np.diff(best) == 0).any() else ""
+    drawing.text(width // 2, height - 12, caption + thin)
     return drawing.pixels()
 
 

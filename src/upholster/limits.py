@@ -1,4 +1,4 @@
-"""What a file may ask of a decoder at most: set by the caller, within what the formats allow (SPEC.md, 9)."""
+"""Limits of a file's demands on a decoder: set by the caller, within those of the formats (SPEC.md, 9)."""
 
 from dataclasses import dataclass, fields
 
@@ -13,24 +13,24 @@ _TEXELS_EACH = {"samples": 1, "charts": 256, "triangles": 8}
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """Limits of one decoder. What is not told goes with the texels.
+    """Limits of one decoder. A limit that is not given follows from the texels.
 
     Attributes
     ----------
     texels
-        Of all charts together, 1 to 2^31: 2^28 by default, a square of 16384.
+        Texels of all charts together, 1 to 2^31: 2^28 by default, a square of 16384.
     samples
-        Height × width × channels, of all maps of the exemplar together: one a texel, 65,536 at least,
-        12.8 million at most.
+        Height × width × channels, of all maps of the exemplar together: one per texel, at least 65,536, at
+        most 12.8 million.
     charts
-        One for 256 texels, 4096 at least, 262,144 at most.
+        One per 256 texels, at least 4096, at most 262,144.
     triangles
-        Of a mesh: one for 8 texels, 4096 at least, 1,048,576 at most.
+        Triangles of a mesh: one per 8 texels, at least 4096, at most 1,048,576.
 
     Raises
     ------
     InputError
-        If one is not a whole number from 1 to what the format allows.
+        If a limit is not a whole number from 1 to the format's own limit.
     """
 
     texels: int = 2**28
@@ -49,7 +49,7 @@ class Limits:
             object.__setattr__(self, name, value)
 
     def of(self, name: str) -> int:
-        """Return a limit by its name: never None, whatever was told."""
+        """Return a limit by its name: never None, even if it was not given."""
         value = getattr(self, name)
         assert isinstance(value, int)
         return value

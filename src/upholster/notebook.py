@@ -1,6 +1,6 @@
 """How objects show themselves in a notebook: as a picture, and in the viewer.
 
-What that takes is loaded when something is shown.
+Modules for that are loaded when something is shown.
 """
 
 import base64
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 __all__ = ["MOST_BYTES", "LiveView", "Viewer", "view"]
 
 MOST_BYTES = 4_000_000
-"""Bytes of a stream that a notebook keeps at most: any first part of one is a model."""
+"""Largest part of a stream in a notebook, in bytes: any first part of one is a model."""
 
 _WIDEST = 1024
 _QUADS = 4000
@@ -41,20 +41,20 @@ style="width: 100%; height: {height}px; border: 0"></iframe>"""
 
 
 class Viewer:
-    """The viewer of a stream, which a notebook shows in a frame: it needs no files beside it and no network.
+    """The viewer of a stream, which a notebook shows in a frame: it needs no other files and no network.
 
-    The frame may run scripts and nothing else; its page lets only its own ones run.
+    The frame may run scripts and nothing else; its page allows only its own scripts.
 
     Attributes
     ----------
     stream
-        The bytes of the stream that it shows, `MOST_BYTES` at most.
+        The bytes of the stream that it shows, at most `MOST_BYTES`.
     total
-        Bytes of the whole stream.
+        Length of the complete stream in bytes.
     height
-        Of the frame in pixels; it is as wide as the notebook.
+        Height of the frame in pixels; it is as wide as the notebook.
     poster
-        A picture, WebP, which is seen until the whole stream is shown; empty: the stream is seen as it comes.
+        A picture, WebP, shown until the stream is complete; empty: the stream is shown while it loads.
     """
 
     def __init__(self, stream: bytes, *, height: int = 480, poster: bytes = b"") -> None:
@@ -80,36 +80,36 @@ def view(model: Any, *, height: int = 480) -> Viewer:
     Parameters
     ----------
     model
-        A stream: its bytes, the path of its file, or a `StreamDecoder`; texels, of `upholster.paint` or
-        `upholster.paint_material`; or what `upholster.cover` and `upholster.refine` return.
+        A stream: its bytes, the path of its file, or a `StreamDecoder`; texels from `upholster.paint` or
+        `upholster.paint_material`; or a report of `upholster.cover` or `upholster.refine`.
     height
-        Of the viewer in pixels, 100 to 10,000.
+        Height of the viewer in pixels, 100 to 10,000.
 
     Returns
     -------
     Viewer
-        What a notebook shows: one frame, which takes 0.1 MB of the notebook and the stream, of which it keeps
-        4 MB at most.
+        An object that a notebook shows as a frame, which takes 0.1 MB of the notebook and at most 4 MB of
+        the stream.
 
     Raises
     ------
     InputError, FormatError
-        If it is none of these, not enough of a stream, or texels that do not know what they were painted
+        If it is none of these, a stream that is too short, or texels without the quilt that they were painted
         from.
     """
     return Viewer(_stream_of(model), height=height)
 
 
 class LiveView:
-    """A project in a notebook, which follows what is changed: a picture soon, then the viewer.
+    """A project in a notebook, which follows changes: a picture soon, then the viewer.
 
-    Where ipywidgets is installed there are sliders for seed, direction and the sample's width, and the view
-    follows `change`; else it shows the project as it is when it is shown.
+    If ipywidgets is installed there are sliders for seed, direction and the sample's width, and the view
+    follows `change`; otherwise it shows the project at the time of display.
 
     Attributes
     ----------
     project
-        As it is now.
+        The present project.
     """
 
     def __init__(self, project: "Project", *, height: int = 480) -> None:
@@ -135,13 +135,13 @@ class LiveView:
             return Viewer(look.model.stream, height=self.height, poster=look.model.poster())
 
     def change(self, **choices: Any) -> None:
-        """Change the project, as `Project.change`; the view follows."""
+        """Change the project as `Project.change` does; the view follows."""
         self.project = self.project.change(**choices)
         if self._box is not None:
             self._follow()
 
     def wait(self) -> None:
-        """Wait until it shows the project as it is."""
+        """Wait until the view shows the present project."""
         if self._thread is not None:
             self._thread.join()
 
@@ -213,7 +213,7 @@ def _stream_of(model: Any) -> bytes:
 
 
 def _checked(stream: bytes) -> bytes:
-    """Return a stream's bytes, if something can be shown of them."""
+    """Return a stream's bytes, if they suffice to show something."""
     from upholster.stream import StreamDecoder
     from upholster.stream.prefix import Limit, feed_until
 
@@ -271,7 +271,7 @@ def _quilt_picture(quilt: "Quilt") -> bytes:
 
     from upholster.image import encode_image
 
-    # Red and green name the place in the exemplar, blue tells painted from unpainted.
+    # Red and green are the place in the exemplar; blue separates painted from unpainted.
     scale = np.array(quilt.exemplar_shape) * 16
     places = [
         np.concatenate([np.clip(source * 255 / scale, 0, 255), (source[:, :, :1] >= 0) * 128], axis=2)
@@ -290,7 +290,7 @@ def _texels_picture(texels: "Texels") -> bytes | None:
 
 
 def _sheet(arrays: list[Any]) -> Any:
-    """Lay charts side by side, near square, thinned out to what a screen shows."""
+    """Lay charts side by side, in a near square, thinned out to the resolution of a screen."""
     import numpy as np
 
     columns = int(np.ceil(np.sqrt(len(arrays))))

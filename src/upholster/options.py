@@ -1,6 +1,6 @@
-"""What can be asked for: each option's name, default, meaning and range, once for library and command line.
+"""All options: name, default, meaning and range of each, defined once for library and command line.
 
-Nothing heavy is imported here: ``upholster --help`` is made of these fields.
+Nothing heavy is imported here: ``upholster --help`` is generated from these fields.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -40,7 +40,7 @@ DISPLACED_BY = ("height", "luminance")
 TextureFormat = Literal["auto", "png", "jpeg", "webp"]
 
 QUALITY = 46.0
-"""PSNR in dB at which a sample's stream ends by default: nobody sees more (docs/decisions.md)."""
+"""PSNR in dB at which a sample's stream ends by default: no loss is visible above it (docs/decisions.md)."""
 
 Quality = float | Literal["lossless"]
 
@@ -70,7 +70,7 @@ def _about(
     only: str | tuple[str, ...] = METHODS,
     flag: str | None = None,
 ) -> dict[str, Any]:
-    """Return what a field knows of itself: panel and help text, and the methods that it is for."""
+    """Return a field's metadata: panel, help text, and the methods that it applies to."""
     only = (only,) if isinstance(only, str) else only
     return {"panel": panel, "help": text, "metavar": metavar, "only": only, "flag": flag}
 
@@ -83,13 +83,13 @@ def _documented(kind: type[Any]) -> type[Any]:
 
 
 def chosen(kind: type[Kind], base: Kind | Mapping[str, Any] | None = None, **choices: Any) -> Kind:
-    """Return options of a kind: `base` with what is chosen beside it; None chooses nothing.
+    """Return options of a kind: `base` with `choices` applied; a choice of None is ignored.
 
     Raises
     ------
     InputError
-        For an unknown name, or what the options refuse; also where a choice belongs to another method, even
-        if it is that option's default.
+        For an unknown name, or a value that the options refuse; also if a choice belongs to another method,
+        even if it is that option's default.
     """
     if base is None or isinstance(base, Mapping):
         choices = dict(base or {}) | choices
@@ -108,13 +108,13 @@ def chosen(kind: type[Kind], base: Kind | Mapping[str, Any] | None = None, **cho
 
 
 def differing(options: "Options") -> dict[str, Any]:
-    """Return by name what differs from the defaults."""
+    """Return the options that differ from their defaults, by name."""
     values = {entry.name: (getattr(options, entry.name), entry.default) for entry in fields(options)}
     return {name: value for name, (value, default) in values.items() if value != default}
 
 
 def settled(options: "SynthesisOptions", kind: type[Settled], **found: Any) -> Settled:
-    """Return options as a method has them: what was left open is as found, or the method's default."""
+    """Return options as a method's own kind: open values come from `found`, or are the method's defaults."""
     given = {entry.name: getattr(options, entry.name) for entry in fields(options)} | found
     return kind(**{name: value for name, value in given.items() if value is not None})
 
@@ -128,7 +128,7 @@ _WORDS: dict[Any, str] = {
     tuple[float, float]: "two numbers",
     tuple[str, ...]: "texts",
 }
-"""The types that an option can have, as texts for people."""
+"""The types that an option can have, in words for messages."""
 
 
 def check_quality(sample_quality: object) -> None:
@@ -159,7 +159,7 @@ def _settle_types(options: "ModelOptions | SynthesisOptions | WriteOptions") -> 
 
 
 def _as_kind(kind: Any, value: Any) -> list[Any]:
-    """Return `value` as a type has it, in a list that is empty where that can not be."""
+    """Return `value` converted to a type, in a list; the list is empty if it can not be converted."""
     if kind is type(None):
         return [None] if value is None else []
     if isinstance(value, bool) or type(value).__name__ in ("bool_", "bool"):
@@ -175,7 +175,7 @@ def _as_kind(kind: Any, value: Any) -> list[Any]:
     if get_origin(kind) is tuple and not isinstance(value, (str, bytes)):
         parts = _members(value)
         if get_args(kind)[1:] == (Ellipsis,):
-            kind = tuple[(get_args(kind)[0],) * len(parts or ())]  # type: ignore[misc]  # made as it is needed
+            kind = tuple[(get_args(kind)[0],) * len(parts or ())]  # type: ignore[misc]  # built at run time
         if parts is not None and len(parts) == len(get_args(kind)):
             found = [_as_kind(part, one) for part, one in zip(get_args(kind), parts, strict=True)]
             return [tuple(one[0] for one in found)] if all(found) else []
@@ -183,14 +183,14 @@ def _as_kind(kind: Any, value: Any) -> list[Any]:
 
 
 def _members(value: Any) -> list[Any] | None:
-    """Return what a list, tuple or flat array holds, None if `value` is none of them."""
+    """Return the members of a list, tuple or flat array; None if `value` is none of them."""
     if isinstance(value, Sequence) or getattr(value, "ndim", None) == 1:
         return list(value)
     return None
 
 
 def _direction_text(direction: Any) -> Any:
-    """Return a direction as text, where it is a number of degrees or three numbers; others as they are."""
+    """Return a direction as text if it is a number of degrees or three numbers; others unchanged."""
     if isinstance(direction, str) or direction is None or callable(direction):
         return direction
     if isinstance(direction, Mapping):
@@ -222,9 +222,9 @@ def _check_owner(method: str, asked: "list[Field[Any]]") -> None:
 @_documented
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SampleOptions:
-    """How a sample is read: its maps, and what is made of a photo, of a material of all maps alike.
+    """How a sample is read: its maps, and how a photo is prepared (all maps of a material alike).
 
-    What they allow depends on the photo, and is checked when it is read.
+    The allowed values depend on the photo, and are checked when it is read.
     """
 
     rectify: (
@@ -234,7 +234,7 @@ class SampleOptions:
         metadata=_about(
             _SAMPLE,
             "Four corners of a rectangle on the wall, in pixels of the photo: top left, top right, bottom "
-            "right, bottom left. The rectangle, seen from the front, is used.",
+            "right, bottom left. The sample is this rectangle, seen from the front.",
             metavar="X,Y X,Y X,Y X,Y",
         ),
     )
@@ -248,15 +248,15 @@ class SampleOptions:
         default=False,
         metadata=_about(
             _SAMPLE,
-            "Take vignette and slow shading out of the colours: what changes over half the sample or more.",
+            "Remove vignetting and slow shading: variations over half the sample or more.",
         ),
     )
     use: str | None = field(
         default=None,
         metadata=_about(
             _SAMPLE,
-            "Use no more of it than this image, as large as the photo, shows white: no window, no finger. Or "
-            "`alpha`: than the photo's own alpha does, which is no transparency then. Method quilt.",
+            "Use only pixels that this image, of the photo's size, shows white: no window, no finger. Or "
+            "`alpha`: pixels that the photo's own alpha shows; it then is no transparency. Method quilt.",
             metavar="MASK",
         ),
     )
@@ -264,7 +264,7 @@ class SampleOptions:
         default=None,
         metadata=_about(
             _MAPS,
-            "A map of the material whose name does not tell it: `roughness=x.png`, `orm=y.jpg` …",
+            "A map of the material whose name does not show its role: `roughness=x.png`, `orm=y.jpg` …",
             metavar="ROLE=FILE",
             flag="--map",
         ),
@@ -273,8 +273,8 @@ class SampleOptions:
         default=None,
         metadata=_about(
             _MAPS,
-            "The normal map's green points upward (OpenGL) or downward (DirectX). Default: by its name or "
-            "the height map.",
+            "Green of the normal map points upward (gl: OpenGL) or downward (dx: DirectX). Default: from its "
+            "file name or the height map.",
             metavar="gl|dx",
         ),
     )
@@ -288,12 +288,12 @@ class SampleOptions:
 
     @property
     def mask(self) -> str | None:
-        """The file that tells which part is used; None where there is none."""
+        """The image that shows which pixels are used; None without one."""
         return None if self.use == "alpha" else self.use
 
     @property
     def preparing(self) -> dict[str, Any]:
-        """What is made of a photo: arguments of `upholster.read_exemplar`."""
+        """How a photo is prepared: arguments of `upholster.read_exemplar`."""
         names = "rectify", "crop", "resize", "even_light"
         return {name: getattr(self, name) for name in names}
 
@@ -306,15 +306,15 @@ class ModelOptions:
     Raises
     ------
     InputError
-        If one is not what is allowed.
+        If a value is not allowed.
     """
 
     part: tuple[str, ...] | None = field(
         default=None,
         metadata=_about(
             _MODEL,
-            "Cover these parts alone, by the name of part, object or material: `Seat`, `'Leg*'`; `'sink#2'`, "
-            "the second sink; several times. `upholster info` lists them. Default: all.",
+            "Cover only these parts, by the name of part, object or material: `Seat`, `'Leg*'`; `'sink#2'` "
+            "is the second sink; repeatable. `upholster info` lists them. Default: all.",
             metavar="NAME",
         ),
     )
@@ -322,8 +322,8 @@ class ModelOptions:
         default="new",
         metadata=_about(
             _MODEL,
-            "keep: charts cut as the model's own texture coordinates are, which may not overlap, and packed "
-            "anew; new: charts of our own.",
+            "keep: charts cut as the model's own texture coordinates are cut, which may not overlap, and "
+            "packed again; new: charts that we make.",
             metavar="new|keep",
         ),
     )
@@ -331,7 +331,7 @@ class ModelOptions:
         default=None,
         metadata=_about(
             _MODEL,
-            "What the file's unit is, where it does not tell: mm, cm, m, in, ft.",
+            "The file's unit, if the file does not state it: mm, cm, m, in, ft.",
             metavar="UNIT",
         ),
     )
@@ -345,8 +345,8 @@ class ModelOptions:
         default=None,
         metadata=_about(
             _MODEL,
-            "How far triangles may lie from the faces of a CAD model: `0.1mm`. Default: a two-thousandth of "
-            "its size.",
+            "Largest distance of triangles from the faces of a CAD model: `0.1mm`. Default: a two-thousandth "
+            "of its size.",
             metavar="LENGTH",
         ),
     )
@@ -354,8 +354,8 @@ class ModelOptions:
         default=False,
         metadata=_about(
             _MODEL,
-            "Cover a shape of a CAD model that stands in several places in each by itself. Default: once, "
-            "shown in all.",
+            "If a shape of a CAD model is in several places, cover each place separately. Default: cover it "
+            "once and show it in all.",
         ),
     )
 
@@ -375,28 +375,28 @@ class SynthesisOptions:
     Raises
     ------
     InputError
-        If one is out of range, belongs to another method, or does not fit together with another.
+        If a value is out of range, belongs to another method, or conflicts with another option.
     """
 
     texels: int | tuple[int, int] | None = field(
         default=None,
         metadata=_about(
             _SCALE,
-            "How many in all, 64 to 2^31: `4M`. Or, on a surface of one patch, width and height of a flat "
-            "texture with a texel for a pixel of the sample: `512x512`. Default: a texel for a pixel of the "
-            "sample, at most 8M in all.",
+            "Number of texels in all, 64 to 2^31: `4M`. Or, on a surface of one patch, width and height of a "
+            "flat texture with one texel per pixel of the sample: `512x512`. Default: one texel per pixel of "
+            "the sample, at most 8M in all.",
             metavar="N|WxH",
             only="quilt",
         ),
     )
     density: float | None = field(
-        default=None, metadata=_about(_SCALE, "Texels per model unit, instead.", only="quilt")
+        default=None, metadata=_about(_SCALE, "Texels per model unit, instead of --texels.", only="quilt")
     )
     sample_size: float | str | None = field(
         default=None,
         metadata=_about(
             _SCALE,
-            "Width of the sample in model units, or with a unit where the model has one: `30cm`. Default: a "
+            "Width of the sample in model units, or with a unit if the model has one: `30cm`. Default: a "
             "sixth of the model's diagonal.",
             metavar="LENGTH",
             only="quilt",
@@ -406,8 +406,8 @@ class SynthesisOptions:
         default=None,
         metadata=_about(
             _SCALE,
-            "Size of what repeats in the sample, a brick or a plank, instead of the sample's: `21cm`. Of "
-            "its sides the longer one counts; where only rows repeat, their distance.",
+            "Size of the element that repeats in the sample, a brick or a plank, instead of --sample-size: "
+            "`21cm`. This is its longer side; if only rows repeat, their distance.",
             metavar="LENGTH",
             only="quilt",
         ),
@@ -417,10 +417,10 @@ class SynthesisOptions:
         default=None,
         metadata=_about(
             _SCALE,
-            "Which way the sample's rows run: level (along lines of equal z), along the patches, at an angle "
+            "Direction of the sample's rows: level (along lines of equal z), along the patches, at an angle "
             "to that, along a vector, or round an axis; on CAD models along or around the axes of its faces; "
-            "or as an image's red and green tell, over texture coordinates. "
-            "On models also by part, several times: `Shaft=along`; names as of --part. "
+            "or given by red and green of an image over the texture coordinates. "
+            "On models also per part, repeatable: `Shaft=along`; names as for --part. "
             "Default: along the patches, the longer way round a ring; level where patches do not agree.",
             metavar="[PART=]level|u|v|DEG|X,Y,Z|around:AXIS|along|around|IMAGE",
             only="quilt",
@@ -430,8 +430,8 @@ class SynthesisOptions:
         default=None,
         metadata=_about(
             _SCALE,
-            "Near x,y,z rows run along dx,dy,dz; or along a line near it, `X,Y,Z/X,Y,Z/X,Y,Z`; several "
-            "times, or the name of a .json file of such strokes and lines.",
+            "Near x,y,z rows run along dx,dy,dz; or along a line near it, `X,Y,Z/X,Y,Z/X,Y,Z`; repeatable. "
+            "Or a .json file of such strokes and lines.",
             metavar="X,Y,Z:DX,DY,DZ",
             only="quilt",
         ),
@@ -440,8 +440,8 @@ class SynthesisOptions:
         default=None,
         metadata=_about(
             _SCALE,
-            "The sample is LOW times as large where a map is 0, HIGH times where it is 1, each 1/8 to 8: "
-            "`height=0.5,2`. The map is a TARGET as of --guide.",
+            "Scale the sample by LOW where a map is 0, by HIGH where it is 1, each 1/8 to 8: "
+            "`height=0.5,2`. The map is a TARGET as for --guide.",
             metavar="TARGET=LOW,HIGH",
             only="quilt",
         ),
@@ -450,11 +450,12 @@ class SynthesisOptions:
         default=None,
         metadata=_about(
             _GUIDES,
-            "Where the surface is as TARGET says, parts of the sample lie that are so by SAMPLE; several "
-            "times. SAMPLE: an image as large as the sample, `luminance`, or a map of it, as `height`. "
+            "Where TARGET has a value on the surface, show parts of the sample that have the same value in "
+            "SAMPLE; repeatable. "
+            "SAMPLE: an image of the sample's size, `luminance`, or one of its maps, as `height`. "
             "TARGET: an image over the flat texture or the model's texture coordinates, `colors`, "
             "`part:NAME`, `height`, `slope`, `facing:z`, `curvature`, `occlusion`, `noise`, a ball "
-            "`x,y,z:r`, a .json file of values; `1-` before it inverts it, `>0.5` behind it compares.",
+            "`x,y,z:r`, a .json file of values; a prefix `1-` inverts it, a suffix `>0.5` compares it.",
             metavar="SAMPLE=TARGET[@WEIGHT]",
             only="quilt",
         ),
@@ -463,7 +464,7 @@ class SynthesisOptions:
         default=None,
         metadata=_about(
             _GUIDES,
-            "The same with colours that are the same or not: texture by numbers.",
+            "The same with colours that are equal or not: texture by numbers.",
             metavar="SAMPLE=TARGET[@WEIGHT]",
             only="quilt",
         ),
@@ -472,8 +473,8 @@ class SynthesisOptions:
         default=None,
         metadata=_about(
             _GUIDES,
-            "Another sample, maybe with its width, lies where TARGET, as of --guide, is white; several "
-            "times, of which the last one counts.",
+            "Use another sample, optionally of another width, where TARGET, as for --guide, is white; "
+            "repeatable: where zones overlap, the last one counts.",
             metavar="SAMPLE[@LENGTH]=TARGET",
             only="quilt",
         ),
@@ -482,8 +483,8 @@ class SynthesisOptions:
         default=None,
         metadata=_about(
             _GUIDES,
-            "Borders of zones fray over this width: there either sample shows, in pieces. Default: they lie "
-            "where TARGET has them, and follow elements near by.",
+            "Borders of zones fray over this width: pieces of both samples show there. Default: borders are "
+            "where TARGET has them, and follow elements nearby.",
             metavar="LENGTH",
             only="quilt",
         ),
@@ -492,8 +493,8 @@ class SynthesisOptions:
         default=None,
         metadata=_about(
             _GUIDES,
-            "Lay this region once more, with another seed; all else stays as it is. Several times, one after "
-            "another. REGION: where a TARGET, as of --guide, is white: `0,0,1:0.3`, `part:Seat`.",
+            "Lay this region again, with another seed; everything else stays. Repeatable, applied in order. "
+            "REGION: where a TARGET, as for --guide, is white: `0,0,1:0.3`, `part:Seat`.",
             metavar="REGION[@SEED]",
             only="quilt",
         ),
@@ -502,9 +503,9 @@ class SynthesisOptions:
         default=None,
         metadata=_about(
             _GUIDES,
-            "Put this piece there, and let the rest grow round it; several times. PIECE: an image, maybe "
-            "with its width, `sign.png@20cm` (its alpha is its outline), or a part of the sample, `X,Y,W,H` "
-            "in pixels. `*SIZE`: so many times as large; `@DEG`: turned clockwise. On a flat texture X,Y in "
+            "Put this piece there; the rest of the texture grows round it; repeatable. PIECE: an image, "
+            "optionally with its width, `sign.png@20cm` (its alpha is its outline), or a part of the sample, "
+            "`X,Y,W,H` in pixels. `*SIZE` scales it; `@DEG` turns it clockwise. On a flat texture X,Y are in "
             "pixels.",
             metavar="PIECE=X,Y,Z[*SIZE][@DEG]",
             only="quilt",
@@ -514,8 +515,8 @@ class SynthesisOptions:
         default=None,
         metadata=_about(
             _SCALE,
-            "Texture starts anew across edges at which the surface turns by at least so many "
-            "degrees, 1 to 180. Default: it goes on where directions do.",
+            "The texture is interrupted at edges where the surface turns by at least this many degrees, "
+            "1 to 180. Default: it continues where directions do.",
             metavar="DEG",
             only="quilt",
         ),
@@ -524,27 +525,27 @@ class SynthesisOptions:
         default=False,
         metadata=_about(
             _SCALE,
-            "On CAD models, with the direction along or around: the sample's size changes by 3 % at most, so "
+            "On CAD models, with the direction along or around: change the sample's size by up to 3 %, so "
             "that a whole number of its periods goes round.",
             only="quilt",
         ),
     )
     tileable: bool = field(
-        default=False, metadata=_about(_SCALE, "A flat texture wraps both ways.", only="quilt")
+        default=False, metadata=_about(_SCALE, "Make a flat texture that wraps both ways.", only="quilt")
     )
     method: str = field(
         default="quilt",
         metadata=_about(
             _SYNTHESIS,
-            "quilt: one texture over the whole surface; paper: the paper's, patch by patch; pixel: what the "
-            "paper compares itself with, texel by texel.",
+            "quilt: one texture over the whole surface; paper: the paper's own, patch by patch; pixel: texel "
+            "by texel, which the paper compares itself with.",
         ),
     )
     block: int | None = field(
         default=None,
         metadata=_about(
             _SYNTHESIS,
-            "Side of a block in pixels of the sample, 8 to 512. Default: from the sample's own structure. "
+            "Side of a block in pixels of the sample, 8 to 512. Default: from the sample's structure. "
             "With method paper in texels, a multiple of 2^levels up to 256; default 32.",
             only=("quilt", "paper"),
         ),
@@ -553,8 +554,8 @@ class SynthesisOptions:
         default=None,
         metadata=_about(
             _SYNTHESIS,
-            "Width of the overlap of blocks, likewise: 4 to half a block, default three tenths. With method "
-            "paper a multiple of 2^levels, a third of a block or a smaller part; default 8.",
+            "Width of the overlap of blocks in the same unit: 4 to half a block, default three tenths. With "
+            "method paper a multiple of 2^levels, a block divided by 3, 4, …; default 8.",
             only=("quilt", "paper"),
         ),
     )
@@ -562,7 +563,7 @@ class SynthesisOptions:
         default=0.2,
         metadata=_about(
             _SYNTHESIS,
-            "How much it costs to use a part of the sample more than others, 0 to 10.",
+            "Cost of using a part of the sample more often than others, 0 to 10.",
             only="quilt",
         ),
     )
@@ -570,7 +571,7 @@ class SynthesisOptions:
         default=0.2,
         metadata=_about(
             _SYNTHESIS,
-            "How much it costs to use a part of the sample again near where it was used, 0 to 10.",
+            "Cost of using a part of the sample again near where it was used, 0 to 10.",
             only="quilt",
         ),
     )
@@ -578,8 +579,8 @@ class SynthesisOptions:
         default=None,
         metadata=_about(
             _SYNTHESIS,
-            "How much it costs where courses and rows of a sample that repeats would not meet, 0 to 10; 0: "
-            "not looked at. Default: 2 on surfaces, 0.5 flat.",
+            "Cost of courses and rows that do not meet, for a sample that repeats, 0 to 10; 0 ignores them. "
+            "Default: 2 on surfaces, 0.5 flat.",
             only="quilt",
         ),
     )
@@ -587,7 +588,7 @@ class SynthesisOptions:
         default=1.1,
         metadata=_about(
             _SYNTHESIS,
-            "Blocks are drawn from those that cost at most this many times the best, 1 to 2.",
+            "Draw each block from those that cost at most this many times the best, 1 to 2.",
             only="quilt",
         ),
     )
@@ -595,7 +596,7 @@ class SynthesisOptions:
         default=32,
         metadata=_about(
             _SYNTHESIS,
-            "How many candidates for a block are compared at full resolution, 1 to 4096.",
+            "Number of candidates for a block that are compared at full resolution, 1 to 4096.",
             only="quilt",
         ),
     )
@@ -603,8 +604,8 @@ class SynthesisOptions:
         default=False,
         metadata=_about(
             _SYNTHESIS,
-            "Use blocks of the sample mirrored, left and right exchanged, as well: 2 symmetries. For samples "
-            "without writing; what is above stays above.",
+            "Also use blocks of the sample mirrored left to right: 2 symmetries. For samples without "
+            "writing; the top stays on top.",
             only="quilt",
         ),
     )
@@ -612,7 +613,7 @@ class SynthesisOptions:
         default=False,
         metadata=_about(
             _SYNTHESIS,
-            "Use blocks of the sample turned by quarter turns as well, for samples that have no up: 4 "
+            "Also use blocks of the sample rotated by quarter turns, for samples without an up: 4 "
             "symmetries, and 8 with --mirror.",
             only="quilt",
         ),
@@ -630,7 +631,7 @@ class SynthesisOptions:
         metadata=_about(
             _PAPER,
             "Side of the blocks along the seams between patches, in texels: a multiple of 2^levels up to "
-            "256, more than two overlaps. Default: that of a block.",
+            "256, more than two overlaps. Default: --block.",
             only="paper",
         ),
     )
@@ -644,15 +645,15 @@ class SynthesisOptions:
         default=None,
         metadata=_about(
             _PAPER,
-            "Haar coefficients of the sample of a smaller magnitude count as zero, in what is matched and in "
-            "what is painted (the paper's equation 7): 0 or more, in the sample's own units.",
+            "Set the sample's Haar coefficients of a smaller magnitude to zero, for matching and for "
+            "painting (the paper's equation 7): 0 or more, in the sample's own units.",
             only="paper",
         ),
     )
     coefficients: float | None = field(
         default=None,
         metadata=_about(
-            _PAPER, "The same by share: all but the largest `7%` of them count as zero.", metavar="7%",
+            _PAPER, "The same by share: all but the largest `7%` of them are set to zero.", metavar="7%",
             only="paper",
         ),
     )  # fmt: skip
@@ -664,8 +665,8 @@ class SynthesisOptions:
         default="coherent",
         metadata=_about(
             _PIXEL,
-            "full: compare each texel with the whole sample, which takes minutes; coherent: with what "
-            "continues its neighbours, and what looks like that.",
+            "full: compare each texel with the whole sample, which takes minutes; coherent: with pixels that "
+            "continue its neighbours, and pixels similar to those.",
             metavar="coherent|full",
             only="pixel",
         ),
@@ -787,7 +788,7 @@ class WriteOptions:
     Raises
     ------
     InputError
-        If one is out of range.
+        If a value is out of range.
     """
 
     quads: int = field(
@@ -802,7 +803,7 @@ class WriteOptions:
             "all else png.",
         ),
     )
-    quality: int = field(default=90, metadata=_about(_OUTPUT, "Of JPEG and WebP, 1 to 100."))
+    quality: int = field(default=90, metadata=_about(_OUTPUT, "Quality of JPEG and WebP, 1 to 100."))
     normal_scale: float = field(
         default=1.0,
         metadata=_about(_OUTPUT, "Strength of a material's normal map in a GLB or picture, 0 to 100."),
@@ -811,8 +812,8 @@ class WriteOptions:
         default=None,
         metadata=_about(
             _OUTPUT,
-            "Texels around each chart in an atlas, continued from its neighbours; on a mesh between two "
-            "islands: 0 to 64. Default: 16; on a mesh 4, 8 or 16, by its texels.",
+            "Texels around each chart in an atlas, continued from its neighbours; on a mesh, texels between "
+            "two islands: 0 to 64. Default: 16; on a mesh 4, 8 or 16, by its texels.",
             metavar="N",
         ),
     )
@@ -821,19 +822,19 @@ class WriteOptions:
         metadata=_about(
             _OUTPUT,
             "Height and width of every page of an atlas in texels: 256, 512 ... 8192. Default: pages as "
-            "large as what is on them, 8192x8192 at most unless a single chart is larger.",
+            "large as their charts need, 8192x8192 at most unless a single chart is larger.",
             metavar="N",
         ),
     )
     pot: bool = field(
         default=False,
-        metadata=_about(_OUTPUT, "Sides of pages are powers of two, as some engines want them."),
+        metadata=_about(_OUTPUT, "Make the sides of pages powers of two, as some engines require."),
     )
     lods: int = field(
         default=1,
         metadata=_about(
             _OUTPUT,
-            "Files for each GLB, 1 to 8: `x.glb`, then `x_lod1.glb` with half the texels each way, "
+            "Number of files for each GLB, 1 to 8: `x.glb`, then `x_lod1.glb` with half the texels each way, "
             "`x_lod2.glb` with a quarter ...",
         ),
     )
@@ -851,7 +852,8 @@ class WriteOptions:
         metadata=_about(
             _OUTPUT,
             f"In {' '.join(suffixes_of(kind for kind in OUTPUTS if kind.solid))} move the surface outward by "
-            "the height map, so far where the height is 1: `0.6mm`, or in model units; below 0 inward.",
+            "the height map. This is the distance where the height is 1: `0.6mm`, or in model units; below 0 "
+            "moves inward.",
             metavar="LENGTH",
         ),
     )
@@ -859,19 +861,19 @@ class WriteOptions:
         default="height",
         metadata=_about(
             _OUTPUT,
-            "What moves it: the height map, or luminance, where the sample has none.",
+            "Displace by the height map, or by luminance if the sample has no height map.",
             metavar="height|luminance",
         ),
     )
     mid_level: float = field(
         default=0.0,
-        metadata=_about(_OUTPUT, "The height that stays where it is, 0 to 1; lower ones move the other way."),
+        metadata=_about(_OUTPUT, "The height that does not move, 0 to 1; lower ones move the other way."),
     )
     keep: str | None = field(
         default=None,
         metadata=_about(
             _OUTPUT,
-            "Where nothing moves, as a base that stays flat: `z<0.1mm`, `x>=0 and z<2`.",
+            "Where nothing moves, such as a base that stays flat: `z<0.1mm`, `x>=0 and z<2`.",
             metavar="CONDITIONS",
         ),
     )
@@ -879,8 +881,8 @@ class WriteOptions:
         default=500_000,
         metadata=_about(
             _OUTPUT,
-            "Triangles of the displaced mesh at most, 1000 to 8,000,000: `2M`. There are fewer where that "
-            "shows the height map.",
+            "Largest number of triangles of the displaced mesh, 1000 to 8,000,000: `2M`. Fewer are used if "
+            "they suffice for the height map.",
             metavar="N",
         ),
     )
@@ -888,15 +890,15 @@ class WriteOptions:
         default=None,
         metadata=_about(
             _STREAM,
-            "How the sample is coded: 9/7, 5/3 or haar (the paper's: the largest coefficients first). "
-            "Default: haar with method paper; else 9/7, or 5/3 where the sample is kept lossless.",
+            "Wavelet that codes the sample: 9/7, 5/3 or haar (the paper's: the largest coefficients first). "
+            "Default: haar with method paper; else 9/7, or 5/3 if the sample is kept lossless.",
         ),
     )
     wavelet_levels: int | None = field(
         default=None,
         metadata=_about(
             _STREAM,
-            "Levels of that transform, 0 to 10. Default: three with haar, as in the paper, or else by the "
+            "Levels of that transform, 0 to 10. Default: three with haar, as in the paper; else by the "
             "sample's size.",
         ),
     )
@@ -904,19 +906,19 @@ class WriteOptions:
         default=QUALITY,
         metadata=_about(
             _STREAM,
-            "Where the sample's stream ends: its PSNR in dB, 20 to 80, above which nobody sees more; or "
-            "`lossless`.",
+            "Quality at which the sample's stream ends: its PSNR in dB, 20 to 80, or `lossless`. No loss is "
+            "visible above the default.",
             metavar="DB",
         ),
     )
     stream_bytes: int | None = field(
         default=None,
-        metadata=_about(_STREAM, "Length at most: `8k`; 256 or more.", metavar="N", flag="--bytes"),
+        metadata=_about(_STREAM, "Largest length in bytes: `8k`; 256 or more.", metavar="N", flag="--bytes"),
     )
 
     @property
     def stream_choices(self) -> list[str]:
-        """What was chosen that only streams have a use for."""
+        """The changed options that only streams use."""
         return [
             (entry.metadata["flag"] or entry.name).removeprefix("--")
             for entry in fields(self)

@@ -1,4 +1,4 @@
-"""What is written: outputs by name, what is checked before work, and their writers, one for each kind."""
+"""Outputs by name, their checks before work, and their writers, one for each kind."""
 
 import os
 from collections.abc import Callable, Iterable, Sequence
@@ -26,23 +26,23 @@ from upholster.types import FloatArray, IntArray, Progress
 __all__ = ["Output", "largest_chart", "parse_output", "parse_outputs", "write_output"]
 
 _TILE_LIMIT = 4096
-"""Texels of the largest chart on tiles, gutters included, where their size is not asked for."""
+"""Texels of the largest chart on tiles, gutters included, if no size is requested."""
 
 
 @dataclass(frozen=True, slots=True)
 class Output:
-    """One thing to write: what it is and where it goes.
+    """One output: its kind and its place.
 
     Attributes
     ----------
     kind
         One of `upholster.formats.OUTPUTS`.
     path
-        The file; some kinds have others beside it.
+        The file; some kinds have further files next to it.
     url
-        Of the folder where it lies; empty: `path` is a path.
+        URL of its folder; empty: `path` is a local path.
     lod
-        Of a GLB: how often its textures are halved each way.
+        For a GLB: number of times its textures are halved each way.
     """
 
     kind: OutputKind
@@ -57,23 +57,23 @@ class Output:
 
     @property
     def own(self) -> tuple[Path, ...]:
-        """Its files that are no textures."""
+        """Its files other than textures."""
         if self.kind.texture == "":
             return ()
         return self.path, *(self.path.with_name(self.path.stem + ending) for ending in self.kind.beside)
 
     def files(self, roles: Iterable[str] = (), pages: int = 1) -> tuple[Path, ...]:
-        """Return every file that it consists of: textures after the model, the base colour's first.
+        """Return all of its files: textures after the model, the base colour's first.
 
         Parameters
         ----------
         roles
-            Of a material's maps beside the base colour, see `TexturedModel.maps`.
+            Roles of a material's maps other than the base colour, see `TexturedModel.maps`.
         pages
-            Of the atlas.
+            Number of pages of the atlas.
         """
         if self.url:
-            return ()  # no file of this machine
+            return ()  # no file on this machine
         ending = self.kind.texture
         if ending is None:
             return self.own
@@ -84,7 +84,7 @@ class Output:
 
 
 def largest_chart(outputs: Iterable[Output], options: WriteOptions) -> int:
-    """Return how long charts may be, in texels: on tiles and pages whose size is told each must fit one."""
+    """Return the greatest side of charts in texels: on tiles and pages of a given size each must fit one."""
     if options.atlas_size is None and not any(output.in_tiles for output in outputs):
         return LONGEST
     padding = GUTTER if options.padding is None else options.padding
@@ -96,12 +96,12 @@ def largest_chart(outputs: Iterable[Output], options: WriteOptions) -> int:
 def parse_outputs(
     targets: Iterable[str | os.PathLike[str]], options: WriteOptions, *, flat: bool = False
 ) -> list[Output]:
-    """Read outputs as `parse_output` does; after each GLB come its further files, see `WriteOptions.lods`.
+    """Read outputs as `parse_output` does; a GLB is followed by its further files, see `WriteOptions.lods`.
 
     Raises
     ------
     InputError
-        As there; and where options are chosen that none of the outputs has a use for.
+        As for `parse_output`; and if an option is chosen that none of the outputs uses.
     """
     outputs = [parse_output(target, flat=flat, displaced=options.displace is not None) for target in targets]
     if options.lods > 1:
@@ -127,24 +127,24 @@ def _check_used(option: str, outputs: Sequence[Output], kinds: Sequence[OutputKi
 
 
 def parse_output(target: str | os.PathLike[str], *, flat: bool = False, displaced: bool = False) -> Output:
-    """Read an output as the command line has it: a path, or ``atlas:`` or ``directions:`` and a path.
+    """Read an output as on the command line: a path, or ``atlas:`` or ``directions:`` and a path.
 
-    An image with ``<UDIM>`` in its name is an atlas, too: in tiles, each a file with its number there. One
-    that is called ``directions`` shows the direction field of a mesh.
+    An image with ``<UDIM>`` in its name is an atlas, too: in tiles, each a file with its number there. An
+    output with the prefix ``directions`` shows the direction field of a mesh.
 
     Parameters
     ----------
     target
-        What the user wrote.
+        The user's text.
     flat
-        Whether images are a flat texture's texels, and no pictures of a model.
+        Whether images are a flat texture's texels, and not pictures of a model.
     displaced
-        Whether OBJ and PLY are triangles alone, displaced.
+        Whether OBJ and PLY are only triangles, displaced.
 
     Raises
     ------
     InputError
-        For an unknown suffix, ``<UDIM>`` where there can be no tiles, or what is not installed.
+        For an unknown suffix, ``<UDIM>`` where there can be no tiles, or a missing package.
     """
     if not isinstance(target, (str, os.PathLike)):
         raise InputError(f"output is a {type(target).__name__}; allowed: a path, as text or pathlib.Path")
@@ -159,7 +159,7 @@ def parse_output(target: str | os.PathLike[str], *, flat: bool = False, displace
         allowed = ", ".join(suffixes_of(kind for kind in formats.OUTPUTS if kind.tiles))
         raise InputError(f"output {text!r} has {UDIM}; allowed: once, in the name of an image ({allowed})")
     if "://" in text and not in_tiles:
-        raise InputError(f"output {text!r} is a URL; allowed: of tiles, 's3://folder/name.{UDIM}.png'")
+        raise InputError(f"output {text!r} is a URL; allowed: URLs of tiles, 's3://folder/name.{UDIM}.png'")
     if kind is None:
         allowed = ", ".join(suffixes_of(kind for kind in formats.OUTPUTS if kind.prefix == prefix))
         raise InputError(f"output {text!r} has suffix {path.suffix!r}; allowed: {allowed}")
@@ -178,7 +178,7 @@ def write_output(
     Raises
     ------
     InputError
-        If it cannot hold the model, or an option is out of its range.
+        If it cannot hold the model, or an option is out of range.
     """
     pages = len(model.layout.pages) if output.kind.pages else 1
     targets = output.files(model.maps, pages)
@@ -189,7 +189,7 @@ def write_output(
 
 
 class _Places(NamedTuple):
-    """Where an output is written: its path, and temporary places of its files, pages and maps."""
+    """The places of an output: its path, and the temporary paths of its files, pages and maps."""
 
     path: Path
     own: Sequence[Path]
@@ -236,13 +236,13 @@ def _write_ply(model: TexturedModel, to: _Places) -> None:
 def _write_directions(model: TexturedModel, to: _Places) -> None:
     options = model.options
     if model.field is None:
-        raise InputError(f"{to.path} shows the directions of a mesh; allowed: of a model just covered")
+        raise InputError(f"{to.path} shows the directions of a mesh; allowed: for a model just covered")
     shown = directions_picture(model.field, size=options.size, view=options.view, threads=model.threads)
     write_image(to.own[0], shown, quality=options.quality)
 
 
 def _write_picture(model: TexturedModel, to: _Places) -> None:
-    """Write a picture of all that a model's file shows: parts that are not covered, and copies, too."""
+    """Write a picture of everything in a model's file, including uncovered parts and copies."""
     file, options = model.file, model.options
     if file is None or file.gltf is None or not (file.left or any(part.instances > 1 for part in file.parts)):
         picture = model.picture(progress=to.progress)
@@ -259,7 +259,7 @@ def _write_picture(model: TexturedModel, to: _Places) -> None:
 
 
 def _write_glb(place: Path, model: TexturedModel) -> None:
-    """Write a GLB: of a mesh that was read from glTF that file, with new textures and all else in it."""
+    """Write a GLB: for a mesh from a glTF file that file, with new textures and everything else in it."""
     options = model.options
     how: dict[str, Any] = {"texture": options.texture, "quality": options.quality}
     how["normal_scale"] = options.normal_scale
@@ -273,7 +273,7 @@ def _write_glb(place: Path, model: TexturedModel) -> None:
         model.mesh,
         uv,
         model.atlas.images(),
-        # glTF has no place for the height.
+        # glTF can not store the height.
         maps={role: model.map_atlas(role).images() for role in model.maps if role != "height"},
         page=page,
         tangents=model.tangents,
@@ -287,7 +287,7 @@ def _note(model: TexturedModel, notes: Iterable[str]) -> None:
 
 
 def _write_usdz(model: TexturedModel, to: _Places) -> None:
-    """Write what the GLB shows, with textures that USDZ may hold."""
+    """Write the content of the GLB, with textures in formats that USDZ allows."""
     own = replace(model.options, texture="png" if model.options.texture == "webp" else model.options.texture)
     with TemporaryDirectory(prefix="upholster-") as folder:
         glb = Path(folder, "model.glb")
@@ -299,7 +299,7 @@ def _write_usdz(model: TexturedModel, to: _Places) -> None:
 
 def _cover(model: TexturedModel) -> export.Cover:
     """Return a model's texture on the triangles that it covers."""
-    assert isinstance(model.surface, MeshSurface)  # what is read from a model's file
+    assert isinstance(model.surface, MeshSurface)  # models are read from files as meshes
     page, uv = model.atlas.page_coordinates(model.mesh)
     covered = np.flatnonzero(model.surface.island >= 0)
     corners = model.mesh.triangles[covered]
@@ -314,7 +314,7 @@ def _cover(model: TexturedModel) -> export.Cover:
 
 
 def _solid(model: TexturedModel, *, millimetres: bool) -> tuple[FloatArray, IntArray]:
-    """Return vertices and triangles of a solid: in millimetres, if wanted, where its unit is known."""
+    """Return vertices and triangles of a solid: in millimetres, if wanted and the unit is known."""
     scale = 1000.0 * model.metres if millimetres and model.metres is not None else 1.0
     return model.displaced.positions * scale, model.displaced.triangles
 

@@ -1,7 +1,7 @@
-"""Painting pages of an atlas one by one: each from the sample and what is known of the charts on it.
+"""Painting pages of an atlas one by one: each from the sample and the charts on it.
 
-Nothing but a page and the charts on it is in memory; pages can be painted in any order, and are to the bit
-those of the whole atlas.
+Only one page and the charts on it are in memory. Pages can be painted in any order, and are equal, to the
+bit, to those of the complete atlas.
 """
 
 import os
@@ -32,16 +32,16 @@ class PaintWindow(Protocol):
 
 @dataclass(frozen=True, eq=False, slots=True)
 class PagedAtlas:
-    """An atlas of which pages are painted by themselves.
+    """An atlas whose pages are painted separately.
 
     Attributes
     ----------
     surface, charts
-        What is covered, and the whole layout on it, in texels.
+        The surface, and the complete layout on it, in texels.
     layout
         All pages.
     seams
-        Each chart's, see `upholster.model.by_chart`.
+        The seams of each chart, see `upholster.model.by_chart`.
     """
 
     surface: Surface
@@ -56,7 +56,7 @@ class PagedAtlas:
         return cls(surface, charts, layout, dict(by_chart(find_seams(surface, charts))))
 
     def shown_on(self, page: int) -> set[int]:
-        """Return the charts that a page shows: its own, and those that its gutters show."""
+        """Return the charts that a page shows: its own, and those in its gutters."""
         return {*self.layout.on_page(page), *page_windows(self.layout, page, self.seams)}
 
     def painted(self, page: int, role: str, paint: PaintWindow) -> PixelArray:
@@ -66,7 +66,7 @@ class PagedAtlas:
         first = arrays[next(iter(own))]
         for n, windows in page_windows(self.layout, page, self.seams).items():
             chart = self.charts[n]
-            # Memory that is not written to takes none.
+            # Memory that is never written takes no space.
             arrays[n] = np.empty((chart.height, chart.width, first.shape[2]), first.dtype)
             for window in windows:
                 arrays[n][window] = paint(n, window)
@@ -78,7 +78,7 @@ class PagedAtlas:
 
 
 def write_page(path: str | os.PathLike[str], role: str, pixels: PixelArray, *, quality: int) -> None:
-    """Write a page of a map to a file; `InputError` as of `upholster.image.write_image`."""
+    """Write a page of a map to a file; `InputError` as for `upholster.image.write_image`."""
     if role == "albedo":
         write_image(path, pixels, quality=quality)
     else:

@@ -1,6 +1,6 @@
 """Run independent tasks on several threads, with progress; stop quickly, by Ctrl-C or by another thread.
 
-`run_tasks` runs as many as are there; a `TaskPool` takes further ones while others run.
+`run_tasks` runs a given list of tasks; a `TaskPool` accepts further ones while others run.
 """
 
 import ctypes
@@ -34,16 +34,16 @@ __all__ = [
 ]
 
 Key = tuple[str, int]
-"""What a task is called: its kind and a number."""
+"""The name of a task: its kind and a number."""
 
 
 class Stop:
-    """What one thread sets so that work in others ends.
+    """A signal from one thread that ends work in others.
 
     Attributes
     ----------
     flag
-        (1,) uint8, not 0 once it is set: kernels that run long look at it.
+        (1,) uint8, not 0 once it is set: kernels that run long check it.
     """
 
     def __init__(self) -> None:
@@ -54,7 +54,7 @@ class Stop:
         self.flag[0] = 1
 
     def is_set(self) -> bool:
-        """Whether it is to end."""
+        """Whether the work is to end."""
         return bool(self.flag[0])
 
 
@@ -63,7 +63,7 @@ _cancelled: "ContextVar[Stop | None]" = ContextVar("cancelled", default=None)
 
 @contextmanager
 def cancelled_by(stop: Stop) -> Iterator[None]:
-    """Let work in this thread end soon after `stop` is set: at the next task or stage, or within a kernel."""
+    """Make work in this thread end soon after `stop` is set: at the next task or stage, or in a kernel."""
     token = _cancelled.set(stop)
     try:
         yield
@@ -72,15 +72,15 @@ def cancelled_by(stop: Stop) -> Iterator[None]:
 
 
 def check_cancelled() -> None:
-    """Raise CancelledError where the work that runs in this thread is to stop."""
+    """Raise CancelledError if the work in this thread is to stop."""
     if stop_flag()[0]:
         raise CancelledError("the work was cancelled")
 
 
 def stop_flag() -> NDArray[np.uint8]:
-    """Return the flag of what ends the work in this thread, see `Stop`; tasks of it can hand it to kernels.
+    """Return the flag that ends the work in this thread, see `Stop`; its tasks can pass it to kernels.
 
-    A kernel that ends by it leaves its results unfinished: `run_tasks` raises then.
+    A kernel that is ended by it leaves its results unfinished: `run_tasks` raises then.
     """
     stop = _cancelled.get()
     return _NEVER if stop is None else stop.flag
@@ -99,7 +99,7 @@ def thread_count(threads: int | None) -> int:
 
 
 def check_running(threads: int | None, progress: Progress | None) -> None:
-    """Raise InputError before work begins unless it can run on so many threads and tell its progress so."""
+    """Raise InputError, before work begins, for a wrong number of threads or a wrong `progress`."""
     thread_count(threads)
     if progress is not None and not callable(progress):
         raise InputError(
@@ -108,9 +108,9 @@ def check_running(threads: int | None, progress: Progress | None) -> None:
 
 
 def give_back_memory() -> None:
-    """Give free memory back to the system, where its library can: arrays of many threads leave gaps."""
+    """Return free memory to the system, if its library can: arrays of many threads leave gaps."""
     with suppress(AttributeError, OSError, TypeError):
-        ctypes.CDLL(None).malloc_trim(0)  # of glibc
+        ctypes.CDLL(None).malloc_trim(0)  # in glibc
 
 
 def run_tasks(
@@ -165,18 +165,18 @@ def _next(finished: "SimpleQueue[Future[Any]]") -> "Future[Any]":
 
 
 class TaskPool(Protocol):
-    """Runs tasks that come while others run: on threads of this process, or on workers elsewhere.
+    """Runs tasks that arrive while others run: on threads of this process, or on workers elsewhere.
 
-    What a task finds out it leaves in files: nothing of it comes back.
+    A task leaves its results in files: nothing is returned.
     """
 
     @property
     def width(self) -> int:
-        """How many tasks run at a time."""
+        """Number of tasks that run at a time."""
         ...
 
     def submit(self, key: Key, task: Callable[..., Any], *arguments: Any, priority: int = 0) -> None:
-        """Let a task run, by that name; those of higher priority come first, then those that came first.
+        """Run a task under a name; higher priorities are first, then earlier submissions.
 
         A task is a function of a module, and its arguments can be pickled.
         """
@@ -187,13 +187,13 @@ class TaskPool(Protocol):
         ...
 
     def counts(self) -> dict[str, int]:
-        """Return what a report tells of the tasks so far; nothing of threads."""
+        """Return counts of the tasks so far for a report; empty for threads."""
         ...
 
 
 @contextmanager
 def thread_pool(threads: int | None = None) -> Iterator[TaskPool]:
-    """Yield a pool on threads of this process; at the end those that have not begun are dropped.
+    """Yield a pool on threads of this process; at the end, tasks that have not begun are dropped.
 
     Parameters
     ----------
@@ -209,7 +209,7 @@ def thread_pool(threads: int | None = None) -> Iterator[TaskPool]:
 
 
 class _Threads:
-    """A pool on threads: each turn of one takes what is first in the queue then."""
+    """A pool on threads: each turn of a thread takes the task that is first in the queue at that time."""
 
     def __init__(self, executor: ThreadPoolExecutor, width: int) -> None:
         self._executor, self._turn, self.width = executor, count(), width

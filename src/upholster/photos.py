@@ -1,4 +1,4 @@
-"""Photos as files: what the commands ``upholster prepare`` and ``upholster fill`` do."""
+"""Photos as files: the work of the commands ``upholster prepare`` and ``upholster fill``."""
 
 import os
 from dataclasses import dataclass, field
@@ -32,16 +32,16 @@ _LINE = (1.0, 0.1, 0.6)
 
 @dataclass(frozen=True, slots=True)
 class PreparedReport:
-    """What `prepare_sample` did.
+    """Report of `prepare_sample`.
 
     Attributes
     ----------
     width, height, bits
-        Of the sample: pixels, and bits per channel.
+        Size of the sample in pixels, and bits per channel.
     written
         Bytes of each file.
     notes
-        What the user should know, in words.
+        Warnings and advice, in words.
     """
 
     width: int
@@ -58,33 +58,31 @@ def prepare_sample(
     *,
     picture: str | os.PathLike[str] | None = None,
 ) -> PreparedReport:
-    """Make a sample of a photo and write it, sRGB-coded, at the photo's depth if the format holds it.
+    """Make a sample from a photo and write it, sRGB-coded, at the photo's depth if the format allows it.
 
     Parameters
     ----------
     photo
-        The file, or the name of a sample that comes with the program, see `upholster.read_exemplar`.
+        The file, or the name of an included sample, see `upholster.read_exemplar`.
     target
-        The image to write; its suffix says which format.
+        The image to write; its suffix sets the format.
     options
-        How the photo is prepared; with a mask, that is the sample's alpha.
+        How the photo is prepared; a mask becomes the sample's alpha.
     picture
-        Where to write a picture of photo and sample side by side, the part that was used outlined.
+        The file for a picture of photo and sample side by side, with the used part outlined.
 
     Raises
     ------
     InputError
-        As `upholster.image.read.read_photo`; for a mask and JPEG, which holds no alpha; for a file that can
-        not be written, or is the photo. Nothing is written then.
+        As for `upholster.image.read.read_photo`; for a mask and JPEG, which holds no alpha; for a file that
+        can not be written, or is the photo. Then nothing is written.
     """
     targets = [target] if picture is None else [target, picture]
     for file in targets:
         if Path(file).suffix.lower() not in IMAGE_SUFFIXES:
             raise InputError(f"output {os.fspath(file)!r} is no image; allowed: {', '.join(IMAGE_SUFFIXES)}")
     if options.use is not None and IMAGE_SUFFIXES[Path(target).suffix.lower()] == "jpeg":
-        raise InputError(
-            f"output {os.fspath(target)!r} can not hold what is used; allowed: .png, .webp, .tif"
-        )
+        raise InputError(f"output {os.fspath(target)!r} can not hold a mask; allowed: .png, .webp, .tif")
     photo = located(photo)
     notes: list[str] = []
     with outputs(targets, inputs=[photo, *([options.mask] if options.mask else [])]) as files:
@@ -92,7 +90,7 @@ def prepare_sample(
         notes += _hints(sample, options)
         if used is not None:
             sample = as_alpha(sample, used)
-            notes.append("the mask is the sample's alpha; `upholster cover` wants to be told: --use alpha")
+            notes.append("the mask is the sample's alpha; for `upholster cover` add: --use alpha")
         write_image(files.path(target), sample, quality=95)
         if picture is not None:
             write_image(files.path(picture), _side_by_side(read_image(photo, notes=[]), sample, options))
@@ -103,18 +101,18 @@ def prepare_sample(
 
 @dataclass(frozen=True, slots=True)
 class FilledReport:
-    """What `fill_files` did.
+    """Report of `fill_files`.
 
     Attributes
     ----------
     width, height, bits
-        Of the photo: pixels, and bits per channel.
+        Size of the photo in pixels, and bits per channel.
     filled
-        Pixels that are new.
+        Number of new pixels.
     written
         Bytes of each file.
     notes
-        What the user should know, in words.
+        Warnings and advice, in words.
     """
 
     width: int
@@ -135,20 +133,19 @@ def fill_files(
     seed: int | None = 0,
     progress: Progress | None = None,
 ) -> FilledReport:
-    """Fill a hole and write the result; a material's other maps lie beside, named by role.
+    """Fill a hole and write the result; a material's other maps are written next to it, named by role.
 
     Parameters
     ----------
     target
-        The image to write; its suffix says which format.
+        The image to write; its suffix sets the format.
     photo, hole, sample, block, seed, progress
-        As of `upholster.fill`.
+        As for `upholster.fill`.
 
     Raises
     ------
     InputError
-        As `upholster.fill`; for a file that cannot be written, or is one that is read. Nothing is written
-        then.
+        As for `upholster.fill`; for a file that cannot be written, or is an input. Then nothing is written.
     """
     if Path(path_text(target, "output")).suffix.lower() not in IMAGE_SUFFIXES:
         raise InputError(f"output {os.fspath(target)!r} is no image; allowed: {', '.join(IMAGE_SUFFIXES)}")
@@ -176,7 +173,7 @@ def _files(source: Source | Sample) -> list[str]:
 
 
 def _holds(place: Path, pixels: PixelArray) -> bool:
-    # Whether a format keeps all samples as they are.
+    # Whether a format stores all samples exactly.
     suffix = place.suffix.lower()
     if suffix == ".exr":
         return pixels.dtype.kind == "f" and alpha_channel(pixels.shape[2]) is None
@@ -184,7 +181,7 @@ def _holds(place: Path, pixels: PixelArray) -> bool:
 
 
 def _hints(sample: PixelArray, options: SampleOptions) -> list[str]:
-    """Return which options would help."""
+    """Return advice on useful options."""
     found = sample_notes(sample)
     if options.rectify is None and options.crop is None and options.resize is None:
         corners = proposed_corners(sample)

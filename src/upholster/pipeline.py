@@ -2,7 +2,7 @@
 
 exemplar, surface ──► prepare ──► execute ──► quilt ──► paint ──► texels ──► mesh, atlas ──► files
 
-With several materials each has its own exemplar, quilt and texels; what is written has all of them.
+With several materials each has its own exemplar, quilt and texels; the files have all of them.
 """
 
 import json
@@ -83,34 +83,33 @@ def cover(
     progress: Progress | None = None,
     tell: Callable[[str], None] | None = None,
 ) -> CoverReport:
-    """Cover a surface with an exemplar and write the results: what the command ``upholster cover`` does.
+    """Cover a surface with an exemplar and write the results, as the command ``upholster cover`` does.
 
     Parameters
     ----------
     exemplar
         Image file, see `upholster.read_exemplar`. Or a material: a folder or zip file with its maps, several
         files named by role, files by role (see `upholster.read_material`), or the material itself; or a
-        `Sample`, which tells how it is read and its width. Its maps are matched together (by methods "paper"
-        and "pixel": the base colour alone), and one quilt paints them all. None only where there are
-        `materials`.
+        `Sample`, which includes its options and width. Its maps are matched together (by methods "paper" and
+        "pixel": only the base colour), and one quilt paints them all. None only if there are `materials`.
     on
-        Which surface: a text, see `upholster.surface_from_spec`, a file's path, or a `Surface`. With method
-        "paper" a sphere is of octants, unless it says otherwise. Or a model's file (GLB, glTF, OBJ, PLY, STL,
-        OFF), or its mesh.
+        The surface: a text, see `upholster.surface_from_spec`, a file's path, or a `Surface`. With method
+        "paper" a sphere consists of octants, unless its text says otherwise. Or a model's file (GLB, glTF,
+        OBJ, PLY, STL, OFF), or its mesh.
     targets
-        Files to write, one or several, by suffix, none of them one that is read; ``atlas:``
-        before an image's path writes the
-        atlas instead of a picture. With texels of width × height images are the flat texture itself. A
-        material's other maps lie beside atlas, flat texture and OBJ, named by role: ``wall_normal.png``
-        beside ``wall.png``; pictures of the model show all of them but the height. An atlas above 8192² has
-        several pages: in a GLB each is a material, images are ``wall_1.png``, ``wall_2.png`` … An image with
-        ``<UDIM>`` in its name is an atlas in UDIM tiles; texture coordinates of an OBJ then fit them. Tiles
-        alone, on patches, are written one by one, and may be larger than memory: see docs/scaling.md.
+        Files to write, one or several, by suffix; none may be an input. ``atlas:`` before an image's path
+        writes the atlas instead of a picture. With texels of width × height, images are the flat texture
+        itself. A material's other maps are written next to atlas, flat texture and OBJ, named by role:
+        ``wall_normal.png`` for ``wall.png``; pictures of the model show all of them but the height. An atlas
+        above 8192² has several pages: in a GLB each is a material, images are ``wall_1.png``, ``wall_2.png``
+        … An image with ``<UDIM>`` in its name is an atlas in UDIM tiles; texture coordinates of an OBJ then
+        fit them. If only tiles on patches are written, they are written one by one, and may be larger than
+        memory: see docs/scaling.md.
     materials
         Several on one model's file: samples by the names of parts, ``{"Seat": "leather/", "Leg*":
-        "oak.jpg@30cm"}``. Patterns are as of `upholster.ModelOptions`; of those that fit a part the first
-        counts. A length behind an @ is the sample's width. `exemplar` covers what no pattern fits; without
-        it that is left as it is. Streams are not written of several materials.
+        "oak.jpg@30cm"}``. Patterns are as for `upholster.ModelOptions`; the first one that fits a part
+        counts. A length after an @ is the sample's width. `exemplar` covers all parts that no pattern fits;
+        without it those stay unchanged. Streams can not be written with several materials.
     sample
         How `exemplar` is read: `upholster.SampleOptions`, or some of them by name.
     model
@@ -118,19 +117,19 @@ def cover(
     synthesis
         How it is covered: `upholster.SynthesisOptions`, or some of them by name.
     seed
-        As there; None: a random one, which the report tells.
+        As for `upholster.synthesize`. None draws a random seed, which the report lists.
     options
         How models and pictures are written.
     pinned
         Regions that stay as they were, see `upholster.Project.pin`.
     report
-        Where to write the report as JSON: a file that ends in ``.json``.
+        The file for the report as JSON: its name ends in ``.json``.
     threads, progress
-        As in `upholster.synthesize`; stage "read", within it "faces" and "mesh" while a CAD model is read;
+        As for `upholster.synthesize`; stage "read", within it "faces" and "mesh" while a CAD model is read;
         "prepare", "unwrap" while a model is laid out, "blocks", "seams" or "texels", then "paint" and
         "render".
     workers, scheduler
-        Lay the surface and paint tiles on so many processes of this machine, or on the workers of a Dask
+        Lay the surface and paint tiles on this many processes of this machine, or on the workers of a Dask
         scheduler, ``tcp://host:8786``: with method "quilt". The result is the same.
     tell
         Called with each note of the report before the work begins.
@@ -143,7 +142,7 @@ def cover(
     Raises
     ------
     InputError, FormatError
-        Before any work where possible; nothing is written then.
+        Raised before any work if possible; then nothing is written.
     """
     options, seed = chosen(WriteOptions, options), settled_seed(seed)
     asked = chosen(SynthesisOptions, synthesis)
@@ -179,7 +178,7 @@ def cover(
                 read += [os.fspath(file) for file in covered.model.inputs]
                 files.keep(covered.model.inputs)
             if isinstance(covered.surface, Surface):
-                _ = covered.surface.shared  # edges that are claimed twice are found now, not after the work
+                _ = covered.surface.shared  # find edges that are claimed twice now, not after the work
         check_directions(wanted, covered.surface)
         check_tasks(wanted, coverings, workers, scheduler)
         roles = roles_of(coverings)
@@ -231,7 +230,7 @@ def cover(
 def _layout(
     wanted: Sequence[Output], coverings: Sequence[Covering], options: WriteOptions
 ) -> AtlasLayout | None:
-    """Return where the charts of all coverings lie in one atlas; None where no output holds it."""
+    """Return the places of all coverings' charts in one atlas; None if no output has an atlas."""
     if not any(output.kind.atlas for output in wanted):
         return None
     surface = joined_surface([each.surface for each in coverings])
@@ -245,7 +244,7 @@ _Made = tuple[TexturedModel | None, dict[str, int], dict[str, int]]
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Making:
-    """What is made of what is prepared, and how."""
+    """Prepared work, and how to do it."""
 
     wanted: Sequence[Output]
     coverings: Sequence[Covering]
@@ -258,7 +257,7 @@ class _Making:
     seconds: dict[str, float]
 
     def made(self, files: Outputs, workers: int | None, scheduler: str | None) -> _Made:
-        """Lay blocks, paint and write, where that is asked for."""
+        """Lay blocks, paint and write, by tasks if requested."""
         in_memory = workers is None and scheduler is None
         if in_memory and not are_tiles_alone(self.wanted, self.coverings):
             return self.in_memory(files)
@@ -266,7 +265,7 @@ class _Making:
             return self.by_tasks(files, pool)
 
     def by_tasks(self, files: Outputs, pool: TaskPool) -> _Made:
-        """Let blocks be laid by tasks; tiles alone are painted by tasks as well, and no model is made."""
+        """Lay blocks by tasks; if only tiles are written, paint them by tasks too, and make no model."""
         run: dict[str, Any] = {"seed": self.seed, "progress": self.progress, "tell": self.tell}
         first, output = self.coverings[0], self.wanted[0]
         with timed("synthesize", self.seconds):
@@ -326,16 +325,16 @@ def write(
     surface
         The surface; or its text form, or the path of its file.
     texels
-        Its texels, as `upholster.paint` makes them, or a material's by role, of `upholster.paint_material`.
+        Its texels, from `upholster.paint`; or a material's by role, from `upholster.paint_material`.
     quilt, exemplar
-        What the texels were painted from, of a material the material: streams hold them
-        instead. By default what the texels know themselves.
+        The quilt and the exemplar, or material, that the texels were painted from: streams hold them instead.
+        By default those that the texels refer to.
     flat
         Whether an image is the texels of the only chart, not a picture of the model.
     options
         Mesh, texture format and picture, see `upholster.WriteOptions`.
     threads, progress
-        As in `upholster.synthesize`; stage "render" for pictures.
+        As for `upholster.synthesize`; stage "render" for pictures.
 
     Raises
     ------

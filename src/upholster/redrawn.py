@@ -1,4 +1,4 @@
-"""Pictures of a GLB as it stands: everything that it shows, drawn again without synthesis."""
+"""Pictures of an existing GLB: everything in it, drawn without synthesis."""
 
 import os
 from collections.abc import Mapping, Sequence
@@ -20,26 +20,26 @@ from upholster.types import FloatArray, PixelArray, Progress
 __all__ = ["SHEET", "ShownModel", "redrawn", "shown_model"]
 
 SHEET = ((30.0, 30.0), (120.0, 30.0), (210.0, 30.0), (300.0, 30.0))
-"""The views of a sheet, as of `Camera.fit`."""
+"""The views of a sheet, as for `Camera.fit`."""
 
 _GUTTER = 16
-"""Texels round each image: so many the renderer's mip levels reach."""
+"""Texels around each image, because the renderer's mip levels reach that far."""
 
 _UP = np.array([[1.0, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
 """From glTF's axes, y up, to ours, z up."""
 
 _DATA = {"normal": (128, 128, 255), "roughness": (255,), "metallic": (255,), "ao": (255,)}
-"""Maps other than the colour, and what stands for one that is missing."""
+"""Maps other than the colour, and the values of a missing one."""
 
 
 @dataclass(frozen=True, eq=False)
 class ShownModel:
-    """All triangles that a file shows, wherever they stand, z up, and its images one upon the other.
+    """All triangles of a file at all of their places, z up, and its images, stacked vertically.
 
     Attributes
     ----------
     corners, normals
-        (N, 3, 3) float64, of each triangle's corners.
+        (N, 3, 3) float64: position and normal of each triangle's corners.
     uv
         (N, 3, 2) float64: places in the images, in texels, (0, 0) being the corner of the first one.
     color
@@ -66,8 +66,8 @@ def redrawn(
 ) -> list[NDArray[np.float32]]:
     """Draw a GLB or glTF file from several sides.
 
-    Base colour, alpha, normals, roughness, metalness and occlusion are shown, of all meshes wherever they
-    stand.
+    Base colour, alpha, normals, roughness, metalness and occlusion are shown, of all meshes at all of their
+    places.
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ def redrawn(
     size
         (width, height) of each picture in pixels.
     supersample, threads, progress
-        As in `upholster.render.render`.
+        As for `upholster.render.render`.
 
     Returns
     -------
@@ -88,7 +88,7 @@ def redrawn(
     Raises
     ------
     InputError, FormatError
-        If the file is no glTF, or cannot be read.
+        If the file is not glTF, or cannot be read.
     """
     model = shown_model(path)
     corners, normals = model.corners.reshape(-1, 3), model.normals.reshape(-1, 3)
@@ -113,16 +113,16 @@ def redrawn(
 
 
 def shown_model(path: str | os.PathLike[str]) -> ShownModel:
-    """Read all that a GLB or glTF file shows.
+    """Read everything that a GLB or glTF file shows.
 
     Raises
     ------
     InputError, FormatError
-        If the file is no glTF, or cannot be read.
+        If the file is not glTF, or cannot be read.
     """
     model = read_model(path)
     if model.gltf is None or not model.gltf_parts:
-        raise InputError(f"model {os.fspath(path)!r} has no materials of glTF; allowed: .glb, .gltf")
+        raise InputError(f"model {os.fspath(path)!r} has no glTF materials; allowed: .glb, .gltf")
     images = _Images(model.gltf)
     uv = np.zeros((len(model.mesh.triangles), 3, 2)) if model.uv is None else np.nan_to_num(model.uv)
     for number, part in enumerate(model.gltf_parts):
@@ -134,7 +134,7 @@ def shown_model(path: str | os.PathLike[str]) -> ShownModel:
 
 
 def _everywhere(model: ModelFile, uv: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return corners, their normals and places in the images, (N, 3, …), of all parts wherever they stand."""
+    """Return corners, their normals and places in the images, (N, 3, …), of all parts at all their places."""
     assert model.gltf is not None
     mesh = model.mesh
     corners = mesh.positions[mesh.triangles]
@@ -153,7 +153,7 @@ def _everywhere(model: ModelFile, uv: FloatArray) -> tuple[FloatArray, FloatArra
 
 
 def _tangents(corners: FloatArray, uv: FloatArray) -> FloatArray:
-    """Return where a texture's u grows, for each corner of each triangle: (3N, 3)."""
+    """Return the direction of increasing u, for each corner of each triangle: (3N, 3)."""
     (a, b), (s, t) = ((each[:, 1] - each[:, 0], each[:, 2] - each[:, 0]) for each in (corners, uv))
     along = a * t[:, 1:] - b * s[:, 1:]
     turned = np.sign(s[:, 0] * t[:, 1] - t[:, 0] * s[:, 1])
@@ -162,7 +162,7 @@ def _tangents(corners: FloatArray, uv: FloatArray) -> FloatArray:
 
 
 class _Images:
-    """The images of a file's materials, each role's one upon the other in one image."""
+    """The images of a file's materials, those of each role stacked in one image."""
 
     def __init__(self, gltf: Gltf) -> None:
         self._gltf = gltf
@@ -194,7 +194,7 @@ class _Images:
         }
 
     def stacked(self, role: str, missing: tuple[int, ...]) -> PixelArray:
-        """Return all images of a role, one upon the other."""
+        """Return all images of a role, stacked vertically."""
         out = np.empty((*self.shape, len(missing)), np.uint8)
         out[:] = missing
         for top, looks in self._slots.values():
@@ -208,7 +208,7 @@ class _Images:
         return out
 
     def _looks(self, material: Json) -> dict[str, PixelArray]:
-        """Return a material's images by role; each is uint8, those of factors alone 4 x 4."""
+        """Return a material's images by role; each is uint8; those from constant factors are 4 x 4."""
         surface = material.get("pbrMetallicRoughness", {})
         factor = [*surface.get("baseColorFactor", ()), 1.0, 1.0, 1.0, 1.0][:4]
         color = self._image(surface.get("baseColorTexture"), colors=True)
@@ -230,7 +230,7 @@ class _Images:
         return looks
 
     def _image(self, entry: Any, *, colors: bool = False) -> PixelArray | None:
-        """Return a texture's pixels, (h, w, 4) uint8; None where there is none."""
+        """Return a texture's pixels, (h, w, 4) uint8; None if there is none."""
         if not isinstance(entry, dict):
             return None
         texture = self._gltf.item("textures", entry.get("index"))

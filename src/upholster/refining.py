@@ -1,4 +1,4 @@
-"""From a stream, or as much of one as there is, to files."""
+"""Files from a stream, or from its start."""
 
 import math
 import os
@@ -47,20 +47,20 @@ __all__ = ["RefineReport", "decoded_model", "received_exemplar", "refine"]
 
 @dataclass(frozen=True, slots=True)
 class RefineReport(Shown):
-    """What `refine` did. A notebook shows it as a picture of the model.
+    """Report of `refine`. A notebook shows it as a picture of the model.
 
     Attributes
     ----------
     used, total
-        Bytes of the stream that were read, and that it has when whole.
+        Bytes of the stream that were used, and the length of the complete stream.
     complete
-        Whether they are all.
+        Whether all were used.
     placements, coefficients
         Shares, 0 to 1, of placements that are known and of significant coefficients.
     written
         Bytes of each file.
     model
-        The textured model itself; None where UDIM tiles alone are written, one by one.
+        The textured model itself; None if only UDIM tiles were written, one by one.
     """
 
     used: int
@@ -88,22 +88,22 @@ def refine(
     progress: Progress | None = None,
     limits: Limits | None = None,
 ) -> RefineReport:
-    """Write files from a stream, or from as much of one as there is: what ``upholster refine`` does.
+    """Write files from a stream, or from its start, as ``upholster refine`` does.
 
     Parameters
     ----------
     stream
-        A .uph file, whole or cut.
+        A .uph file, complete or cut.
     targets, options, threads, progress
-        As for `cover`; a material's maps as far as they have come.
+        As for `cover`; of a material the maps that have arrived.
     limit
         How far to read.
     texels
-        About how many the surface gets, 64 to 2^31: the same texture, painted more finely or coarsely; by
-        default as many as the stream was made for. Its charts' sides are rounded to whole texels.
+        About how many texels the surface gets, 64 to 2^31: the same texture, painted more finely or coarsely;
+        by default the number that the stream was made for. Its charts' sides are rounded to whole texels.
     limits
-        What the stream may ask for, see `upholster.StreamDecoder`. By default 2^31 texels where UDIM tiles
-        alone are written of patches: these are painted one by one.
+        Limits of the stream's demands, see `upholster.StreamDecoder`. By default 2^31 texels if only UDIM
+        tiles of patches are written: these are painted one by one.
     on
         Another surface for the same texels, or its text form (see `upholster.surface_from_spec`): it must
         have the stream's faces, and their edges must meet in the same way. By default the stream's own.
@@ -111,8 +111,8 @@ def refine(
     Raises
     ------
     InputError, FormatError
-        If the file is missing, damaged, so short that nothing can be shown, or also a target; or if the other
-        surface does not fit: names the first edge that does not.
+        If the file is missing, damaged, too short to show anything, or also a target; or if the other
+        surface does not fit: the message names the first edge that does not.
     """
     options = chosen(WriteOptions, options)
     check_running(threads, progress)
@@ -152,7 +152,7 @@ def refine(
             same = None if isinstance(surface, MeshSurface) else on_surface(same, surface)
         quilt = decoder.quilt().on(surface)
         if one_by_one:
-            assert isinstance(surface, Surface)  # one_by_one says so
+            assert isinstance(surface, Surface)  # one_by_one implies it
             atlas, maps = PagedAtlas.of(surface, charts, options), source_parts(exemplar)
             painters = {role: WindowPainter(quilt, role, maps[role], density=density) for role in maps}
             how: dict[str, Any] = {"quality": options.quality, "threads": threads, "progress": progress}
@@ -178,7 +178,7 @@ def refine(
 
 
 def _density(texels: int | None, surface: AnySurface, decoder: StreamDecoder, most: Limits) -> float:
-    """Return how many texels each way a step of the charts gets, if a surface is to have so many in all."""
+    """Return the texels per step of the charts, each way, for which a surface has this many in all."""
     if texels is None:
         return decoder.density
     charts = decoder.charts
@@ -228,14 +228,14 @@ def _write_pages(
             write_page(files.path(by_role[role][page]), role, pixels, quality=quality)
 
     tasks = [partial(write, page) for page in range(len(pages))]
-    # Of charts larger than a page should be one at a time is in memory: a stream may be anybody's.
+    # If charts are larger than a page, only one should be in memory at a time: a stream may come from anyone.
     large = any(page.height * page.width > PAGE_LIMIT**2 for page in pages)
     run_tasks(tasks, threads=1 if large else threads, progress=progress, stage="paint")
     return {str(target): files.path(target).stat().st_size for target in targets}
 
 
 def _other_surface(on: SurfaceLike, before: AnySurface) -> Surface:
-    """Return the surface that takes the place of a stream's own; `InputError` where it does not fit."""
+    """Return the surface that replaces a stream's own; `InputError` if it does not fit."""
     if isinstance(before, MeshSurface):
         raise InputError("the stream is of a mesh; allowed: another surface for streams of patches alone")
     if isinstance(on, Surface):
@@ -251,12 +251,12 @@ def _other_surface(on: SurfaceLike, before: AnySurface) -> Surface:
 
 
 def decoded_model(decoder: StreamDecoder, *, threads: int | None = None) -> TexturedModel:
-    """Return the model that a stream shows, as far as it has come.
+    """Return the model in the received part of a stream.
 
     Parameters
     ----------
     decoder
-        Which has enough of a stream to show something.
+        A decoder that has received enough to show something.
     threads
         As for `refine`.
 
@@ -273,18 +273,18 @@ def decoded_model(decoder: StreamDecoder, *, threads: int | None = None) -> Text
 
 
 def _as_coded(decoder: StreamDecoder, options: WriteOptions) -> WriteOptions:
-    """Return options by which a stream keeps the profile that it was read in, unless another is asked for."""
+    """Return options with the stream's own profile, unless another one is requested."""
     return (
         replace(options, wavelet="haar") if decoder.wavelet == "haar" and options.wavelet is None else options
     )
 
 
 def received_exemplar(decoder: StreamDecoder) -> PixelArray | Material:
-    """Return what a stream was made from; maps of which nothing has come yet are left out."""
+    """Return the exemplar of a stream; maps of which nothing has arrived yet are left out."""
     maps = {"albedo": decoder.exemplar()}
     for role in decoder.roles[1:]:
         pixels = decoder.exemplar(role)
-        # The middle of its range everywhere: of a normal map that would be no direction at all.
+        # Such a map is the middle of its range everywhere: in a normal map that would not be a direction.
         if role in ROLES and (decoder.complete or (pixels != pixels[0, 0]).any()):
             maps[role] = pixels
     return Material(maps) if len(maps) > 1 else maps["albedo"]

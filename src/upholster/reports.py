@@ -1,4 +1,4 @@
-"""What `cover` tells: the report, what was settled, notes before the work, counts and times."""
+"""Reports of `cover`: the report itself, automatic choices, notes before the work, counts and times."""
 
 import sys
 import time
@@ -40,53 +40,52 @@ __all__ = [
 ]
 
 _SOFT, _COARSE = 0.6, 1.2
-"""Pixels of the sample to a texel below which a texture looks soft, and above which the sample shows more."""
+"""Pixels of the sample per texel: below the first a texture looks soft, above the second it loses detail."""
 
 _FEW = 4
-"""Elements across a sample below which that is told."""
+"""Number of elements across a sample below which a note advises more."""
 
 _STRETCHED = 0.01
-"""From here on a tile's better size is told."""
+"""Stretch from which a note names a better size of a tile."""
 
 _SMOOTHED = 0.01
-"""Part of the surface from which on it is told that sizes are smoothed there."""
+"""Part of the surface from which a note reports that sizes are smoothed there."""
 
 _MANY_TEXELS = 2**25
-"""From here on the size of what will be written is told before the work begins."""
+"""Size from which a note before the work reports the size of the files."""
 
 
 @dataclass(frozen=True, slots=True)
 class CoverReport(Shown):
-    """What `cover` did; `--report` writes it as JSON. A notebook shows it as a picture of the model.
+    """Report of `cover`; `--report` writes it as JSON. A notebook shows it as a picture of the model.
 
     Attributes
     ----------
     version
-        Of upholster.
+        Version of upholster.
     parameters
-        Everything that was asked for, defaults and seed included.
+        All parameters, including defaults and seed.
     settled
-        What was chosen where nothing was asked for, in words: block, lattice, sample's size, direction, maps;
-        with method "paper" patches, texels, block, overlap, edge block. Of several materials all of that by
-        material.
+        Automatic choices, in words: block, lattice, sample's size, direction, maps; with method "paper"
+        patches, texels, block, overlap, edge block. With several materials, all of that by material.
     counts
-        Faces, patches, shared edges (of a mesh triangles, those left plain, parts); charts, texels, painted
+        Faces, patches, shared edges (for a mesh triangles, those left plain, parts); charts, texels, painted
         texels (on a mesh more: charts are larger than their islands), placements, edge blocks; maps;
-        materials, where there are several; of the base colour channels and bits per sample; pages of the
-        atlas, and their texels.
+        materials, if there are several; channels and bits per sample of the base colour; pages of the atlas,
+        and their texels.
     seconds
         Time per stage, and "total".
     peak_memory_bytes
-        Most memory that the process has held at once; None where the system does not tell.
+        Largest memory that the process has held; None if the system does not report it.
     written
         Bytes of each file.
     notes
-        What the user should know, in words: how a material's maps were read, how many edges nearly
+        Warnings and advice, in words: how a material's maps were read, how many edges nearly
         meet, that the texture will be soft, or that there will be very many texels.
     read
         The files that were read.
     model
-        The textured model itself, not in the JSON; None where only tiles were written, one by one.
+        The textured model itself, not in the JSON; None if only tiles were written, one by one.
     """
 
     version: str
@@ -104,13 +103,13 @@ class CoverReport(Shown):
         return on_a_line(self, {"texels": self.counts["texels"], "written": list(self.written)})
 
     def to_json(self) -> dict[str, Any]:
-        """Return all but the model, as JSON can hold it."""
+        """Return all fields but the model, in a form for JSON."""
         return {entry.name: getattr(self, entry.name) for entry in fields(self) if entry.name != "model"}
 
 
 @contextmanager
 def timed(stage: str, seconds: dict[str, float], progress: Progress | None = None) -> Iterator[None]:
-    """Add to `seconds` how long what is done within took; name the stage to who looks on."""
+    """Add the time of a block to `seconds`; report the stage to `progress`."""
     start = time.perf_counter()
     if progress is not None:
         progress(stage, 0, 1)
@@ -128,7 +127,7 @@ def totalled(seconds: dict[str, float]) -> dict[str, float]:
 def settled_words(
     prepared: Prepared, surface: AnySurface, asked: SynthesisOptions, roles: Sequence[str]
 ) -> dict[str, str]:
-    """Return what was settled where nothing was asked for, in words."""
+    """Return automatic choices in words."""
     found: dict[str, str] = {}
     if isinstance(prepared.options, QuiltOptions):
         found["block"] = f"{prepared.options.block} pixels"
@@ -175,17 +174,15 @@ def _settled_by_paper(options: PaperOptions, surface: Surface) -> dict[str, str]
 
 
 def sample_notes(sample: PixelArray) -> list[str]:
-    """Return why a sample (H, W, C) may be no good one, and what would help."""
+    """Return reasons why a sample (H, W, C) may not be suitable, and advice."""
     if region := differing_region(sample):
         return [
             f"the sample does not look like one texture: {region} has another colour than the rest; "
-            "--crop or --rectify takes a part of it"
+            "use --crop or --rectify to take a part of it"
         ]
     found = []
     if (uneven := light_range(sample)) > UNEVEN:
-        found.append(
-            f"the light on the sample varies by a factor of {uneven:.1f}; --even-light takes that out"
-        )
+        found.append(f"the light on the sample varies by a factor of {uneven:.1f}; --even-light removes that")
     joints = find_joints(sample)
     if joints is not None and joints.across < _FEW:
         found.append(
@@ -196,7 +193,7 @@ def sample_notes(sample: PixelArray) -> list[str]:
 
 
 def notes_before(surface: AnySurface, prepared: Prepared, sample: PixelArray, maps: int) -> list[str]:
-    """Return what the user should know before the work begins; `maps` are those whose texels are kept."""
+    """Return notes before the work begins; `maps` are those whose texels are kept."""
     found = []
     count, tolerance = (0, 0.0) if isinstance(surface, MeshSurface) else surface.nearly_meeting
     if count and isinstance(surface, Surface):
@@ -243,18 +240,18 @@ def notes_before(surface: AnySurface, prepared: Prepared, sample: PixelArray, ma
 
 
 def counts_of(surface: AnySurface, quilt: Quilt, texels: Texels) -> dict[str, int]:
-    """Return how many there are of what."""
-    # An edge block lies on two charts, over their own blocks.
+    """Return counts of a covering."""
+    # An edge block is on two charts, over their own blocks.
     placed = len(quilt.placements), int(np.count_nonzero(quilt.placements["layer"])) // 2
     counts = laid_counts(surface, texels.charts, placed, texels.arrays[0])
-    # One of several materials lies on islands of its own.
+    # One of several materials has islands of its own.
     return counts | {"texels": covering(quilt.surface, texels.charts)}
 
 
 def laid_counts(
     surface: AnySurface, charts: Sequence[Chart], placed: tuple[int, int], colour: PixelArray
 ) -> dict[str, int]:
-    """Return how many there are of what, where `placed` placements and edge blocks show a colour."""
+    """Return counts for `placed` placements and edge blocks and a base colour."""
     return _surface_counts(surface) | {
         "charts": len(charts),
         "texels": covering(surface, charts),
@@ -267,8 +264,8 @@ def laid_counts(
 
 
 def page_counts(model: TexturedModel) -> dict[str, int]:
-    """Return how many pages the atlas has that was written, and their texels; nothing where none was."""
-    # What an output holds was made: in a GLB each material has an atlas of its own.
+    """Return the number of pages of the written atlas, and their texels; empty without one."""
+    # The written outputs have made the atlas: in a GLB each material has one of its own.
     made = [model] if "atlas" in vars(model) else [part for part in model.parts if "atlas" in vars(part)]
     pages = [page for each in made for page in each.atlas.pages]
     if not pages:
@@ -281,7 +278,7 @@ def _painted(charts: Sequence[Chart]) -> int:
 
 
 def covering(surface: AnySurface | None, charts: Sequence[Chart]) -> int:
-    """Return how many texels lie on the surface: on a mesh charts are larger than their islands."""
+    """Return the number of texels on the surface: on a mesh charts are larger than their islands."""
     if not isinstance(surface, MeshSurface):
         return _painted(charts)
     first = charts[0]
@@ -301,9 +298,9 @@ def _surface_counts(surface: AnySurface) -> dict[str, int]:
 
 
 def peak_memory() -> int | None:
-    """Return the most memory that this process has held at once, in bytes; None if the system is silent."""
+    """Return the largest memory that this process has held, in bytes; None if it is not known."""
     if sys.platform == "linux":
-        # What getrusage tells on Linux may be the parent's peak, from before this program was loaded.
+        # On Linux getrusage may report the parent's peak, from before this program was loaded.
         with open("/proc/self/status", encoding="ascii") as file:
             return next((1024 * int(line.split()[1]) for line in file if line.startswith("VmHWM:")), None)
     if sys.platform == "win32":

@@ -1,7 +1,7 @@
 """How objects show themselves: on a line, as a picture in a notebook, in the viewer.
 
-A class derives from `Shown`; a higher layer (`upholster.notebook`) says with `show_with` how it is pictured,
-so that no class has to know the renderer.
+A class derives from `Shown`; a higher layer (`upholster.notebook`) registers its picture with `show_with`, so
+that no class depends on the renderer.
 """
 
 from collections.abc import Callable, Mapping
@@ -12,21 +12,21 @@ from upholster.errors import InputError
 __all__ = ["LINE", "Shown", "in_bytes", "number_of", "on_a_line", "show_with", "texels_in_words"]
 
 LINE = 100
-"""Characters that a line of text has at most."""
+"""Largest number of characters of a line of text."""
 
 
 def number_of(count: int, thing: str, things: str | None = None) -> str:
-    """Return a number of things in words: ``1 part``, ``1,234 parts``; `things` where an s does not do."""
+    """Return a number of things in words: ``1 part``, ``1,234 parts``; `things` is an irregular plural."""
     return f"{count:,} {thing if count == 1 else things or f'{thing}s'}"
 
 
 def texels_in_words(texels: int, painted: int) -> str:
-    """Return how many texels lie on a surface in words, and how many are painted, where these are more."""
+    """Return the number of texels on a surface in words, and the number painted if that is larger."""
     return f"{texels:,} texels" + (f" ({painted:,} with the charts' margins)" * (texels < painted))
 
 
 class Shown:
-    """Base of what a notebook shows as a picture (Jupyter's display protocol)."""
+    """Base of objects that a notebook shows as a picture (Jupyter's display protocol)."""
 
     __slots__ = ()
     _pictures: ClassVar[dict[str, Callable[[Any], bytes | None]]] = {}
@@ -42,17 +42,17 @@ class Shown:
         Parameters
         ----------
         height
-            Of the viewer in pixels, 100 to 10,000.
+            Height of the viewer in pixels, 100 to 10,000.
 
         Returns
         -------
         Viewer
-            What a notebook shows; see `upholster.view`.
+            An object that a notebook shows; see `upholster.view`.
 
         Raises
         ------
         InputError
-            If there is nothing to view: texels that know no quilt, a stream of which too little has come.
+            If there is nothing to view: texels without a quilt, or a stream that is too short.
         """
         viewer = self._viewers.get(type(self).__name__)
         if viewer is None:
@@ -68,7 +68,7 @@ def show_with(
     """Let objects of the class called `name` be shown by `picture`, which returns a PNG file's bytes.
 
     The class is named rather than given, so that nothing has to be loaded before something is shown. `viewer`
-    returns what `Shown.view` does.
+    returns the same as `Shown.view`.
     """
     Shown._pictures[name] = picture
     if viewer is not None:
@@ -76,14 +76,14 @@ def show_with(
 
 
 def on_a_line(value: object, parts: Mapping[str, object] | None = None) -> str:
-    """Return what an object is in at most `LINE` characters.
+    """Return a description of an object in at most `LINE` characters.
 
     Parameters
     ----------
     value
         The object.
     parts
-        What to say of it, by name: ``Chart(width=4)``. By default its own ``repr``.
+        Values to show, by name: ``Chart(width=4)``. By default its own ``repr``.
     """
     if parts is None:
         text = repr(value)
@@ -94,7 +94,7 @@ def on_a_line(value: object, parts: Mapping[str, object] | None = None) -> str:
 
 
 def in_bytes(count: int) -> str:
-    """Return a number of bytes for people."""
+    """Return a number of bytes for users."""
     power = min(3, (len(str(count)) - 1) // 3)
     number = count / 1000**power
     return (

@@ -16,7 +16,7 @@ __all__ = ["read_type", "type_as_json"]
 
 
 def type_as_json(kind: Any) -> Any:
-    """Return a Numba type as JSON; ValueError for one that no kernel has."""
+    """Return a Numba type as JSON; ValueError for a type that no kernel has."""
     if isinstance(kind, types.Array):
         return ["array", type_as_json(kind.dtype), kind.ndim, kind.layout, kind.mutable]
     if isinstance(kind, types.Record):

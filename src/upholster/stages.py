@@ -1,12 +1,12 @@
-"""Stages: functions whose results are kept under exactly what they depend on, their arguments.
+"""Stages: functions whose results are kept under their arguments, on which alone they depend.
 
-A function marked as a `stage` runs as any other where nothing is kept. Within `Stages.active` it is called
-once for the same arguments: what it returned before is returned again, the same object. So a stage whose
-arguments come from other stages runs again only when one of those did. Arguments that can be compared count
-by value, arrays and surfaces by identity: what a stage takes and returns is never changed afterwards.
+A function marked as a `stage` runs as usual if nothing is kept. Within `Stages.active` it runs once for the
+same arguments: later calls return the same object again. So a stage whose arguments come from other stages
+runs again only if one of those did. Arguments that can be compared count by value, arrays and surfaces by
+identity: arguments and results of a stage are never changed afterwards.
 
-Work that is `cancelled` stops at the next stage or task (see `upholster.parallel`). A stage that is under way
-in one thread is waited for in another.
+Work that is `cancelled` stops at the next stage or task (see `upholster.parallel`). If a stage is running in
+one thread, another thread that needs it waits.
 """
 
 import functools
@@ -31,10 +31,10 @@ Parameters = ParamSpec("Parameters")
 Value = TypeVar("Value")
 
 _RUNNING = frozenset(("threads", "progress"))
-"""Parameters that do not change what a stage returns."""
+"""Parameters that do not change the result of a stage."""
 
 _TOLD = 1000
-"""Stages that have run, which are told."""
+"""Number of recently run stages that are listed."""
 
 _SMALL = (int, float, complex, bool, type(None))
 _PLAIN = (str, bytes, *_SMALL)
@@ -44,9 +44,9 @@ _nested: "ContextVar[_Nested | None]" = ContextVar("nested", default=None)
 
 
 def stage(function: Callable[Parameters, Value]) -> Callable[Parameters, Value]:
-    """Mark a function as a stage: what it returns follows from its arguments, `threads` and `progress` apart.
+    """Mark a function as a stage: its result follows from its arguments, except `threads` and `progress`.
 
-    Arguments by which it tells something, as a list of notes, are none: a stage returns all that it finds.
+    A stage has no arguments for output, such as a list of notes: it returns all of its results.
     """
     return _as_stage(function, None)
 
@@ -54,12 +54,12 @@ def stage(function: Callable[Parameters, Value]) -> Callable[Parameters, Value]:
 def file_stage(
     files: Callable[..., Iterable[str]],
 ) -> Callable[[Callable[Parameters, Value]], Callable[Parameters, Value]]:
-    """Mark a function as a stage that reads files: it runs again when one of those that it read has changed.
+    """Mark a function as a stage that reads files: it runs again if one of its files has changed.
 
     Parameters
     ----------
     files
-        Called with a result, then with the arguments: returns the names of the files that it was read from.
+        Called with a result, then with the arguments: returns the names of the files that were read.
     """
 
     def mark(function: Callable[Parameters, Value]) -> Callable[Parameters, Value]:
@@ -92,20 +92,20 @@ def _as_stage(
 
 @dataclass(eq=False, slots=True)
 class _Result:
-    """What a stage returned, or will have: `ready` is set then, or when it has failed."""
+    """The result of a stage; `ready` is set when it is there, or the stage has failed."""
 
     ready: Event = field(default_factory=Event)
     value: Any = None
     failed: bool = False
     files: tuple[tuple[str, int, int], ...] = ()
     arrays: dict[int, int] | None = None
-    """Identity and bytes of those in it, once it was measured."""
+    """Identity and bytes of its arrays, once they are measured."""
     used: int = 0
-    """By which use of `Stages.active` it was needed last."""
+    """Number of the use of `Stages.active` that needed it last."""
 
 
 class Ran(NamedTuple):
-    """A stage that has run: its function's name, and the seconds that it took itself, less those within."""
+    """A stage that has run: its function's name, and its own seconds, without those of stages within it."""
 
     name: str
     seconds: float
@@ -117,15 +117,16 @@ class _Nested:
 
 
 class Stages:
-    """Results of stages, those that were used last.
+    """Results of stages, the most recently used ones.
 
     Attributes
     ----------
     most_bytes
-        Of the arrays in all results together; beyond that the oldest are dropped. But what the present use of
-        `active` needed stays, and the last one that ended well: a large model would be done anew each time.
+        Largest size of the arrays in all results together; beyond it the oldest are dropped. But results of
+        the present use of `active`, and of the last one that succeeded, stay: otherwise a large model would
+        be recomputed each time.
     ran
-        The last stages that have run, in the order in which they ended: what was recalled is not among them.
+        The stages that ran last, in the order in which they ended: recalled results are not listed.
     """
 
     def __init__(self, most_bytes: int = 2**28) -> None:
@@ -133,13 +134,13 @@ class Stages:
         self.ran: deque[Ran] = deque(maxlen=_TOLD)
         self._lock = Lock()
         self._results: OrderedDict[Hashable, _Result] = OrderedDict()
-        self._holders: dict[int, int] = {}  # how many results hold an array
+        self._holders: dict[int, int] = {}  # number of results that hold an array
         self._bytes = 0
-        self._uses = self._whole = 0  # of `active`: how many, and which was the last that ended well
+        self._uses = self._whole = 0  # of `active`: number of uses, and number of the last that succeeded
 
     @contextmanager
     def active(self) -> Iterator[None]:
-        """Keep results of all stages that run within, in this thread."""
+        """Keep results of all stages that run in a block, in this thread."""
         self._uses += 1
         own, token = self._uses, _active.set(self)
         try:
@@ -156,7 +157,7 @@ class Stages:
         make: Callable[[], Value],
         files: Callable[..., Iterable[str]] | None = None,
     ) -> Value:
-        """Return what a stage returned for the same inputs and files; else call it."""
+        """Return the kept result of a stage for the same inputs and files; otherwise call it."""
         key = _Key((name, *inputs))
         while True:
             with self._lock:
@@ -195,12 +196,12 @@ class Stages:
 
     @property
     def bytes(self) -> int:
-        """Of the arrays in the results that were measured; those that several share count once."""
+        """Size of the arrays in the measured results; shared arrays count once."""
         with self._lock:
             return self._bytes
 
     def trim(self) -> None:
-        """Measure new results, and drop the oldest while all have more than `most_bytes`, see there."""
+        """Measure new results, and drop the oldest while all exceed `most_bytes`, see there."""
         with self._lock:
             new = [one for one in self._results.values() if one.arrays is None and one.ready.is_set()]
         found = [(one, _arrays(one.value)) for one in new]
@@ -224,7 +225,7 @@ class Stages:
         return len(self._results) < before
 
     def _count(self, arrays: Mapping[int, int], by: int) -> None:
-        # Enters that `by` more results hold these arrays.
+        # Records that `by` more results hold these arrays.
         for place, size in arrays.items():
             now = self._holders.get(place, 0) + by
             self._bytes += size * ((now > 0) - (now > by))
@@ -238,21 +239,21 @@ class Stages:
 
 
 def _states(files: Iterable[str]) -> tuple[tuple[str, int, int], ...]:
-    """Return size and time of files; of those that are missing, none."""
+    """Return size and time of files; missing files are left out."""
     found = []
     for name in files:
         try:
-            told = os.stat(name)
+            state = os.stat(name)
         except OSError:
             found.append((name, -1, -1))
         else:
-            found.append((name, told.st_size, told.st_mtime_ns))
+            found.append((name, state.st_size, state.st_mtime_ns))
     return tuple(found)
 
 
 @contextmanager
 def keeping() -> Iterator[None]:
-    """Keep results within, where nothing keeps them yet: what one call asks for twice is found once."""
+    """Keep results in a block, unless they are kept already: repeated requests are computed once."""
     if _active.get() is not None:
         yield
         return
@@ -261,7 +262,7 @@ def keeping() -> Iterator[None]:
 
 
 class _Key:
-    """A name and inputs; its hash is found once, for there may be thousands of them."""
+    """A name and inputs; its hash is computed once, because there may be thousands of them."""
 
     __slots__ = ("_hash", "_inputs")
 
@@ -276,7 +277,7 @@ class _Key:
 
 
 class _Same:
-    """Stands for an object in a key, which it holds: equal to itself alone."""
+    """Represents an object in a key, which holds it: equal only to itself."""
 
     __slots__ = ("value",)
 
@@ -291,7 +292,7 @@ class _Same:
 
 
 def _compared(value: Any) -> Hashable:
-    """Return what stands for an argument in a key."""
+    """Return a key for an argument."""
     if isinstance(value, _PLAIN):
         return type(value), value  # 1, 1.0 and True are equal
     if isinstance(value, np.generic):
@@ -330,7 +331,7 @@ def _arrays(value: Any) -> dict[int, int]:
         elif isinstance(one, (tuple, list, set, frozenset)):
             left.extend(one)
         else:
-            left.extend(getattr(one, "__dict__", {}).values())  # what is computed later, too
+            left.extend(getattr(one, "__dict__", {}).values())  # includes values that are computed later
             left.extend(getattr(one, name, None) for name in _slots(cast(Hashable, kind)))
     return found
 

@@ -1,4 +1,4 @@
-"""The textured model: a surface with its texels, and all that is made of them and written."""
+"""The textured model: a surface with its texels, and everything that is made of them and written."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
@@ -46,18 +46,18 @@ from upholster.types import FloatArray, PixelArray, Progress
 __all__ = ["TexturedModel", "check_displacement", "metres_of", "textured_model"]
 
 _POSTER_SIZE, _POSTER_VIEW, _POSTER_QUADS, _POSTER_QUALITY = (320, 240), (30.0, 30.0), 4000, 20
-"""Of a page's poster: the viewer begins with this view."""
+"""View of a page's poster: the viewer's first view."""
 
 
 def metres_of(surface: AnySurface) -> float | None:
-    """Return the length of a model unit in metres; None where it is not known."""
+    """Return the length of a model unit in metres; None if it is not known."""
     return surface.mesh.metres if isinstance(surface, MeshSurface) else None
 
 
 def check_displacement(options: WriteOptions, *, roles: Iterable[str], metres: float | None) -> None:
-    """Raise InputError, before any work, where a model can not be displaced as the options say.
+    """Raise InputError, before any work, if a model can not be displaced as the options say.
 
-    `roles` are those of the sample's maps, `metres` a model unit has; None where that is not known.
+    `roles` are those of the sample's maps, `metres` is the length of a model unit; None if it is not known.
     """
     if options.displace is None:
         return
@@ -74,8 +74,8 @@ def check_displacement(options: WriteOptions, *, roles: Iterable[str], metres: f
 class TexturedModel(Shown):
     """A surface with its texels; mesh and atlas are made when first needed, and shared by all outputs.
 
-    A stream, alone or in a page, holds the quilt and the exemplar instead of the texels: it can be written
-    where they are known.
+    A stream, by itself or in a page, holds the quilt and the exemplar instead of the texels: it can be
+    written if they are known.
 
     Attributes
     ----------
@@ -84,30 +84,32 @@ class TexturedModel(Shown):
     options, threads
         How it is written.
     quilt, exemplar
-        What the texels were painted from: an image, or a material.
+        The quilt, and the image or material, that the texels were painted from.
     maps
         A material's other maps by role, on the same charts, as `upholster.paint_material` makes them. GLB and
-        pictures show all but the height; files of their own beside the base colour go with OBJ, PLY, atlas
-        and flat texture.
+        pictures show all but the height; OBJ, PLY, atlas and flat texture store them in files of their own,
+        next to the base colour's.
     read_from
-        The whole stream that all this was read from, if it was: written again as it is.
+        The complete stream that everything was read from, if any: it is written unchanged.
     in_tiles
-        Whether the texture coordinates of an OBJ are those of UDIM: each page's lie in a square of their own.
+        Whether the texture coordinates of an OBJ are those of UDIM: those of each page are in their own
+        square.
     file
-        The file that a mesh was read from: a GLB made of it keeps everything else that is in it.
+        The file that a mesh was read from: a GLB made from it keeps everything else in that file.
     field
-        Which way the sample's rows run on a mesh, where it was just covered.
+        Direction of the sample's rows on a mesh, if it was just covered.
     notes
-        What writing it told: what of that file could not stay as it was.
+        Warnings from writing: parts of the original file that could not be kept.
     name
-        Of the material in such a GLB; by default the model's.
+        Name of the material in such a GLB; by default the model's.
     parts
-        Of several materials: the model of each, see `upholster.joined`. In such a GLB each is a material of
-        its own; all else holds them together.
+        With several materials: the model of each, see `upholster.joined`. In such a GLB each is a material of
+        its own; all other outputs hold them together.
     density
+        Texels per step of the quilt's charts, each way.
         Texels for a step of the quilt's charts, each way.
     packed
-        Where charts lie in the atlas, if that is known already: as the options say.
+        The places of charts in the atlas, if they are known already: as the options say.
     """
 
     surface: AnySurface
@@ -134,9 +136,9 @@ class TexturedModel(Shown):
 
     @cached_property
     def seams(self) -> tuple[ChartSeam, ...]:
-        """How the charts meet along their edges."""
+        """The seams of charts along their edges."""
         if isinstance(self.surface, MeshSurface):
-            return ()  # charts of a mesh reach beyond it by what gutters need
+            return ()  # charts of a mesh extend beyond it by the width of gutters
         return find_seams(self.surface, self.texels.charts)
 
     @cached_property
@@ -148,30 +150,30 @@ class TexturedModel(Shown):
 
     @cached_property
     def atlas(self) -> Atlas:
-        """All charts' texels in one image, with gutters, on as many pages as it takes."""
+        """All charts' texels in one image, with gutters, on as many pages as needed."""
         return build_atlas(self.texels, self.seams, self.layout, threads=self.threads)
 
     @cached_property
     def layout(self) -> AtlasLayout:
-        """Where all charts lie in the atlas."""
+        """The places of all charts in the atlas."""
         if self.packed is not None:
             return self.packed
         return pack_surface(self.surface, self.texels.charts, **self.options.packing)
 
     @cached_property
     def stream(self) -> bytes:
-        """Quilt and exemplar as a stream; `InputError` where they are not known."""
+        """Quilt and exemplar as a stream; `InputError` if they are not known."""
         return self.read_from if self.read_from is not None else self._coded[0]
 
     @property
     def sample_quality(self) -> dict[str, float]:
-        """The PSNR in dB that `stream` gives each map of the sample, by role; of one that was read, none."""
+        """The PSNR in dB of each map of the sample in `stream`, by role; empty for a stream that was read."""
         return {} if self.read_from is not None else self._coded[1]
 
     @cached_property
     def _coded(self) -> tuple[bytes, dict[str, float]]:
         if self.quilt is None or self.exemplar is None:
-            raise InputError("a stream needs a quilt and its sample, not texels alone")
+            raise InputError("a stream needs a quilt and its sample, not only texels")
         parts = source_parts(self.exemplar)
         if missing := self.maps.keys() - parts.keys():
             raise InputError(f"a stream needs the material as sample: it lacks {min(missing)!r}")
@@ -188,7 +190,7 @@ class TexturedModel(Shown):
         return data, reached
 
     def map_atlas(self, role: str) -> Atlas:
-        """Return the atlas of one of `maps`, packed as that of the base colour."""
+        """Return the atlas of one of `maps`, packed like that of the base colour."""
         texels = self.maps[role]
         if role == "normal" and not isinstance(self.surface, MeshSurface):
             return build_normal_atlas(self.surface, texels, self.seams, self.layout, threads=self.threads)
@@ -196,12 +198,12 @@ class TexturedModel(Shown):
 
     @cached_property
     def uv(self) -> FloatArray:
-        """Texture coordinates of the mesh's vertices in the whole atlas."""
+        """Texture coordinates of the mesh's vertices in the complete atlas."""
         return self.atlas.texture_coordinates(self.mesh)
 
     @cached_property
     def tangents(self) -> FloatArray | None:
-        """Tangents of the mesh's vertices; None without a normal map, which alone needs them."""
+        """Tangents of the mesh's vertices; None without a normal map, the only user of them."""
         if "normal" not in self.maps:
             return None
         if isinstance(self.surface, MeshSurface):
@@ -210,17 +212,17 @@ class TexturedModel(Shown):
 
     @property
     def metres(self) -> float | None:
-        """Length of a model unit in metres; None where it is not known."""
+        """Length of a model unit in metres; None if it is not known."""
         return metres_of(self.surface)
 
     @cached_property
     def displaced(self) -> DisplacedMesh:
-        """The triangles alone, displaced as the options say.
+        """The triangles, displaced as the options say, without a texture.
 
         Raises
         ------
         InputError
-            As `check_displacement` and `upholster.model.displaced`.
+            As for `check_displacement` and `upholster.model.displaced`.
         """
         options = self.options
         if options.displace is None:
@@ -228,7 +230,7 @@ class TexturedModel(Shown):
         check_displacement(options, roles=self.maps, metres=self.metres)
         mesh = self.mesh
         if not isinstance(self.surface, MeshSurface) and len(mesh.quads) > options.triangles // 4:
-            # A quadrilateral is two triangles; as many are for the height map at least.
+            # A quadrilateral is two triangles; at least this many are for the height map.
             quads = options.triangles // 4
             mesh = tessellate(self.surface, self.texels.charts, self.seams, quads=quads)
         return displaced(
@@ -242,12 +244,12 @@ class TexturedModel(Shown):
 
     @cached_property
     def solid(self) -> Solid:
-        """What `displaced` is as a solid: closed or not, its volume, its thinnest wall."""
+        """The properties of `displaced` as a solid: closed or not, its volume, its thinnest wall."""
         found = self.displaced
         return check_solid(found.positions, found.triangles, found.before)
 
     def solid_notes(self) -> list[str]:
-        """Say for people what `displaced` is as a solid."""
+        """Return the properties of `displaced` as a solid, in words."""
         lines, found = solid_lines(self.solid, self.metres), self.displaced
         if found.held:
             held = number_of(found.held, "vertex", "vertices")
@@ -258,7 +260,7 @@ class TexturedModel(Shown):
         return lines
 
     def poster(self) -> bytes:
-        """Return a small picture, as WebP: what a page shows before its viewer does."""
+        """Return a small picture, as WebP: a page shows it before its viewer has loaded."""
         options = replace(self.options, size=_POSTER_SIZE, view=_POSTER_VIEW, quads=_POSTER_QUADS)
         picture = replace(self, options=options).picture()
         return encode_image(from_linear(picture, "uint8"), "webp", quality=_POSTER_QUALITY)
@@ -298,14 +300,14 @@ def textured_model(
     options: WriteOptions | None = None,
     threads: int | None = None,
 ) -> TexturedModel:
-    """Put a model together from its texels and what they know of surface, quilt and exemplar.
+    """Build a model from its texels and the surface, quilt and exemplar that they refer to.
 
     Parameters
     ----------
     texels
-        As `upholster.paint` makes them, or a material's by role, of `upholster.paint_material`.
+        As from `upholster.paint`, or a material's by role, from `upholster.paint_material`.
     surface, quilt, exemplar
-        By default what the texels know.
+        By default those that the texels refer to.
     options, threads
         How it is written.
 
@@ -333,7 +335,7 @@ def textured_model(
         raise InputError(f"quilt is a {type(quilt).__name__}; allowed: a Quilt, of `upholster.synthesize`")
     elif [_resized(chart) for chart in quilt.charts] != [_resized(chart) for chart in base.charts]:
         raise InputError(
-            "quilt has other charts than the texels; allowed: the quilt that they were painted by"
+            "quilt has other charts than the texels; allowed: the quilt from which they were painted"
         )
     if exemplar is None:
         exemplar = _painted_from(maps)
@@ -343,12 +345,12 @@ def textured_model(
 
 
 def _resized(chart: Chart) -> Chart:
-    """Return what a chart has in common with the same one painted at another density."""
+    """Return a chart's properties that do not depend on the density of painting."""
     return replace(chart, height=1, width=1)
 
 
 def _painted_from(maps: Mapping[str, Texels]) -> PixelArray | Material | None:
-    """Return the exemplar that texels know of, of several maps the material."""
+    """Return the exemplar that texels refer to; for several maps the material."""
     known = {role: texels.exemplar for role, texels in maps.items() if texels.exemplar is not None}
     if len(known) < len(maps):
         return None

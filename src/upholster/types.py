@@ -34,11 +34,11 @@ MAX_SAMPLE = 65504.0
 """Largest magnitude of a float sample (that of a half float): squared differences stay far below overflow."""
 
 int64: Any = np.int64
-"""For kernels, in which numbers of 64 bits and Python's are the same, but not to the type checker."""
+"""For kernels, in which 64-bit numbers and Python's are the same, although not to the type checker."""
 
 uint64: Any = np.uint64
-"""For kernels, of places in arrays: of a number that has no sign compiled code does not ask whether it counts
-from the end, which takes as long as all else in a hot loop, and keeps it from taking several at a time."""
+"""For indices in kernels: compiled code does not test whether an unsigned number counts from the end. In a
+hot loop that test takes as long as everything else, and prevents vectorization."""
 
 Array = TypeVar("Array", bound=NDArray[Any])
 

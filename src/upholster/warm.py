@@ -1,9 +1,9 @@
 """Compiling kernels ahead of time, several side by side in processes of their own.
 
-A table (``kernels.json``, written by ``python -m benchmarks.kernel_table``) holds every kernel with the
-types that commands call it with, the seconds it takes, the kernels that it is made of, and which commands
-need it. A command starts `compiling` when it begins: helpers compile what is not on disk yet, while the
-command runs. When it needs a kernel, it waits for it and loads it.
+A table (``kernels.json``, written by ``python -m benchmarks.kernel_table``) lists every kernel with the types
+of its arguments in commands, its compilation time in seconds, the kernels that it is made of, and the
+commands that need it. A command starts `compiling` when it begins: helpers compile kernels that are not on
+disk yet, while the command runs. When it needs a kernel, it waits for it and loads it.
 """
 
 import importlib
@@ -36,7 +36,7 @@ class Job:
     arguments
         The types as JSON, see `upholster.signatures`.
     seconds
-        What it took where the table was made.
+        Its compilation time on the machine that made the table.
     needs
         Jobs of kernels that it is made of.
     """
@@ -62,7 +62,7 @@ class Job:
 
 
 def jobs_for(uses: Iterable[str] | None = None) -> list[Job]:
-    """Return what some uses need, each after what it is made of; by default all that the table has."""
+    """Return the jobs for some uses, each after the jobs that it needs; by default the complete table."""
     table = json.loads(TABLE.read_text(encoding="utf-8"))
     jobs = [Job(row["kernel"], row["arguments"], row["seconds"]) for row in table["kernels"]]
     for job, row in zip(jobs, table["kernels"], strict=True):
@@ -70,19 +70,19 @@ def jobs_for(uses: Iterable[str] | None = None) -> list[Job]:
     if uses is None:
         return jobs
     wanted = {n for use in uses for n in table["uses"].get(use, ())}
-    for n in reversed(range(len(jobs))):  # what a kernel is made of comes before it
+    for n in reversed(range(len(jobs))):  # a job's needs come before it
         if n in wanted:
             wanted.update(table["kernels"][n]["needs"])
     return [jobs[n] for n in sorted(wanted)]
 
 
 def missing(jobs: Sequence[Job]) -> list[Job]:
-    """Return those whose code is not on disk, but could be."""
+    """Return the jobs whose code is not on disk, but could be."""
     from upholster.kernel_cache import KernelCache
 
     found = []
     for job in jobs:
-        with suppress(ImportError, AttributeError):  # a table of another version: compiled when first called
+        with suppress(ImportError, AttributeError):  # a table of another version: compiled at the first call
             dispatcher = job.dispatcher()
             cache = getattr(dispatcher, "_cache", None)
             if isinstance(cache, KernelCache) and not cache.has(job.types(), dispatcher.targetctx):
@@ -102,7 +102,7 @@ class Compiler:
         self._changed = threading.Condition()
         self._helpers: list[subprocess.Popen[str]] = []
         for _ in range(min(processes, len(jobs))):
-            with suppress(OSError):  # no room for another process: the kernels are compiled where needed
+            with suppress(OSError):  # no room for another process: kernels are compiled at their first call
                 self._helpers.append(_helper())
         self._alive = len(self._helpers)
         self._threads = [
@@ -113,17 +113,17 @@ class Compiler:
 
     @property
     def total(self) -> int:
-        """How many kernels there are to compile."""
+        """Number of kernels to compile."""
         return len(self._jobs)
 
     @property
     def done(self) -> int:
-        """How many of them are compiled."""
+        """Number of compiled kernels."""
         return sum(job.done for job in self._jobs)
 
     @property
     def running(self) -> bool:
-        """Whether there is more to come."""
+        """Whether compilation is still running."""
         return self._alive > 0 and self.done < self.total
 
     def wait(self, kernel: str | None = None) -> None:
@@ -132,7 +132,7 @@ class Compiler:
             wanted = [job for job in self._jobs if kernel in (None, job.kernel)]
             self._hasten(wanted)
             while self._alive and not all(job.done for job in wanted):
-                self._changed.wait(0.2)  # short, so that Ctrl-C is heard
+                self._changed.wait(0.2)  # short, so that Ctrl-C is noticed
 
     def close(self) -> None:
         """End all helpers, finished or not."""
@@ -146,7 +146,7 @@ class Compiler:
             thread.join()
 
     def _hasten(self, wanted: list[Job]) -> None:
-        # What somebody waits for comes first, after what it is made of.
+        # Kernels that a caller waits for come first, after the kernels that they need.
         needed = set(wanted)
         for job in reversed(self._jobs):
             if job in needed:
@@ -154,12 +154,12 @@ class Compiler:
         self._queue.sort(key=lambda job: job not in needed)
 
     def _urgency(self, job: Job) -> float:
-        # Seconds from its start to the end of what waits for it.
+        # Seconds from its start to the end of the kernels that wait for it.
         after = [self._urgency(other) for other in self._jobs if job in other.needs]
         return job.seconds + max(after, default=0.0)
 
     def _serve(self, helper: "subprocess.Popen[str]") -> None:
-        # It died when there is an error: its kernel is compiled where it is needed.
+        # An error means that the helper died: its kernel is compiled at the first call.
         job: Job | None = None
         with suppress(OSError, ValueError), helper:
             assert helper.stdin is not None
@@ -188,13 +188,13 @@ class Compiler:
                         return job
                 self._changed.wait(0.5)
                 if not any(job.started and not (job.done or job.failed) for job in self._jobs):
-                    return None  # what the rest is made of will not come
+                    return None  # the remaining kernels need one that will not come
             return None
 
 
 @contextmanager
 def compiling(uses: Iterable[str] | None = None, threads: int | None = None) -> Iterator[Compiler | None]:
-    """Compile what some uses need and is not on disk, in the background; None if all of it is there."""
+    """Compile the kernels of some uses that are not on disk, in the background; None if all are there."""
     from upholster.kernel_cache import KernelCache
 
     jobs = missing(jobs_for(uses))
@@ -211,7 +211,7 @@ def compiling(uses: Iterable[str] | None = None, threads: int | None = None) -> 
 
 
 def _helper() -> "subprocess.Popen[str]":
-    # The package may lie anywhere on this process's path; the working directory is none of its business.
+    # The package may be anywhere on this process's path; the working directory is not searched.
     path = os.pathsep.join([str(Path(__file__).parent.parent), *filter(None, sys.path)])
     return subprocess.Popen(
         [sys.executable, "-P", "-c", "from upholster.warm import work; work()"],
@@ -224,21 +224,21 @@ def _helper() -> "subprocess.Popen[str]":
 
 
 def work() -> None:
-    """Compile what standard input names, one kernel a line, and answer with the seconds; end when it ends."""
+    """Compile kernels named on standard input, one per line, and answer with the seconds, until it ends."""
     import gc
     import signal
     from queue import SimpleQueue
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the command, which ends this process
-    # Compiling makes millions of objects that stay: looking through them again and again takes a fifth of
-    # the time.
+    # Compiling makes millions of objects that stay: the garbage collector would take a fifth of the time to
+    # scan them again and again.
     gc.disable()
     lines: SimpleQueue[str] = SimpleQueue()
 
     def listen() -> None:
         for line in sys.stdin:
             lines.put(line)
-        os._exit(0)  # even in the middle of a kernel: it is not needed any more
+        os._exit(0)  # even in the middle of a kernel: it is no longer needed
 
     threading.Thread(target=listen, daemon=True).start()
     while True:

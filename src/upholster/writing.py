@@ -1,4 +1,4 @@
-"""What `cover`, `refine` and `write` share: painting, and writing all outputs."""
+"""Functions that `cover`, `refine` and `write` share: painting, and writing all outputs."""
 
 import math
 import os
@@ -43,7 +43,7 @@ __all__ = [
 def listed(
     targets: Sequence[str | os.PathLike[str]] | str | os.PathLike[str],
 ) -> list[str | os.PathLike[str]]:
-    """Return targets as a list: one of them may stand alone."""
+    """Return targets as a list; a single one may be given by itself."""
     if isinstance(targets, (str, os.PathLike)):
         return [targets]
     if not isinstance(targets, Sequence) or not targets:
@@ -58,10 +58,11 @@ def files_of(
     *,
     after: Sequence[str] | None = None,
 ) -> list[Path]:
-    """Return files of all outputs, those textures once that OBJ and PLY of one name share: they are equal.
+    """Return the files of all outputs.
 
-    What else is there twice stands twice, and `upholster.files` refuses it. `roles` are as of `Output.files`.
-    `layout` is the atlas's; None: one page. What is known once the roles `after` are is left out.
+    Textures that an OBJ and a PLY of one name share are equal, and listed once. Any other duplicate is listed
+    twice, and `upholster.files` refuses it. `roles` are as for `Output.files`. `layout` is the atlas's; None:
+    one page. Files that are known only after the roles `after` are left out.
     """
     pages = 1 if layout is None else len(layout.pages)
     found: list[Path] = []
@@ -78,14 +79,14 @@ def files_of(
 
 
 def check_coded(wanted: Sequence[Output], parts: Mapping[str, PixelArray], options: WriteOptions) -> None:
-    """Raise InputError where a stream is wanted and can not hold the sample's maps."""
+    """Raise InputError if a stream is requested and can not hold the sample's maps."""
     if has_stream(wanted):
         for part in parts.values():
             check_image(part, **options.transform)
 
 
 def check_several(wanted: Sequence[Output], materials: Collection[object]) -> None:
-    """Raise InputError where a stream is wanted of several materials: it holds one sample."""
+    """Raise InputError if a stream is requested with several materials: it holds one sample."""
     if materials and has_stream(wanted):
         names = ", ".join(str(output.path) for output in wanted if output.kind.stream)
         allowed = ", ".join(suffixes_of(kind for kind in OUTPUTS if not kind.stream))
@@ -93,7 +94,7 @@ def check_several(wanted: Sequence[Output], materials: Collection[object]) -> No
 
 
 def check_directions(wanted: Sequence[Output], surface: AnySurface) -> None:
-    """Raise InputError where a picture of directions is wanted of something that is no mesh."""
+    """Raise InputError if a picture of directions is requested for a surface that is not a mesh."""
     for output in wanted:
         if output.kind.mesh and not isinstance(surface, MeshSurface):
             raise InputError(f"output {str(output.path)!r} shows directions; allowed: on a mesh")
@@ -105,7 +106,7 @@ def has_stream(wanted: Sequence[Output]) -> bool:
 
 
 def quality_words(wanted: Sequence[Output], model: TexturedModel | None) -> dict[str, str]:
-    """Return, where a stream was written, at how many dB each map of the sample is in it, in words."""
+    """Return, if a stream was written, the quality of each map of the sample in dB, in words."""
     if model is None or not has_stream(wanted):
         return {}
     found = [
@@ -139,7 +140,7 @@ def notes_after(
     seconds: dict[str, float],
     tell: Callable[[str], None] | None,
 ) -> list[str]:
-    """Return what the user should know of what was written, told as well: of a model's file, of a solid."""
+    """Return notes about the written files, and report them: about a model's file, about a solid."""
     notes = list(model.notes)
     if any(output.kind.solid for output in wanted):
         with timed("check", seconds):
@@ -168,11 +169,11 @@ def painted(
 
 
 def _coarser(model: TexturedModel, halvings: int) -> TexturedModel:
-    """Return a model painted again with textures halved so often each way, gutters and pages as well."""
+    """Return a model painted again with textures halved `lod` times each way, gutters and pages as well."""
     if model.parts:
         return joined_model([_coarser(part, halvings) for part in model.parts])
     if model.quilt is None or model.exemplar is None:
-        raise InputError("lods need a quilt and its sample, not texels alone")
+        raise InputError("lods need a quilt and its sample, not only texels")
     density, size = max(PAINTED_DENSITIES[0], model.density / 2**halvings), model.options.atlas_size
     texels, maps = painted(model.quilt, model.exemplar, model.threads, density=density)
     padding = model.options.padding

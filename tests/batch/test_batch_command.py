@@ -168,7 +168,7 @@ def test_what_is_done_when_it_is_stopped_stays_done(tmp_path: Path) -> None:
     _, told = process.communicate(timeout=600)
     assert process.returncode in (0, 130)  # 0: all were done before the signal came
     if process.returncode == 130:
-        assert "jobs are done, and stay so" in told
+        assert "jobs are done, and stay done" in told
         assert len(_said(told)) == 1, told
     while any(Path(f"/proc/{worker}").exists() for worker in workers):
         time.sleep(0.05)

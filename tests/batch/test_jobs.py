@@ -49,7 +49,7 @@ def test_patterns_are_the_files_that_fit(tmp_path):
         (tmp_path / name).touch()
     jobs = _read(tmp_path, '[[jobs]]\nsample = "*.jpg"\non = "torus"\noutput = "{sample}.glb"')
     assert [job.outputs for job in jobs] == [("a.glb",), ("b.glb",)]
-    with pytest.raises(InputError, match="no file fits"):
+    with pytest.raises(InputError, match="no file matches"):
         _read(tmp_path, '[[jobs]]\nsample = "*.webp"\non = "torus"\noutput = "{sample}.glb"')
 
 
@@ -86,7 +86,7 @@ JOB = '[[jobs]]\nsample = "a.jpg"\non = "torus"\n'
         (JOB + 'output = "{sample.__class__}.glb"', "there is no"),
         (JOB + "output = 2020-01-01", "allowed: a text"),
         (JOB + 'output = "x.glb"\nthreads = 2', "--threads of the batch"),
-        (JOB + 'output = "x.glb"\n"--texels" = 2', "no option"),
+        (JOB + 'output = "x.glb"\n"--texels" = 2', "not an option"),
         (JOB + 'output = "x.glb"\n[jobs.each]\nseed = 1', "each.seed is 1; allowed: a list"),
         (JOB + 'output = "x.glb"\n[jobs.each]\nseed = []', "allowed: a list"),
     ],

@@ -128,7 +128,7 @@ def test_wrong_texts_are_told_in_a_line(text, words):
 def test_a_map_that_says_nothing_is_refused(tmp_path):
     path = tmp_path / "clear.png"
     write_image(path, np.zeros((4, 4, 2), np.uint8))
-    with pytest.raises(InputError, match="says nothing anywhere"):
+    with pytest.raises(InputError, match="has no value anywhere"):
         sized(f"{path}=1,2")
 
 

@@ -183,7 +183,7 @@ def test_other_winding_is_another_island() -> None:
     surface, report = unwrap(TriangleMesh(mesh.positions, triangles))
     assert surface.islands == 2
     assert (turned(surface) > 0).all()
-    assert any("turn different ways" in note for note in report.notes)
+    assert any("have opposite orientations" in note for note in report.notes)
 
 
 def test_one_triangle_and_none() -> None:

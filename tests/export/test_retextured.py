@@ -137,7 +137,7 @@ def test_tangents_run_along_u_also_where_a_node_is_mirrored(tmp_path: Path) -> N
         uv = np.stack([(mesh.corners * right[:, None]).sum(2), -(mesh.corners * up[:, None]).sum(2)], axis=2)
         maps = {"normal": FLAT} if bumpy else {}
         notes = write_retextured_glb(tmp_path / "out.glb", model, [Cover(uv, CHECKER, maps=maps)])
-        told = () if bumpy else ("tangents of 1 part are made anew, for they follow texture coordinates",)
+        told = () if bumpy else ("tangents of 1 part are recomputed for the new texture coordinates",)
         assert notes == told
         new = Opened(tmp_path / "out.glb")
         (now,) = new.primitives()
@@ -163,7 +163,7 @@ def test_tangents_that_can_not_be_made_anew_are_left_out(tmp_path: Path) -> None
     glb.node(mesh=glb.mesh("box", primitive))
     model = read_model(glb.write(tmp_path / "box.glb"))
     notes = write_retextured_glb(tmp_path / "out.glb", model, [Cover(each_apart(model), CHECKER)])
-    assert notes == ("tangents of 1 part are left out: morph targets', or there are no normals",)
+    assert notes == ("tangents of 1 part are left out: of morph targets, or without normals",)
     (now,) = Opened(tmp_path / "out.glb").primitives()
     assert sorted(now["attributes"]) == ["POSITION", "TEXCOORD_0"]
     assert [sorted(target) for target in now["targets"]] == [["POSITION"]]
@@ -227,7 +227,7 @@ def test_a_gltf_file_takes_its_images_along(tmp_path: Path) -> None:
     assert beside in (tmp_path / "out.glb").read_bytes()  # of the material that was unused before
     assert not [key for each in (*new.json["images"], *new.json["buffers"]) for key in each if key == "uri"]
     # What lies elsewhere, or is no image, is not taken in.
-    for uri, content, said in (("../out.png", beside, "it refers to"), ("passwd", b"root:x:0", "no image")):
+    for uri, content, said in (("../out.png", beside, "it refers to"), ("passwd", b"root:x:0", "an image")):
         (tmp_path / "inner").mkdir(exist_ok=True)
         (tmp_path / "inner" / uri).write_bytes(content)
         (tmp_path / "inner" / "rigged.bin").write_bytes(source.read_bytes()[28 + length :])

@@ -241,7 +241,7 @@ def refused(tmp_path: Path, glb: Glb, said: str) -> None:
         ("bufferViews", 0, {"buffer": 3}, "buffer 3 is not there"),
         ("meshes", 0, {"primitives": {}}, "no primitives"),
         ("meshes", 0, {"primitives": [{"mode": 0}]}, "shows no triangles"),
-        ("scenes", 0, {"nodes": [5]}, "nodes that are not there"),
+        ("scenes", 0, {"nodes": [5]}, "nodes that do not exist"),
     ],
 )
 def test_wrong_documents_are_refused(
@@ -257,7 +257,7 @@ def test_other_versions_extensions_and_places_are_refused(tmp_path: Path) -> Non
     for change, said in (
         ({"asset": {"version": "1.0"}}, "version is '1.0'"),
         ({"extensionsRequired": ["ACME_mesh_squeeze"]}, "ACME_mesh_squeeze"),
-        ({"nodes": 5}, "nodes is no list"),
+        ({"nodes": 5}, "nodes is not a list"),
     ):
         glb = Glb()
         glb.node(mesh=glb.mesh("cube", glb.box()))

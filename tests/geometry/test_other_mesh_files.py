@@ -169,7 +169,7 @@ def test_obj_has_parts_coordinates_and_normals(tmp_path: Path) -> None:
         ("v 0 0 0\nv 1 0 0\nv 0 1 zero\nf 1 2 3\n", "no numbers: 'zero'"),
         ("v 0 0 0\nv 1 0 nan\nv 0 1 0\nf 1 2 3\n", "not all finite"),
         ("v 0 0 0\nv 1 0\nv 0 1 0\nf 1 2 3\n", "a v line has 2 numbers"),
-        ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1.5 2 3\n", "no whole numbers"),
+        ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1.5 2 3\n", "not whole numbers"),
         ("v 0 0 1e30\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "beyond"),
         ("v 0 0 0\n" + "f" + " 1" * 5000 + "\n", "5000 corners"),
     ],

@@ -220,7 +220,7 @@ def test_what_is_no_json(tmp_path: Path, content: bytes, message: str) -> None:
 def test_unreadable_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(InputError, match="does not exist"):
         read_surface(tmp_path / "none.json")
-    with pytest.raises(InputError, match="is no file"):
+    with pytest.raises(InputError, match="is not a file"):
         read_nets(tmp_path)
     with pytest.raises(InputError, match="unknown suffix"):
         read_surface(tmp_path / "model.obj")

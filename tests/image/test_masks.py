@@ -166,7 +166,7 @@ def test_a_material_of_arrays_takes_a_mask() -> None:
         ("small.png", "mask '.*small.png' is 99x80 pixels; allowed: 100x80, as the upright photo"),
         ("black.png", "use '.*black.png' leaves nothing of the sample"),
         ("missing.png", "'.*missing.png' does not exist"),
-        ("text.png", "'.*text.png' is no image"),
+        ("text.png", "'.*text.png' is not a readable image"),
     ],
 )
 def test_a_mask_that_does_not_fit_is_refused(photo: Path, use: str, words: str) -> None:
@@ -183,7 +183,7 @@ def test_alpha_is_transparency_unless_it_is_asked_for(photo: Path) -> None:
     plain = read_source(Sample(cut))
     assert isinstance(plain, np.ndarray)
     assert plain.shape[2] == 4
-    with pytest.raises(InputError, match="use is 'alpha', and the sample has none"):
+    with pytest.raises(InputError, match="use is 'alpha', but the sample has none"):
         read_source(Sample(photo, options={"use": "alpha"}))
     with pytest.raises(InputError, match="use is 7; allowed: an image's file, or 'alpha'"):
         Sample(photo, options={"use": 7})

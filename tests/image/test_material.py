@@ -166,7 +166,7 @@ def test_what_is_no_material_is_refused(tmp_path: Path, files: Any, said: str) -
 def test_places_and_roles_that_do_not_exist_are_refused(tmp_path: Path) -> None:
     write_image(tmp_path / "x.png", image(0))
     for source, options, said in (
-        (tmp_path / "nowhere", {}, "is no folder"),
+        (tmp_path / "nowhere", {}, "is neither a folder"),
         ({"shine": tmp_path / "x.png"}, {}, "role 'shine' is unknown"),
         ({"albedo": tmp_path / "x.png", "color": tmp_path / "x.png"}, {}, "two files of role 'albedo'"),
         ({"albedo": tmp_path / "y.png"}, {}, "does not exist"),

@@ -143,7 +143,7 @@ def test_maps_are_named_by_hand(tmp_path: Path) -> None:
     ):
         with pytest.raises(InputError, match=said):
             read_material(folder, maps=maps)
-    with pytest.raises(InputError, match=r"normal is 'dx', but .* is no material"):
+    with pytest.raises(InputError, match=r"normal is 'dx', but .* is not a material"):
         read_source(Sample(tmp_path / "wall.png", options={"normal": "dx"}))
 
 
@@ -198,10 +198,13 @@ def test_odd_zip_files_are_refused_in_one_line(tmp_path: Path) -> None:
         (locked, "is encrypted"),
         (bomb, "takes 1024 MiB; allowed: 256 MiB unpacked"),
         (broken, "broken.zip/x_albedo.png' (cannot be unpacked|is truncated)"),
-        (tmp_path / "text.zip", "is no zip file that can be read"),
+        (tmp_path / "text.zip", "is not a readable zip file"),
         (tmp_path / "empty.zip", "material has no albedo; it has: no maps"),
         (tmp_path / "none.zip", "does not exist"),
-        (package(tmp_path / "bad.zip", **{"x_albedo.png": b"no image"}), "bad.zip/x_albedo.png' is no image"),
+        (
+            package(tmp_path / "bad.zip", **{"x_albedo.png": b"no image"}),
+            "bad.zip/x_albedo.png' is not a readable",
+        ),
     ):
         with pytest.raises(InputError, match=said) as error:
             read_source(path)

@@ -67,9 +67,9 @@ def bar(pixels: Any, zone: int, cell: int, out: Any) -> None:
 
 
 @kernel
-def prefer(match: Any, numbers: Any, base: int, zone: int, pixels: Any, scratch: Any) -> None:
+def prefer(match: Any, numbers: Any, base: int, pixels: Any, scratch: Any) -> None:
     """Call `prefer_cells`."""
-    prefer_cells(match, numbers, base, zone, pixels, scratch)
+    prefer_cells(match, numbers, base, pixels, scratch)
 
 
 @kernel

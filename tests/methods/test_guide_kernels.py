@@ -27,7 +27,6 @@ from upholster.methods.quilt.putting import PutPiece, piece_frame
 
 SIZE = 24
 SHAPE = (60, 66)
-PULL = 700
 
 
 class Asked:
@@ -48,7 +47,6 @@ class Asked:
             costs=self.costs.astype(np.int32),
             allowed=allowed,
             places=np.flatnonzero(allowed),
-            pull=PULL,
         )
         pixels = self.pixels = FramePixels.of(SIZE, guides, zones=zones)
         turn, (i, j) = SYMMETRIES[symmetry], np.mgrid[:SIZE, :SIZE] - SIZE // 2
@@ -67,7 +65,8 @@ class Asked:
         if zones:
             blobs = texture(SIZE, SIZE, 1, seed + 9, 6)[..., 0] // 43
             pixels.zones[:] = np.array([1, 1, EITHER + 1, EITHER + 2, 2, 0])[blobs]
-        pixels.off[:] = rng.integers(0, 2000, pixels.off.shape) * (pixels.marks & 1)[: len(pixels.off)]
+        if guides:
+            pixels.off[:] = rng.integers(0, 2000, pixels.off.shape) * (pixels.marks & 1)
         self.base = (self.span.first_y + 6) * SHAPE[1] + self.span.first_x + 2
         self.scratch = CutScratch.of(self.numbers)
 
@@ -80,12 +79,8 @@ class Asked:
         return total
 
     def price(self) -> np.ndarray:
-        """Return what each pixel pays that the block shows: by guides, and near another zone's border."""
-        zones, zone = self.pixels.zones.astype(int), self.zone.flat[self.base]
-        total = self.paid(*divmod(self.base, SHAPE[1]))
-        if len(zones):
-            total += PULL * ((zones > EITHER) & (zones != EITHER + zone))
-        return total
+        """Return what each pixel pays by guides that the block shows."""
+        return self.paid(*divmod(self.base, SHAPE[1]))
 
     def barred(self, zone: int) -> np.ndarray:
         """Return which cells shall be of another zone."""
@@ -138,19 +133,17 @@ def test_cells_of_which_most_shall_be_of_another_zone_are_barred(seed: int, cell
     assert not found.any()
 
 
-@pytest.mark.parametrize("zones", [False, True])
-@pytest.mark.parametrize("guides", [0, 1, 2])
+@pytest.mark.parametrize("guides", [1, 2])
 @pytest.mark.parametrize("cell", [2, 4])
-def test_cells_prefer_the_side_that_is_less_off(cell: int, guides: int, zones: bool) -> None:
-    for symmetry in (0, 3, 5) if guides or zones else ():
-        asked = Asked(symmetry, guides, zones=zones, cell=cell, symmetry=symmetry)
-        zone = int(asked.zone.flat[asked.base]) if zones else 0
-        prefer(asked.match, asked.numbers, asked.base, zone, asked.pixels, asked.scratch)
+def test_cells_prefer_the_side_that_is_less_off(cell: int, guides: int) -> None:
+    for symmetry in (0, 3, 5):
+        asked = Asked(symmetry, guides, cell=cell, symmetry=symmetry)
+        prefer(asked.match, asked.numbers, asked.base, asked.pixels, asked.scratch)
         less = (asked.pixels.off - asked.price()) * (asked.pixels.marks & 1)
         wanted = cells_of(less, cell).sum(axis=2)
         np.testing.assert_array_equal(asked.scratch.balance.reshape(wanted.shape), wanted)
         assert (wanted > 0).any()
-        assert guides == 0 or (wanted < 0).any()
+        assert (wanted < 0).any()
 
 
 @pytest.mark.parametrize("zones", [False, True])
@@ -178,7 +171,8 @@ class Energy:
         apart = ((asked.image[y + pixels.ys, x + pixels.xs] - old) ** 2).sum(axis=2)
         errors = cells_of(apart * laid, cell).sum(axis=2)
         self.right, self.down = errors[:, :-1] + errors[:, 1:] + 1, errors[:-1] + errors[1:] + 1
-        self.prices = [cells_of(price * laid, cell).sum(axis=2) for price in (pixels.off, asked.price())]
+        paid = (pixels.off if len(pixels.off) else np.zeros((SIZE, SIZE), int), asked.price())
+        self.prices = [cells_of(price * laid, cell).sum(axis=2) for price in paid]
 
     def of(self, new: np.ndarray) -> int:
         """Return what sides cost: what cells are off by them, and the line between them."""
@@ -205,7 +199,8 @@ def test_no_sides_are_cheaper_than_a_guided_cut(guides: int, zones: bool, cell: 
         # About as far from what is laid as it is off: then the cut goes by both.
         asked.pixels.old[:] = asked.match.image[asked.base + asked.pixels.ys * SHAPE[1] + asked.pixels.xs]
         asked.pixels.old[:] ^= asked.rng.integers(0, 16, (SIZE, SIZE))
-        asked.pixels.off[:] = asked.rng.permutation(asked.price().ravel()).reshape(SIZE, SIZE)
+        if guides:
+            asked.pixels.off[:] = asked.rng.permutation(asked.price().ravel()).reshape(SIZE, SIZE)
         covered = np.pad(asked.pixels.marks, 1, mode="edge")
         energy, mask = Energy(asked, covered, zones=zones), np.full((SIZE // cell) ** 2, 9, np.uint8)
         cut(covered, asked.match, asked.numbers, asked.base, asked.pixels, asked.scratch, mask)
@@ -222,7 +217,7 @@ def test_no_sides_are_cheaper_than_a_guided_cut(guides: int, zones: bool, cell: 
         barred += energy.barred.sum()
         moved += len(np.unique(found[~np.isin(energy.seeds, (OLD, NEW, OUTSIDE))])) == 2
     assert (barred > 0) == zones
-    assert moved >= 1
+    assert moved or not guides
 
 
 @pytest.mark.parametrize("centre", [(45, 40), (3, 50), (101, 88)])
@@ -258,21 +253,19 @@ def test_a_frame_tells_what_is_asked_and_what_stays(centre: tuple[int, int]) -> 
     np.testing.assert_array_equal(pixels.wanted, canvases.wanted[:, at] * on)
     np.testing.assert_array_equal(pixels.zones, canvases.zones[at] * on)
     assert sizes.tolist() == [laid.sum(), (on & ~laid).sum()]
-    # What is laid pays for what it shows; blocks of another zone pay near a border, but what stays does not.
+    # What is laid pays for what it shows.
     apart = np.abs(asked.guides.reshape(2, -1)[:, canvases.sources[at]].astype(int) - pixels.wanted)
     off = sum(
         np.where(goal > 0, cost[d], 0)
         for cost, d, goal in zip(asked.costs, apart, pixels.wanted, strict=True)
     )
-    zone = asked.zone[tuple(records[:, :2].T)][owners]
-    off += PULL * (~stays & (pixels.zones > EITHER) & (pixels.zones != EITHER + zone))
     np.testing.assert_array_equal(pixels.off[laid], off[laid])
     assert len(np.unique(pixels.off[laid])) > 2
 
 
 @pytest.mark.parametrize("zone", [0, 1, 2])
 @pytest.mark.parametrize("guides", [0, 2])
-def test_the_first_block_is_drawn_from_its_zone_and_what_is_close_to_the_best(guides: int, zone: int) -> None:
+def test_the_first_block_is_drawn_from_its_zone_and_from_the_best(guides: int, zone: int) -> None:
     asked = Asked(zone, guides)
     span, choice, step = asked.span, asked.choice, asked.numbers.usage_step
     inside = np.zeros(SHAPE, bool)
@@ -291,10 +284,8 @@ def test_the_first_block_is_drawn_from_its_zone_and_what_is_close_to_the_best(gu
         assert len(drawn) > 0.5 * min(len(out), allowed.sum())
         return
     cost = choice.penalties.repeat(step, axis=0).repeat(step, axis=1)[: SHAPE[0], : SHAPE[1]]
-    close = cost <= cost[allowed].min() + asked.costs[:, 16].sum()
-    assert (close & allowed)[tuple(out.T)].all()
-    assert len(drawn) > 0.8 * (close & allowed).sum()
-    assert (allowed & ~close).any()
+    best = allowed & (cost == cost[allowed].min())
+    assert drawn == {tuple(place) for place in np.argwhere(best).tolist()}
 
 
 @pytest.mark.parametrize("size", [0.5, 1.0, 1.7])

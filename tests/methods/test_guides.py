@@ -9,7 +9,7 @@ from laying import texture
 
 from upholster import InputError, paint, synthesize
 from upholster.charts.maps import MapGround, parse_map
-from upholster.image import Material, write_image
+from upholster.image import Material, read_exemplar, write_image
 from upholster.measure.trace import charted_of
 from upholster.methods import coarser, execute, prepare, read_guidance
 from upholster.methods.guidance import ZoneMaps, zones_on
@@ -233,11 +233,15 @@ BAD: dict[str, tuple[dict[str, Any], str]] = {
     "no role": ({"guide": ("roughness=height",)}, r"the sample has no roughness; allowed: luminance"),
     "missing": ({"guide": ("none.png=height",)}, r"'none.png' does not exist"),
     "other size": ({"guide": ("other.png=height",)}, r"guide 'other.png' is 128x96 pixels; allowed: 128x128"),
+    "label size": (
+        {"labels": ("other.png=height>0.5",)},
+        r"image of labels 'other.png' is 128x96 pixels; allowed: 128x128",
+    ),
     "label word": (
         {"labels": ("luminance=height>0.5",)},
         r"luminance has no labels; allowed: an image's file",
     ),
-    "label values": ({"labels": ("labels.png=height",)}, r"map 'height' tells no labels"),
+    "label values": ({"labels": ("labels.png=height",)}, r"map 'height' has no labels"),
     "label unknown": ({"labels": ("labels.png=part:x",)}, r"map 'part:x' is for models"),
     "label lacks": (
         {"labels": ("labels.png=height>0.5",)},
@@ -262,7 +266,10 @@ BAD: dict[str, tuple[dict[str, Any], str]] = {
     "region": ({"again": ("9,9,9:0.1",)}, r"region '9,9,9:0.1' has nothing of the surface"),
     "put form": ({"put": ("x.png",)}, r"put is 'x.png'; allowed: FILE=X,Y,Z"),
     "put size": ({"put": ("0,0,9,9=2,0,0*99",)}, r"size of put .* is 99; allowed: 1/16 to 16"),
-    "put far": ({"put": ("0,0,9,9=99,0,0",)}, r"lies 9\d.* from the surface; allowed: .*near at"),
+    "put far": (
+        {"put": ("0,0,9,9=99,0,0",)},
+        r"put '0,0,9,9=99.*' lies 9\d.* from the surface; .*near at",
+    ),
     "put flat": ({"put": ("0,0,9,9=2,0",)}, r"has two coordinates; allowed: three"),
     "put part": ({"put": ("100,0,99,9=2,0,0",)}, r"no part of the sample; allowed: .*inside 128x128"),
     "method": (
@@ -279,3 +286,11 @@ def test_what_is_wrong_is_told(folder: Path, monkeypatch: pytest.MonkeyPatch, na
     with pytest.raises(InputError, match=words) as told:
         synthesize("sample.png", "torus", **{"texels": 4000, **wanted} if "method" not in wanted else wanted)
     assert len(str(told.value).splitlines()) == 1
+
+
+@pytest.mark.parametrize("reading", [{"resize": 64}, {"rectify": ((0, 0), (99, 0), (99, 99), (0, 99))}])
+def test_labels_of_a_photo_that_is_resampled_are_refused(folder: Path, reading: dict[str, Any]) -> None:
+    labels = SynthesisOptions(labels=(f"{folder}/labels.png=height>0.5",))
+    sample = read_exemplar(folder / "sample.png")
+    with pytest.raises(InputError, match="with rectify or resize, which would mix colours; allowed"):
+        read_guidance(labels, sample, SampleOptions(**reading), None)

@@ -391,7 +391,7 @@ def test_wrong_options_are_refused(given: dict[str, Any], says: str) -> None:
         ({"seed": 2**63}, "seed is"),
         ({"threads": 0}, "threads is 0"),
         ({"block": 60}, "block is 60; allowed: 8 to 48 in a sample of 72x64 pixels"),
-        ({"element_size": 0.1}, "nothing repeats surely in the sample"),
+        ({"element_size": 0.1}, "no pattern clearly repeats in the sample"),
     ],
 )
 def test_what_does_not_fit_the_surface_or_the_sample_is_refused(given: dict[str, Any], says: str) -> None:

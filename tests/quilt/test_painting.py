@@ -334,7 +334,7 @@ def test_a_label_that_names_nothing_is_refused(label):
 
 def test_a_chart_without_placements_is_refused():
     quilt = random_quilt(9)
-    with pytest.raises(InputError, match="of each of 2"):
+    with pytest.raises(InputError, match="of all 2"):
         changed(quilt, quilt.on_chart(0))
     with pytest.raises(InputError, match="one for each chart"):
         changed(random_quilt(9, octaves=1), fields=random_quilt(9, octaves=1).fields[:1])

@@ -136,5 +136,5 @@ def test_what_is_killed_goes_on(alone: dict[str, bytes], tmp_path: Path, killed:
     _, told = process.communicate(timeout=600)
     assert process.returncode == 0, told
     if killed == "the run":
-        assert "note: goes on: " in told
+        assert "note: continuing: " in told
     assert _tiles(tmp_path) == {name: data for name, data in alone.items() if name.endswith(".png")}

@@ -170,7 +170,7 @@ def test_what_is_done_is_not_done_again(
     # A chart that lies in one parcel is written with that parcel's labels.
     assert not {key for key in kept & set(again) if key[0] in ("parcel", "tile")}
     assert ("parcel", int(broken["parcel"])) in again
-    assert any(note.startswith(f"goes on: {len(done['parcel']) - 1} of") for note in notes)
+    assert any(note.startswith(f"continuing: {len(done['parcel']) - 1} of") for note in notes)
     assert _tiles(tmp_path) == expected
     assert not record.parent.exists()
 
@@ -207,7 +207,7 @@ def test_tiles_can_be_written_to_a_url(material: Material, whole: dict[str, byte
         ("nosuch://wall/x.<UDIM>.png", (), "'nosuch://wall/x.upholster' cannot be opened"),
         ("file:///dev/null/x.<UDIM>.png", (), "'file:///dev/null/x.upholster"),
         ("memory://wall/x.png", (), "is a URL; allowed: of tiles"),
-        ("memory://wall/x.<UDIM>.png", ("-o", "x.glb"), "written to a URL, and not alone"),
+        ("memory://wall/x.<UDIM>.png", ("-o", "x.glb"), "written to a URL, but not alone"),
         (
             "x.<UDIM>.png",
             ("--workers", 2, "--scheduler", "tcp://a:1"),

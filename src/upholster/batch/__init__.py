@@ -1,9 +1,9 @@
 """Many jobs, each a `cover`: exemplars times surfaces times options, on the cores of one machine or many.
 
-jobs file ──► jobs ──► those that are not done yet ──► Dask's workers ──► record, contact sheet
+jobs file ──► jobs ──► unfinished jobs ──► Dask's workers ──► record, contact sheet
 
-`jobs` reads the file, `record` knows what is done already, `upholster.cluster` runs the others on Dask,
-`sheet` shows what came of them.
+`jobs` reads the file, `record` keeps the results of finished jobs, `upholster.cluster` runs the others on
+Dask, `sheet` shows the results.
 """
 
 from upholster.batch.jobs import Job, check_apart, check_within, read_jobs

@@ -1,4 +1,4 @@
-"""A file of jobs, TOML or CSV with a job per line: each becomes words of ``upholster cover``."""
+"""A file of jobs, TOML or CSV with a job per line: each becomes arguments of ``upholster cover``."""
 
 import csv
 import glob
@@ -33,7 +33,7 @@ _OWN = {
     "save-project": "upholster cover --save-project",
     "help": "none",
 }
-"""Options that a job cannot have, and what stands for them."""
+"""Options that a job cannot have, and their replacements."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,11 +43,11 @@ class Job:
     Attributes
     ----------
     name
-        For people: sample and surface, and what else differs.
+        A readable name: sample and surface, and the values that differ between jobs.
     words
-        Of the command line, behind ``cover``; files are relative to the folder of the jobs' file.
+        Command-line arguments after ``cover``; files are relative to the folder of the jobs' file.
     outputs
-        The files that it is to write, as in `words`.
+        The files to write, as in `words`.
     """
 
     name: str
@@ -62,17 +62,18 @@ def read_jobs(path: str | os.PathLike[str]) -> list[Job]:
     ----------
     path
         TOML: options for all jobs first, then tables ``[[jobs]]``. Options are those of ``upholster cover``,
-        without dashes; `sample`, `on` and `project` may be lists and patterns (``photos/*.jpg``), each with
-        each; a list in the list is one material's files. With a `project` the other two may be missing. A
-        table ``[jobs.each]`` has lists of further options, each value of which makes jobs of its own. CSV: a
-        column per option, a job per line; columns may recur. In `output` and `report` stand ``{sample}``,
-        ``{on}``, ``{project}``, ``{n}`` (the job's number) and ``{option}`` for what the job has.
+        without dashes. `sample`, `on` and `project` may be lists and patterns (``photos/*.jpg``), which are
+        combined with each other; a list in the list is one material's files. With a `project` the other two
+        are optional. A table ``[jobs.each]`` has lists of further options, and makes a job for each of their
+        values. CSV: a column per option, a job per line; columns may recur. In `output` and `report`,
+        ``{sample}``, ``{on}``, ``{project}``, ``{n}`` (the job's number) and ``{option}`` are replaced by
+        the job's values.
 
     Raises
     ------
     InputError, FormatError
         If it cannot be read, has another suffix, no jobs or more than 100,000, a job without sample, surface
-        or output, a value of another kind, or an unknown name in braces.
+        or output, a value of the wrong type, or an unknown name in braces.
     """
     name = os.fspath(path)
     suffix = Path(name).suffix.lower()
@@ -81,30 +82,30 @@ def read_jobs(path: str | os.PathLike[str]) -> list[Job]:
     try:
         text = read_bytes(name).decode("utf-8-sig")
     except UnicodeDecodeError:
-        raise FormatError(f"{name}: it is no text in UTF-8") from None
+        raise FormatError(f"{name}: it is not UTF-8 text") from None
     folder = Path(name).parent
     tables = _toml_tables(name, text) if suffix == ".toml" else _csv_tables(name, text)
     jobs: list[Job] = []
     for where, table in tables:
-        told = tuple(table.get("each", ()))
+        varied = tuple(table.get("each", ()))
         for choice in _choices(where, table, folder):
             if len(jobs) == MAX_JOBS:
                 raise InputError(f"{name}: more than {MAX_JOBS:,} jobs; allowed: that many in a file")
-            jobs.append(_job(where, choice, len(jobs) + 1, told))
+            jobs.append(_job(where, choice, len(jobs) + 1, varied))
     if not jobs:
-        raise InputError(f"{name}: there is no job in it; allowed: tables [[jobs]], or lines of a CSV")
+        raise InputError(f"{name}: it has no jobs; allowed: tables [[jobs]], or lines of a CSV")
     return jobs
 
 
 def check_within(jobs: Sequence[Job], inputs: Iterable[str], folders: Sequence[Path]) -> None:
-    """Check that no job reads or writes outside some folders: a file of jobs may be a stranger's.
+    """Check that no job reads or writes outside some folders, because a file of jobs may be untrusted.
 
-    Samples that come with the program may be read wherever it lies.
+    Samples included in the program may be read wherever it is installed.
 
     Raises
     ------
     InputError
-        If one does.
+        If a job does.
     """
     written = (split_name(output)[1] for job in jobs for output in job.outputs)
     shipped = {str(file) for file in shipped_samples().values()}
@@ -121,7 +122,7 @@ def check_apart(jobs: Sequence[Job], inputs: Iterable[str], folder: Path) -> Non
     Raises
     ------
     InputError
-        If one is.
+        If a file is.
     """
     read = {os.path.realpath(folder / name) for name in inputs}
     writers: dict[str, Job] = {}
@@ -147,12 +148,12 @@ def _toml_tables(name: str, text: str) -> Iterator[tuple[str, dict[str, Any]]]:
         raise FormatError(f"{name}: {error}") from None
     tables = found.pop("jobs", [])
     if not (isinstance(tables, list) and all(isinstance(table, dict) for table in tables)):
-        raise FormatError(f"{name}: jobs are no tables; allowed: [[jobs]], and options below it")
+        raise FormatError(f"{name}: jobs are not tables; allowed: [[jobs]], and options below it")
     for number, table in enumerate(tables, 1):
         each = found.get("each", {}), table.get("each", {})
         if not all(isinstance(some, dict) for some in each):
             raise FormatError(
-                f"{name}: each is no table; allowed: [jobs.each], and lists of options below it"
+                f"{name}: each is not a table; allowed: [jobs.each], and lists of options below it"
             )
         yield f"{name}, job {number}", {**found, **table, "each": {**each[0], **each[1]}}
 
@@ -175,7 +176,7 @@ def _csv_tables(name: str, text: str) -> Iterator[tuple[str, dict[str, Any]]]:
                     table[key] = [*(table[key] if isinstance(table[key], list) else [table[key]]), value]
                 else:
                     table[key] = {"true": True, "false": False}.get(value.lower(), value)
-        # A job per line: files of several columns are one material.
+        # A job per line: the files of several columns are one material.
         if isinstance(table.get("sample"), list):
             table["sample"] = [table["sample"]]
         yield f"{name}, line {number}", table
@@ -196,14 +197,14 @@ def _choices(where: str, table: dict[str, Any], folder: Path) -> Iterator[dict[s
         if not isinstance(values, list) or not values:
             raise InputError(f"{where}: each.{key} is {values!r}; allowed: a list of values")
     named = {"project": projects, "on": surfaces}
-    told = {key: values for key, values in named.items() if values}
-    keys = ["sample", *told, *each]
-    for values in itertools.product(samples, *told.values(), *each.values()):
+    given = {key: values for key, values in named.items() if values}
+    keys = ["sample", *given, *each]
+    for values in itertools.product(samples, *given.values(), *each.values()):
         yield {**table, **dict(zip(keys, values, strict=True))}
 
 
 def _files(where: str, key: str, value: Any, folder: Path) -> Iterator[Any]:
-    """Yield what a value names: texts, of a pattern the files that fit, and lists as they are."""
+    """Yield the files of a value: texts, the files that match a pattern, and lists as they are."""
     for entry in value if isinstance(value, list) else [value]:
         if key == "sample" and isinstance(entry, list) and all(isinstance(file, str) for file in entry):
             yield entry
@@ -213,14 +214,14 @@ def _files(where: str, key: str, value: Any, folder: Path) -> Iterator[Any]:
             found = sorted(glob.glob(entry, root_dir=folder))
             if not found:
                 raise InputError(
-                    f"{where}: {key} is {entry!r}, which no file fits; allowed: a pattern of files"
+                    f"{where}: {key} is {entry!r}, which no file matches; allowed: a pattern of files"
                 )
             yield from ([file] for file in found) if key == "sample" else found
         else:
             yield [entry] if key == "sample" else entry
 
 
-def _job(where: str, table: Mapping[str, Any], number: int, told: Sequence[str]) -> Job:
+def _job(where: str, table: Mapping[str, Any], number: int, varied: Sequence[str]) -> Job:
     samples = table["sample"]
     covered = [table[key] for key in ("project", "on") if key in table]
     fields = {key: _file_word(str(value)) for key, value in table.items() if key not in _TEMPLATES}
@@ -239,7 +240,7 @@ def _job(where: str, table: Mapping[str, Any], number: int, told: Sequence[str])
         raise InputError(f"{where}: output is missing; allowed: a file's name, as out/{{on}}_{{sample}}.glb")
     named = [
         *(os.path.basename(file.rstrip("/")) for file in samples),
-        *(f"{key} {table[key]}" for key in told),
+        *(f"{key} {table[key]}" for key in varied),
     ]
     on = " on ".join(os.path.basename(each) for each in covered)
     name = f"{number}: {' + '.join(named) or 'materials'} on {on}"
@@ -249,7 +250,7 @@ def _job(where: str, table: Mapping[str, Any], number: int, told: Sequence[str])
 def _texts(where: str, key: str, value: Any) -> Iterator[str | None]:
     """Yield an option's values as texts; None for a switch that is on."""
     if not _NAMED.fullmatch(key):
-        raise InputError(f"{where}: {key!r} is no option; allowed: those of upholster cover, as sample-size")
+        raise InputError(f"{where}: {key!r} is not an option; allowed: those of upholster cover")
     if key in _OWN:
         raise InputError(f"{where}: {key} is not for a job; instead: {_OWN[key]}")
     for entry in value if isinstance(value, list) else [value]:
@@ -268,7 +269,7 @@ def _filled(where: str, template: str, fields: Mapping[str, str]) -> str:
     def value(found: re.Match[str]) -> str:
         if found[1] not in fields:
             raise InputError(
-                f"{where} is {template!r}, and there is no {found[0]}; allowed: "
+                f"{where} is {template!r}, but there is no {found[0]}; allowed: "
                 + ", ".join(f"{{{name}}}" for name in sorted(fields))
             )
         return fields[found[1]]
@@ -277,7 +278,7 @@ def _filled(where: str, template: str, fields: Mapping[str, str]) -> str:
 
 
 def _stem(text: str) -> str:
-    """Return what a file or a surface is called in the names of others."""
+    """Return the name of a file or a surface for use in names of other files."""
     path = text.rstrip("/\\")
     base = os.path.basename(path).removesuffix(PROJECT_SUFFIX)
     return _file_word(base if ":" in base else os.path.splitext(base)[0])

@@ -1,4 +1,4 @@
-"""What came of each job, kept in a file: what is done, with which inputs, need not be done again."""
+"""The result of each job, kept in a file, so that a job with unchanged inputs is not repeated."""
 
 import hashlib
 import json
@@ -16,23 +16,23 @@ from upholster.files import outputs, read_bytes
 __all__ = ["Record", "state_of"]
 
 _EVERY = 1.0
-"""Seconds between two times that the record is written while jobs end."""
+"""Seconds between two writes of the record while jobs end."""
 
 
 class Record:
-    """What came of each job so far, as a file ``batch.json`` has it.
+    """The results of jobs so far, as stored in a file ``batch.json``.
 
     Parameters
     ----------
     path
-        The file; what it has is read, if it is there.
+        The file; it is read if it exists.
     jobs
-        The file of the jobs; others' records are not written over.
+        The file of the jobs; records of other jobs are not overwritten.
 
     Raises
     ------
     InputError, FormatError
-        If the file is there, and no record, or that of another file of jobs.
+        If the file exists, and is not a record, or is that of another file of jobs.
     """
 
     def __init__(self, path: Path, jobs: Path) -> None:
@@ -44,7 +44,7 @@ class Record:
             self._read()
 
     def is_done(self, job: Job) -> bool:
-        """Return whether this version did a job, and its inputs and outputs are still as they were."""
+        """Return whether this version did a job, and its inputs and outputs are unchanged."""
         entry = self.entries.get(job.words)
         if entry is None or entry["state"] != "done" or entry["version"] != __version__:
             return False
@@ -56,18 +56,18 @@ class Record:
         return [os.fspath(self.folder / name) for name in entry.get("outputs", {})]
 
     def add(self, job: Job, entry: Mapping[str, Any]) -> None:
-        """Note what came of a job; the file is written at most once a second."""
+        """Record the result of a job; the file is written at most once a second."""
         self.entries[job.words] = {"name": job.name, "words": list(job.words), **entry}
         if time.monotonic() - self._written > _EVERY:
             self.write()
 
     def write(self, jobs: Iterable[Job] | None = None) -> None:
-        """Write the file, whole or not at all.
+        """Write the file, completely or not at all.
 
         Parameters
         ----------
         jobs
-            Which to keep, in this order; default: all there are.
+            The jobs to keep, in this order; default: all.
 
         Raises
         ------
@@ -76,9 +76,9 @@ class Record:
         """
         wanted = self.entries if jobs is None else [job.words for job in jobs]
         found = [self.entries[words] for words in wanted if words in self.entries]
-        told = {"upholster": __version__, "jobs": self._jobs, "results": found}
+        content = {"upholster": __version__, "jobs": self._jobs, "results": found}
         with outputs([self.path]) as files:
-            files.path(self.path).write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
+            files.path(self.path).write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
         self._written = time.monotonic()
 
     def _read(self) -> None:
@@ -91,25 +91,25 @@ class Record:
                 if entry["state"] == "done":
                     _ = entry["version"], dict(entry["inputs"]), dict(entry["outputs"])
         except (ValueError, KeyError, TypeError):
-            raise FormatError(f"{name}: it is no record of a batch; allowed: another --output") from None
+            raise FormatError(f"{name}: it is not a record of a batch; allowed: another --output") from None
         if jobs != self._jobs:
             raise InputError(f"record {name!r} is that of {jobs!r}; allowed: another --output")
 
 
 def state_of(files: Iterable[str], folder: Path) -> dict[str, dict[str, Any]]:
-    """Return size, time and hash of files, and of those in folders; names as they are given.
+    """Return size, time and hash of files, and of files in folders; names as given.
 
     Raises
     ------
     OSError
-        If one cannot be read.
+        If a file cannot be read.
     """
     found: dict[str, dict[str, Any]] = {}
     for name in files:
         place = folder / name
         if place.is_dir():
             inside = sorted(entry.name for entry in place.iterdir())
-            # A further file in a folder may be a map of the material.
+            # Another file in the folder may be a map of the material.
             found[name] = {"files": inside}
             found |= state_of(
                 [os.path.join(name, file) for file in inside if (place / file).is_file()], folder

@@ -31,8 +31,8 @@ def write_sheet(path: Path, pictures: Sequence[tuple[str, Sequence[str]]]) -> in
     path
         The image to write.
     pictures
-        For each job its name, and the files that it wrote: the first image is shown. Those without one, and
-        all after the thousandth, are left out.
+        For each job its name, and the files that it wrote: the first image is shown. Jobs without an image,
+        and all after the thousandth, are left out.
 
     Raises
     ------
@@ -52,7 +52,7 @@ def write_sheet(path: Path, pictures: Sequence[tuple[str, Sequence[str]]]) -> in
         x, y = _GAP + number % columns * width, _GAP + number // columns * height
         try:
             pixels = _small(Path(image))
-        except UpholsterError:  # gone, or not whole any more: the name alone
+        except UpholsterError:  # removed or damaged since: the name alone
             pixels = None
         if pixels is not None:
             top, left = (_CELL - pixels.shape[0]) // 2, (_CELL - pixels.shape[1]) // 2

@@ -1,9 +1,10 @@
-"""Charts over a surface: where they lie, how large they are, where they meet, which way the texture runs.
+"""Charts over a surface: their layout, their sizes, where they meet, and the texture's direction on them.
 
-`layout` cuts a surface of patches into charts (`halving` finds the cuts), `seams` finds where they meet;
-`unwrap` lays meshes out flat, in islands. `charted` makes one kind of surface of all, triangles on charts (of
-patches by `tessellation`), on which all else works: `directions`, `turns` and `warp_fields` say which way the
-texture runs, `phases` where samples that repeat are in their periods, `subdivision` makes triangles short.
+`layout` cuts a surface of patches into charts (`halving` finds the cuts), `seams` finds where charts meet,
+and `unwrap` flattens meshes into islands. `charted` turns every kind of surface into triangles on charts
+(with `tessellation` for patches); all other modules work on these. `directions`, `turns` and `warp_fields`
+set the texture's direction, `phases` aligns the periods of repeating samples, and `subdivision` shortens
+edges.
 """
 
 from upholster.charts.layout import uniform_layout

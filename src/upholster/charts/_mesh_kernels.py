@@ -16,7 +16,7 @@ __all__ = [
 ]
 
 _CANCELLED = 0.02
-"""Where the determinant of a mean is less than this share of its triangles', they tell no direction."""
+"""A mean whose determinant is less than this share of its triangles' determinant gives no direction."""
 
 
 @kernel
@@ -30,14 +30,15 @@ def splat_matrices(
     nodes: FloatArray,
     sums: FloatArray,
 ) -> None:
-    """Add triangles' matrices to the nodes round them, by tents, in proportion to area.
+    """Add triangles' matrices to the surrounding nodes, with tent weights in proportion to area.
 
-    `places` (T, 3, 2) are row and column of the corners on their charts, in texels from the first one's
-    centre, and `matrices` (T, 3, 4) those there, linear between and alike but for turns. Triangles are
-    sampled at their middle and at whole multiples of `spacing`; nodes lie `step` texels apart, the second one
-    of a row or column at 0. `shapes` (charts, 3) tell each chart's first node, rows and columns; `nodes`
-    (nodes, 4) are their matrices, bilinear in between. `sums` (nodes, 7) receive weighted matrices, weights,
-    and weighted determinants, of the triangles' and of what the nodes show there.
+    `places` (T, 3, 2) are the corners' row and column on their charts, in texels from the first texel's
+    centre. `matrices` (T, 3, 4) are the matrices at the corners, linear in between; within a triangle they
+    differ only by a rotation. Triangles are sampled at their centroid and at integer multiples of `spacing`.
+    Nodes are `step` texels apart; the second one of a row or column is at 0. `shapes` (charts, 3) hold each
+    chart's first node, rows and columns; `nodes` (nodes, 4) are the nodes' matrices, bilinear in between.
+    `sums` (nodes, 7) receive weighted matrices, weights, and weighted determinants: the triangles' own, and
+    those of the matrices interpolated from the nodes.
     """
     for t in range(places.shape[0]):
         k = chart[t]
@@ -90,13 +91,14 @@ def splat_matrices(
 
 @inline
 def _enter_means(sums: FloatArray, size: float, node: FloatArray) -> bool:
-    # Writes a node's mean matrix, 0 where nothing is near or the matrices cancel; returns whether it is one.
+    # Writes a node's mean matrix, 0 where no sample is near or the matrices cancel. Returns whether it is
+    # usable.
     weight, m = sums[4], node
     for k in range(4):
         m[k] = sums[k] / weight if weight > 0.0 else 0.0
     determinant = m[0] * m[3] - m[1] * m[2]
     known = weight > 0.0 and determinant > _CANCELLED * size * size
-    # Means of matrices that turn are too small.
+    # A mean of matrices that differ by rotations is too small.
     larger = np.sqrt(sums[5] / weight / determinant) if known else 0.0
     for k in range(4):
         m[k] *= larger
@@ -107,7 +109,7 @@ def _enter_means(sums: FloatArray, size: float, node: FloatArray) -> bool:
 def _enter_beside(
     nodes: FloatArray, rounds: IntArray, shape: tuple[int, int, int], at: tuple[int, int], now: int
 ) -> bool:
-    # Writes the mean of the nodes beside one that were known in the round before, if there are any.
+    # Writes the mean of the adjacent nodes that were known in the previous round, if there are any.
     first, rows, columns = shape
     i, j = at
     m, count = nodes[first + i * columns + j], 0.0
@@ -115,11 +117,11 @@ def _enter_beside(
         m[k] = 0.0
     for a in range(max(i - 1, 0), min(i + 2, rows)):
         for b in range(max(j - 1, 0), min(j + 2, columns)):
-            beside = first + a * columns + b
-            if 0 <= rounds[beside] < now:
+            adjacent = first + a * columns + b
+            if 0 <= rounds[adjacent] < now:
                 count += 1.0
                 for k in range(4):
-                    m[k] += nodes[beside, k]
+                    m[k] += nodes[adjacent, k]
     if count == 0.0:
         return False
     for k in range(4):
@@ -131,11 +133,13 @@ def _enter_beside(
 def fill_nodes(
     sums: FloatArray, shapes: NDArray[np.int64], sizes: FloatArray, nodes: FloatArray, rounds: IntArray
 ) -> None:
-    """Give charts' nodes their matrices (nodes, 4): means; where they cancel, or nothing is near, others.
+    """Fill charts' node matrices (nodes, 4) with means, or from neighbours where there is no usable mean.
 
-    `sums` and `shapes` are those of `splat_matrices`, `sizes` (charts,) the root of the determinant that a
-    chart's matrices have about. Others are the means of nodes beside them, round after round; `rounds`
-    (nodes,) receives in which, 0 for means. Where a chart has none, all are upright and of its size, round 1.
+    A node has no usable mean where no triangle is near or the matrices cancel. `sums` and `shapes` are those
+    of `splat_matrices`. `sizes` (charts,) are approximate square roots of the determinants of each chart's
+    matrices. Nodes without a mean take the mean of adjacent nodes, round after round. `rounds` (nodes,)
+    receives the round of each node, 0 for means. On a chart without any mean all matrices are upright, have
+    the chart's size, and count as round 1.
     """
     for chart in range(shapes.shape[0]):
         first, rows, columns = shapes[chart, 0], shapes[chart, 1], shapes[chart, 2]
@@ -168,7 +172,7 @@ def fill_nodes(
 
 @kernel
 def distances_over_edges(triangles: IntArray, lengths: FloatArray, away: FloatArray) -> None:
-    """Lower `away` (V,), distances from vertices where it is 0, to those along edges of `lengths` (T, 3)."""
+    """Lower `away` (V,) to the distances along edges of `lengths` (T, 3) from the vertices where it is 0."""
     count = triangles.shape[0]
     changed, forward = True, True
     while changed:
@@ -186,12 +190,12 @@ def distances_over_edges(triangles: IntArray, lengths: FloatArray, away: FloatAr
 
 @allocating_kernel
 def join_turns(first: IntArray, second: IntArray, jumps: IntArray, turns: IntArray) -> None:
-    """Find the quarter turns, 0 to 3, by which triangles differ along a tree: edges in order that join any.
+    """Find the quarter turns, 0 to 3, between triangles along a spanning tree built from edges in order.
 
-    Over edge n, from triangle `first[n]` to `second[n]`, the turns grow by `jumps[n]`. `turns` (T,) receives
-    each triangle's against the first one of those that hang together.
+    Across edge n, from triangle `first[n]` to `second[n]`, the turns increase by `jumps[n]`. `turns` (T,)
+    receives each triangle's turn relative to the first triangle of its connected component.
     """
-    # Union-find: `turns` is each triangle's against its parent.
+    # Union-find: `turns` holds each triangle's turn relative to its parent.
     parent = np.arange(turns.shape[0])
     turns[:] = 0
     for n in range(first.shape[0]):
@@ -199,7 +203,7 @@ def join_turns(first: IntArray, second: IntArray, jumps: IntArray, turns: IntArr
         a, up = _root_of(parent, turns, a)
         b, down = _root_of(parent, turns, b)
         if a != b:
-            # The turn of b's root against a's, so that second is `between` from first.
+            # The turn of b's root relative to a's, so that second is `between` from first.
             parent[b], turns[b] = a, (up + between - down) % 4
     for t in range(turns.shape[0]):
         root, total = _root_of(parent, turns, t)
@@ -208,7 +212,8 @@ def join_turns(first: IntArray, second: IntArray, jumps: IntArray, turns: IntArr
 
 @inline
 def _root_of(parent: NDArray[np.int64], turns: IntArray, t: int) -> tuple[int, int]:
-    # The root of a triangle and its turn against it; every second one on the way gets a nearer parent.
+    # The root of a triangle and the turn relative to it. Every second triangle on the path gets a nearer
+    # parent.
     total = int64(0)
     while parent[t] != t:
         above = parent[t]
@@ -224,9 +229,10 @@ def _root_of(parent: NDArray[np.int64], turns: IntArray, t: int) -> tuple[int, i
 def square_axes(
     along: FloatArray, normals: FloatArray, positions: FloatArray, triangles: IntArray, down: FloatArray
 ) -> None:
-    """Bring vectors `along` (T, 3) into triangles' planes, as unit vectors; write to `down` those clockwise.
+    """Project vectors `along` (T, 3) into triangles' planes and normalize them; write the clockwise normals.
 
-    Where one has no part in the plane, it becomes the triangle's first edge. `normals` (T, 3) are unit ones.
+    `down` (T, 3) receives unit vectors 90° clockwise from `along`. A vector without a component in the plane
+    becomes the triangle's first edge. `normals` (T, 3) have unit length.
     """
     for t in range(along.shape[0]):
         n, v, w = normals[t], along[t], down[t]
@@ -245,9 +251,9 @@ def square_axes(
 
 @kernel
 def corner_lists(vertices: IntArray, first: NDArray[np.int64], listed: IntArray) -> None:
-    """List the triangles (T, 3) at each vertex: those of v from ``first[v]`` on, before ``first[v + 1]``.
+    """List the triangles (T, 3) at each vertex: vertex v's are from ``first[v]`` up to ``first[v + 1]``.
 
-    `first` has one place more than there are vertices, `listed` three for each triangle.
+    `first` has one entry more than there are vertices, `listed` three per triangle.
     """
     first[:] = 0
     count = vertices.shape[0]

@@ -1,8 +1,8 @@
-"""Hot loops of `upholster.charts.multigrid`: coarsening, the cycle over all levels, and what it serves.
+"""Hot loops of `upholster.charts.multigrid`: coarsening, the cycle over all levels, and the solvers.
 
-A matrix is Hermitian: `starts` (n + 1,), `columns` and `values` hold its rows without the diagonal, which is
-real and stands in `diagonal` (n,). A row's entries before the diagonal come first: `middles` (n,) tell where
-those behind it begin.
+A matrix is Hermitian. `starts` (n + 1,), `columns` and `values` hold its rows without the diagonal, which is
+real and stored in `diagonal` (n,). A row's entries left of the diagonal come first: `middles` (n,) give the
+position where those right of it begin.
 """
 
 from typing import Any, NamedTuple
@@ -31,10 +31,11 @@ __all__ = [
 ComplexArray = NDArray[np.complex128]
 
 _STRONG = 0.25
-"""A coupling at least this part of a row's strongest one makes a pair."""
+"""Two unknowns form a pair if their coupling is at least this share of the row's strongest one."""
 
 _DOMINANT = 5.0
-"""A diagonal so many times its row's other entries needs no coarser level: smoothing solves it."""
+"""A row needs no coarser level if its diagonal exceeds its other entries by this factor: smoothing solves
+it."""
 
 
 class Rows(NamedTuple):
@@ -48,12 +49,12 @@ class Rows(NamedTuple):
 
 
 class Levels(NamedTuple):
-    """The matrices of all levels, the finest first, one behind the other.
+    """The matrices of all levels, concatenated, finest first.
 
-    `firsts` (levels + 1, 2) tell where each one's unknowns and entries begin. `rows` has them all: a level's
-    `starts` are one more than its unknowns, and counted from its own first entry. `group` and `phase` are
-    those of `match_pairs`, none on the last level. `factor` is that of the last one's dense matrix, (0, 0)
-    where it is too large.
+    `firsts` (levels + 1, 2) give the positions where each level's unknowns and entries begin. `rows` holds
+    all levels: a level has one `starts` more than unknowns, counted from its own first entry. `group` and
+    `phase` are those of `match_pairs`; the last level has none. `factor` is the Cholesky factor of the last
+    level's dense matrix, (0, 0) where that is too large.
     """
 
     firsts: NDArray[np.int64]
@@ -64,7 +65,7 @@ class Levels(NamedTuple):
 
 
 class Work(NamedTuple):
-    """Scratch of a cycle: `vectors` (7, unknowns of all levels); `stages` and `curved` by levels."""
+    """Scratch space of a cycle: `vectors` (7, unknowns of all levels); `stages` and `curved` by level."""
 
     vectors: ComplexArray
     stages: NDArray[np.int64]
@@ -72,20 +73,21 @@ class Work(NamedTuple):
 
     @classmethod
     def of(cls, levels: Levels) -> "Work":
-        """Return it."""
+        """Return scratch space for these levels."""
         count = len(levels.firsts)
         vectors = np.empty((7, len(levels.rows.diagonal)), np.complex128)
         return cls(vectors, np.empty(count, np.int64), np.empty(count))
 
 
 _RIGHT, _FOUND, _FIRST, _MORE, _PRODUCT, _REST, _RESIDUAL = range(7)
-"""The vectors of `Work` on a level: its right side and what is found for it; what a cycle finds, and another
-one for the rest; the matrix times the first; the rest; a cycle's residual."""
+"""The vectors of `Work` on a level, in order: its right side, the solution found for it, the result of a
+first cycle, the result of a second cycle for the remainder, the matrix times the first, the remainder, a
+cycle's residual."""
 
 
 @inline
 def _size(z: complex) -> float:
-    # Square roots are the same on every machine, hypot is not.
+    # Square roots give the same result on every machine, hypot does not.
     size: float = np.sqrt(z.real * z.real + z.imag * z.imag)
     return size
 
@@ -108,7 +110,7 @@ def _multiply(rows: Rows, x: ComplexArray, out: ComplexArray) -> None:
 
 @inline
 def _subtract_product(rows: Rows, x: ComplexArray, right: ComplexArray, out: ComplexArray) -> None:
-    """Put `right` less the matrix times x in `out`."""
+    """Put `right` minus the matrix times x in `out`."""
     for i in range(len(x)):
         total = right[i] - rows.diagonal[i] * x[i]
         for k in range(rows.starts[i], rows.starts[i + 1]):
@@ -118,8 +120,8 @@ def _subtract_product(rows: Rows, x: ComplexArray, right: ComplexArray, out: Com
 
 @inline
 def _smooth_down(rows: Rows, right: ComplexArray, x: ComplexArray, rest: ComplexArray) -> None:
-    # One sweep of Gauss and Seidel from the first unknown to the last, from x = 0 whatever it holds. What is
-    # left of the right side is what the entries behind the diagonal make of x.
+    # One Gauss-Seidel sweep from the first unknown to the last, starting from x = 0 whatever x holds. The
+    # residual comes only from entries right of the diagonal.
     for i in range(len(x)):
         total = right[i]
         for k in range(rows.starts[i], rows.middles[i]):
@@ -134,7 +136,7 @@ def _smooth_down(rows: Rows, right: ComplexArray, x: ComplexArray, rest: Complex
 
 @inline
 def _smooth_up(rows: Rows, right: ComplexArray, x: ComplexArray) -> None:
-    """One sweep of Gauss and Seidel from the last unknown to the first."""
+    """One Gauss-Seidel sweep from the last unknown to the first."""
     for i in range(len(x) - 1, -1, -1):
         total = right[i]
         for k in range(rows.starts[i], rows.starts[i + 1]):
@@ -144,10 +146,11 @@ def _smooth_up(rows: Rows, right: ComplexArray, x: ComplexArray) -> None:
 
 @kernel
 def match_pairs(rows: Rows, group: IntArray, phase: ComplexArray) -> int:
-    """Join unknowns to pairs by their strongest couplings, in the order of their numbers.
+    """Pair unknowns by their strongest couplings, in the order of their numbers.
 
-    `group` (n,) gets the pair's number, −1 for unknowns that need no coarser level; `phase` (n,) what one on
-    the pair means there: 1 at its first member, what fits it best at the second. Returns how many pairs.
+    `group` (n,) receives the pair's number, −1 for unknowns that need no coarser level. `phase` (n,) receives
+    each unknown's value where the pair's is 1: 1 at its first member, the best-fitting phase at its second.
+    Returns the number of pairs.
     """
     count = len(group)
     for i in range(count):
@@ -177,7 +180,7 @@ def match_pairs(rows: Rows, group: IntArray, phase: ComplexArray) -> int:
 
 @kernel
 def join_pairs(group: IntArray, phase: ComplexArray, second: IntArray, second_phase: ComplexArray) -> None:
-    """Follow one matching by the next, in place: `group` and `phase` then lead to the second's groups."""
+    """Compose one matching with the next, in place: `group` and `phase` then lead to the second's groups."""
     for i in range(len(group)):
         at = group[i]
         if at >= 0:
@@ -187,7 +190,7 @@ def join_pairs(group: IntArray, phase: ComplexArray, second: IntArray, second_ph
 
 @inline
 def _list_members(group: IntArray, first: IntArray, members: IntArray) -> None:
-    # Lists the unknowns group by group: those of g from first[g] on, before first[g + 1].
+    # Lists the unknowns group by group: those of g from first[g] up to first[g + 1].
     first[:] = 0
     for i in range(len(group)):
         if group[i] >= 0:
@@ -204,7 +207,7 @@ def _list_members(group: IntArray, first: IntArray, members: IntArray) -> None:
 
 @inline
 def _parted(rows: Rows, row: int, stop: int) -> Any:
-    # Brings the entries of a row, up to `stop`, that lie before the diagonal to its front; returns how far.
+    # Moves a row's entries left of the diagonal, up to `stop`, to its front; returns where they end.
     middle = rows.starts[row]
     for k in range(rows.starts[row], stop):
         if rows.columns[k] < row:
@@ -225,10 +228,10 @@ def coarse_rows(
     place: IntArray,
     coarse: Rows,
 ) -> int:
-    """Fill the matrix of the groups, PᴴAP; returns how many entries it has beside the diagonal.
+    """Fill the matrix of the groups, PᴴAP; returns its number of off-diagonal entries.
 
-    `members` (n,), `first` (groups + 1,) and `place` (groups,) are scratch. `coarse` has room for as many
-    entries as `rows`.
+    `members` (n,), `first` (groups + 1,) and `place` (groups,) are scratch space. `coarse` has room for as
+    many entries as `rows`.
     """
     _list_members(group, first, members)
     place[:] = -1
@@ -295,7 +298,7 @@ def factor(matrix: ComplexArray) -> None:
 
 @inline
 def _divide_out(lower: ComplexArray, right: ComplexArray, x: ComplexArray) -> None:
-    """Solve with the factor that `factor` made."""
+    """Solve with the factor from `factor`."""
     for i in range(len(x)):
         total = right[i]
         for k in range(i):
@@ -335,7 +338,7 @@ def prolong(group: IntArray, phase: ComplexArray, coarse: ComplexArray, fine: Co
     _prolong(group, phase, coarse, fine)
 
 
-@spliced  # what is inline returns no part of an array
+@spliced  # an inline function cannot return part of an array
 def _rows_at(levels: Levels, depth: int) -> Rows:
     # The matrix of a level.
     first, last = levels.firsts[depth], levels.firsts[depth + 1]
@@ -349,7 +352,7 @@ def _rows_at(levels: Levels, depth: int) -> Rows:
     )
 
 
-@spliced  # what is inline returns no part of an array
+@spliced  # an inline function cannot return part of an array
 def _vector(levels: Levels, work: Work, depth: int, which: int) -> ComplexArray:
     # One of the vectors of a level.
     own: ComplexArray = work.vectors[which][levels.firsts[depth, 0] : levels.firsts[depth + 1, 0]]
@@ -368,7 +371,7 @@ def _solve_at_last(levels: Levels, work: Work, right: ComplexArray, x: ComplexAr
 
 @inline
 def _take_first(levels: Levels, work: Work, depth: int) -> bool:
-    # Takes the first cycle's result on a level, so far as it helps; returns whether that is enough.
+    # Takes the best multiple of the first cycle's result on a level; returns whether that is enough.
     first, found = _vector(levels, work, depth, _FIRST), _vector(levels, work, depth, _FOUND)
     right, product = _vector(levels, work, depth, _RIGHT), _vector(levels, work, depth, _PRODUCT)
     rest = _vector(levels, work, depth, _REST)
@@ -387,7 +390,7 @@ def _take_first(levels: Levels, work: Work, depth: int) -> bool:
 
 @inline
 def _take_second(levels: Levels, work: Work, depth: int) -> None:
-    # Adds the second cycle's result on a level, at right angles to the first one's.
+    # Adds the second cycle's result on a level, conjugate to the first one's.
     first, found = _vector(levels, work, depth, _FIRST), _vector(levels, work, depth, _FOUND)
     more, product = _vector(levels, work, depth, _MORE), _vector(levels, work, depth, _PRODUCT)
     along = np.conj(_inner(more, product)) * (1.0 / work.curved[depth])
@@ -400,8 +403,8 @@ def _take_second(levels: Levels, work: Work, depth: int) -> None:
 
 @shared
 def _cycle(levels: Levels, work: Work, right: ComplexArray, x: ComplexArray, top: int) -> None:
-    # Puts in x about the solution for `right` on a level: one K-cycle, a preconditioner that varies a little.
-    # Below each level is solved by one cycle or two, joined as conjugate gradients join them.
+    # Puts an approximate solution for `right` on a level in x: one K-cycle, a slightly varying
+    # preconditioner. Each level below is solved by one or two cycles, combined as in conjugate gradients.
     last = levels.firsts.shape[0] - 2
     if top == last:
         _solve_at_last(levels, work, right, x, top)
@@ -451,10 +454,10 @@ def conjugate_gradients(
     most: int,
     x: ComplexArray,
 ) -> None:
-    """Solve the finest level's system by flexible conjugate gradients, from x on.
+    """Solve the finest level's system by flexible conjugate gradients, starting from x.
 
-    It ends where the residual is `tolerance` times as long as `right`, or after `most` steps. `vectors`
-    (4, n) is scratch.
+    It ends when the residual's norm is at most `tolerance` times that of `right`, or after `most` steps.
+    `vectors` (4, n) is scratch space.
     """
     rows = _rows_at(levels, 0)
     rest, direction, product, next_one = vectors[0], vectors[1], vectors[2], vectors[3]
@@ -491,19 +494,19 @@ def _sum_by_part(
 def inner_by_part(
     part: IntArray, weights: FloatArray, x: ComplexArray, y: ComplexArray, out: ComplexArray
 ) -> None:
-    """Put each part's sum of weight·conj(x)·y in `out`; `part` (n,) says where an unknown belongs."""
+    """Put each part's sum of weight·conj(x)·y in `out`; `part` (n,) is the part of each unknown."""
     _sum_by_part(part, weights, x, y, out)
 
 
 @inline
 def _best_step(quotient: float, mixed: complex, curved: float, size: float) -> complex:
-    # How far to go along a direction, at right angles to x, for the least quotient.
+    # The step along a direction orthogonal to x that minimizes the quotient.
     if not size > 0.0:
         return 0j
     length = _size(mixed)
     b = length / np.sqrt(size)
     gap = curved / size - quotient
-    # Tangent of the angle by which (x, direction) has to turn.
+    # Tangent of the angle by which to rotate in the plane of x and the direction.
     turn = -2.0 * b / (gap + np.sqrt(gap * gap + 4.0 * b * b) + 1e-300)
     return mixed * (turn / (length * np.sqrt(size))) if length > 0.0 else 0j
 
@@ -524,9 +527,9 @@ def lower_quotients(
 ) -> None:
     """Lower each part's quotient xᴴAx / xᴴMx by preconditioned conjugate gradients with exact steps.
 
-    `rows` is A, and x has length 1 in each part; the levels are those of A + shift·M, of which `depth` is
-    looked at. A part rests where a step lowers its quotient by less than ``limits[0]`` of it; after
-    ``limits[1]`` steps all do. `vectors` (6, n) and `sums` (8, parts) are scratch.
+    `rows` is A, and x has length 1 in each part. The levels are those of A + shift·M; `depth` is the one to
+    work on. A part stops when a step lowers its quotient by less than the share ``limits[0]``; all stop after
+    ``limits[1]`` steps. `vectors` (6, n) and `sums` (8, parts) are scratch space.
     """
     product, direction, image = vectors[0], vectors[1], vectors[2]
     next_one, slope, last = vectors[3], vectors[4], vectors[5]

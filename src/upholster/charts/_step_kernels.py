@@ -1,4 +1,4 @@
-"""Hot loops over charts' steps: in which triangle each lies, and what corners' values are there."""
+"""Hot loops over charts' steps: the triangle that each step is in, and values interpolated from corners."""
 
 from typing import NamedTuple
 
@@ -11,13 +11,13 @@ from upholster.types import FloatArray, IntArray, int64
 __all__ = ["CLOSE", "StepGrid", "bounds", "clamped", "interpolate", "locate_steps"]
 
 CLOSE = 0.75
-"""Texels: a texel so near to a triangle belongs to it."""
+"""Texels: a texel this close to a triangle belongs to it."""
 
 
 class StepGrid(NamedTuple):
-    """Charts' steps, one chart after another: step (r, c) of chart k at ``firsts[k] + r·widths[k] + c``.
+    """Charts' steps, chart by chart: step (r, c) of chart k is at ``firsts[k] + r·widths[k] + c``.
 
-    `heights` and `widths` are the charts'.
+    `heights` and `widths` are the charts' sizes in steps.
     """
 
     firsts: NDArray[np.int64]
@@ -27,7 +27,7 @@ class StepGrid(NamedTuple):
 
 @inline
 def clamped(b: float, c: float) -> tuple[float, float]:
-    """Return the barycentric coordinates of a place near a triangle, brought into it."""
+    """Return the barycentric coordinates of a place near a triangle, clamped to the triangle."""
     b, c = max(b, 0.0), max(c, 0.0)
     total = b + c
     return (b / total, c / total) if total > 1.0 else (b, c)
@@ -35,7 +35,7 @@ def clamped(b: float, c: float) -> tuple[float, float]:
 
 @inline
 def bounds(a: float, b: float, c: float, beyond: float, size: int) -> tuple[int, int]:
-    """Return which whole numbers lie between three numbers, and at most `beyond` outside them: from, to."""
+    """Return the range (from, to) of integers spanned by three numbers, at most `beyond` outside them."""
     low = int64(np.ceil(min(a, b, c) - beyond))
     return max(low, 0), min(int64(np.floor(max(a, b, c) + beyond)) + 1, size)
 
@@ -49,11 +49,11 @@ def locate_steps(
     share: tuple[int, int],
     away: NDArray[np.float32],
 ) -> None:
-    """Write to `triangles` in which triangle each step's middle lies, or to which it is nearest and close.
+    """Write the triangle that contains each step's centre, or else the nearest close one, to `triangles`.
 
-    `places` (T, 3, 2) are the triangles' corners on the charts, where step (r, c) has its middle at (r, c).
-    `share` (n, of how many) tells of which part of each chart's rows. `triangles` (steps,) is −1 at first,
-    `away` (steps,) is scratch, infinite at first.
+    `places` (T, 3, 2) are the triangles' corners on the charts, where step (r, c) has its centre at (r, c).
+    `share` (n, of how many) selects part n of each chart's rows. `triangles` (steps,) is −1 at first; `away`
+    (steps,) is scratch space, infinite at first.
     """
     for t in range(places.shape[0]):
         k = int64(chart[t])
@@ -86,10 +86,10 @@ def locate_steps(
 def interpolate(
     steps: FloatArray, triangles: IntArray, places: FloatArray, corners: FloatArray, out: FloatArray
 ) -> None:
-    """Write to `out` (n, k) what the values `corners` (T, 3, k) are at places `steps` (n, 2) of a chart.
+    """Interpolate corner values `corners` (T, 3, k) at places `steps` (n, 2) of a chart; write `out` (n, k).
 
-    `triangles` (n,) tells in which triangle each lies, or right beside: there the value is that of the place
-    of the triangle that is about nearest.
+    `triangles` (n,) gives the triangle that contains each place or is next to it. A place outside takes the
+    value at approximately the nearest point of the triangle.
     """
     for n in range(steps.shape[0]):
         t = triangles[n]

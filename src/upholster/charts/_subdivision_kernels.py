@@ -11,7 +11,7 @@ from upholster.types import FloatArray, IntArray, int64
 __all__ = ["PARTS", "Pieces", "count_parts", "cut_triangles", "measure_edges", "order_pieces"]
 
 PARTS = 23
-"""Parts of triangles by how these are cut, in which order they are listed: see `cut_triangles`."""
+"""Kinds of parts that triangles are cut into, in the order in which parts are listed: see `cut_triangles`."""
 
 _WHOLE, _ONE, _TWO, _NARROW, _THREE = range(5)
 """How a triangle is cut: not at all; at one edge; at two, the third one short or not; at three."""
@@ -20,8 +20,8 @@ _WHOLE, _ONE, _TWO, _NARROW, _THREE = range(5)
 class Pieces(NamedTuple):
     """Triangles (k = 3) or strips (k = 4), cut out of triangles.
 
-    A strip has long sides from corner 0 to 1 and from 2 to 3, and short ends. `vertices` (N, k), `values`
-    (N, k, 5) parameters and vectors at the corners, `parent` (N,) of which triangle they are a part.
+    A strip has long sides from corner 0 to 1 and from 2 to 3, and short ends. `vertices` (N, k); `values`
+    (N, k, 5) are parameters and vectors at the corners; `parent` (N,) is the triangle each was cut from.
     """
 
     vertices: IntArray
@@ -30,7 +30,7 @@ class Pieces(NamedTuple):
 
     @classmethod
     def of(cls, count: int, corners: int) -> "Pieces":
-        """Return room for pieces."""
+        """Return uninitialized room for this many pieces."""
         return cls(
             np.empty((count, corners), np.int32), np.empty((count, corners, 5)), np.empty(count, np.int32)
         )
@@ -65,7 +65,7 @@ def _pattern(middles: IntArray, lengths: FloatArray, narrow: float, n: int) -> t
 
 @inline
 def _first_part(pattern: int, turn: int) -> Any:
-    # Of the parts into which a pattern cuts, the first one.
+    # The number of the first part that a pattern makes.
     if pattern == _WHOLE:
         return int64(0)
     if pattern == _THREE:
@@ -81,7 +81,7 @@ def count_parts(
     counts: NDArray[np.int64],
     strips: NDArray[np.int64],
 ) -> None:
-    """Write how many triangles there will be of each part, (`PARTS`,), and strips (3,)."""
+    """Count the triangles of each kind of part, (`PARTS`,), and the strips (3,)."""
     counts[:], strips[:] = 0, 0
     for n in range(middles.shape[0]):
         pattern, turn = _pattern(middles, lengths, narrow, n)
@@ -97,13 +97,13 @@ def count_parts(
 def _enter_middle(
     pieces: Pieces, middles: IntArray, n: int, k: int, vertices: IntArray, values: FloatArray
 ) -> None:
-    # The middle of edge k, behind the corners.
+    # Enters the midpoint of edge k after the corners.
     last = (k + 1) % 3
     a, b, out = pieces.values[n, k], pieces.values[n, last], values[3 + k]
     vertices[3 + k] = middles[n, k]
     for m in range(5):
         out[m] = 0.5 * (a[m] + b[m])
-    # Of unit length; where the ends cancel, as at the edge's start.
+    # Normalized; where the ends' vectors cancel, the vector at the edge's start.
     length = np.sqrt(out[2] * out[2] + out[3] * out[3] + out[4] * out[4])
     for m in range(2, 5):
         out[m] = out[m] / length if length > 1e-3 else a[m]
@@ -140,12 +140,13 @@ def cut_triangles(
     strips: Pieces,
     room: Pieces,
 ) -> None:
-    """Cut triangles at the middles of one, two or three edges; strips are of those whose third one is short.
+    """Cut triangles at the midpoints of one, two or three edges.
 
-    `middles` (N, 3) are the vertices there, −1 where an edge is not cut; `lengths` (N, 3) are edges', and
-    `narrow` is the greatest that is short. `places` (`PARTS`,) and `strip_places` (3,) tell where in `out`
-    and `strips` the first piece of each part goes: see `count_parts`; they are counted up. `room` is for a
-    piece of six corners.
+    A triangle with two cut edges and a short third one leaves a strip. `middles` (N, 3) are the vertices at
+    the midpoints, −1 where an edge is not cut. `lengths` (N, 3) are the edges' lengths; edges up to `narrow`
+    are short. `places` (`PARTS`,) and `strip_places` (3,) give the position of each part's first piece in
+    `out` and `strips`, see `count_parts`; they are incremented. `room` has space for one piece of six
+    corners.
     """
     vertices, values = room.vertices[0], room.values[0]
     for n in range(middles.shape[0]):
@@ -193,10 +194,10 @@ def order_pieces(
     places: FloatArray,
     vectors: FloatArray,
 ) -> None:
-    """Put two lists of triangles in one, in the order of their parents, of each one's as they come.
+    """Merge two lists of triangles in the order of their parents; each list keeps its order within a parent.
 
     `vertices` (N, 3) and `parent` (N,) receive theirs, `places` (N, 3, 2) the first two of their values, and
-    `vectors` (N, 3, 3) the others; `firsts` (parents + 1,) where those of each parent begin.
+    `vectors` (N, 3, 3) the other three; `firsts` (parents + 1,) receives where each parent's triangles begin.
     """
     firsts[:] = 0
     for t in range(len(one.parent)):
@@ -206,7 +207,7 @@ def order_pieces(
     total = int64(0)
     for n in range(len(firsts)):
         total += firsts[n]
-        firsts[n] = total  # where they end: they are entered from there
+        firsts[n] = total  # where they end: the list is filled backwards
     for m in range(len(one.parent) + len(other.parent) - 1, -1, -1):
         t = m - len(one.parent)
         pieces = other

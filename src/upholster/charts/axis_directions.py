@@ -1,4 +1,4 @@
-"""Directions along and around the axes of a CAD model's faces: of cylinders, cones, rings, turned shapes."""
+"""Directions along and around the axes of a CAD model's faces: cylinders, cones, tori, turned shapes."""
 
 from typing import NamedTuple
 
@@ -12,35 +12,35 @@ from upholster.types import FloatArray
 __all__ = ["AXIS_DIRECTIONS", "Round", "axis_direction", "closed_rounds"]
 
 AXIS_DIRECTIONS = ("along", "around")
-"""As users ask for them."""
+"""The names by which users ask for them."""
 
 _ALIKE = 1e-4
-"""Directions, and places as parts of the model's size, that differ by less are one."""
+"""Directions, and places divided by the model's size, count as equal if they differ by less."""
 
 
 _UPRIGHT = 0.05
-"""Sine of the angle between a cylinder's normals and its axis' plane, at most."""
+"""A cylinder's normals are perpendicular to its axis up to this sine of an angle."""
 
 _SECTORS = 12
-"""Of a turn: faces that are seen in all of them go all the way round."""
+"""Sectors of a full turn: faces seen in all of them go all the way round."""
 
 
 class Round(NamedTuple):
-    """A cylinder that closes: the length of the way round, in model units, and its area."""
+    """A closed cylinder: its circumference, in model units, and its area."""
 
     length: float
     area: float
 
 
 def closed_rounds(model: ModelFile, chosen: NDArray[np.bool_] | None = None) -> list[Round]:
-    """Return the cylinders of a CAD model that close round, the largest first.
+    """Return a CAD model's closed cylinders, largest first.
 
     Parameters
     ----------
     model
         The model.
     chosen
-        (T,) the triangles to look at; by default all.
+        (T,) whether to use each triangle; by default all.
     """
     if model.axes is None:
         return []
@@ -76,11 +76,11 @@ def _along(vectors: FloatArray, ways: FloatArray) -> FloatArray:
 
 
 def axis_direction(model: ModelFile, kind: str) -> FloatArray:
-    """Return what "along" or "around" asks for on a CAD model.
+    """Return the directions for "along" or "around" on a CAD model.
 
-    A face with an axis follows it. Any other follows its part's: the axis that most of the part's area has,
-    or where no face has one the way in which the part is longest. Opposite axes count as one, so that faces
-    that meet agree.
+    A face with an axis follows it. Any other face follows its part's axis: the one with the largest area in
+    the part, or the part's longest direction if no face has an axis. Opposite axes count as one, so that
+    adjacent faces agree.
 
     Parameters
     ----------
@@ -97,12 +97,10 @@ def axis_direction(model: ModelFile, kind: str) -> FloatArray:
     Raises
     ------
     InputError
-        If the model is from another file, which knows no axes.
+        If the model is from another kind of file, which stores no axes.
     """
     if model.axes is None:
-        raise InputError(
-            f"direction is {kind!r}, and this model's file tells no axes; allowed: with CAD files"
-        )
+        raise InputError(f"direction is {kind!r}, and this model's file has no axes; allowed: with CAD files")
     mesh = model.mesh
     centres = mesh.corners.mean(axis=1)
     places, ways = model.axes[:, 0].copy(), _one_way(model.axes[:, 1])
@@ -119,7 +117,7 @@ def axis_direction(model: ModelFile, kind: str) -> FloatArray:
 
 
 def _one_way(ways: FloatArray) -> FloatArray:
-    """Turn vectors so that the last of their parts that is not about 0 is positive."""
+    """Flip vectors so that their last component that is not about 0 is positive."""
     sign = np.ones(len(ways))
     for k in (0, 1, 2):
         sign = np.where(np.abs(ways[:, k]) > _ALIKE, np.sign(ways[:, k]), sign)
@@ -129,11 +127,11 @@ def _one_way(ways: FloatArray) -> FloatArray:
 def _main_axis(
     places: FloatArray, ways: FloatArray, areas: FloatArray, size: float
 ) -> tuple[FloatArray, FloatArray | None]:
-    """Return place and way of the axis that most of the area has; None without any."""
+    """Return place and direction of the axis with the largest area; None without any."""
     if not len(ways):
         return np.zeros(3), None
     along = (places * ways).sum(axis=1, keepdims=True)
-    feet = places - along * ways  # one place for all that lie on one line
+    feet = places - along * ways  # the same point for all places on one line
     keys = np.rint(np.concatenate([ways, feet / size], axis=1) / _ALIKE).astype(np.int64)
     _, first, group = np.unique(keys, axis=0, return_index=True, return_inverse=True)
     best = first[int(np.bincount(group.reshape(-1), areas).argmax())]
@@ -141,7 +139,7 @@ def _main_axis(
 
 
 def _longest(centres: FloatArray, areas: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the middle of some triangles, and the way in which they reach farthest."""
+    """Return the centroid of some triangles, and the direction of their largest extent."""
     weights = areas / max(float(areas.sum()), 1e-300)
     middle = weights @ centres
     off = centres - middle

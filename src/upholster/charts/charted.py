@@ -1,7 +1,7 @@
 """The charted surface: triangles with, at each corner, a position, a chart and a place on it.
 
-Method "quilt" and the measures work on it, wherever it came from: patches, meshes, CAD, a plane, a tile. Only
-what builds one compares positions; behind it, triangles meet where `across` says so.
+Method "quilt" and the measures work on it, whatever it was made from: patches, meshes, CAD, a plane, a tile.
+Only the functions that build one compare positions; after that, triangles meet where `across` says so.
 """
 
 from collections.abc import Sequence
@@ -31,10 +31,11 @@ __all__ = [
 ]
 
 _ASIDE = (0.00071, 0.00131)
-"""Steps by which triangles are moved: else steps' centres on edges that run along a chart lie on none."""
+"""Offset of triangles, in steps. Without it, no triangle covers step centres on edges along rows or
+columns."""
 
 _TILE = 3
-"""A tile is so many rectangles high and wide: with fewer, two edges would join the same two vertices."""
+"""A tile is this many rectangles high and wide: with fewer, two edges would join the same two vertices."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,17 +45,17 @@ class ChartedSurface:
     Attributes
     ----------
     mesh
-        The triangles in space; two that share an edge meet there.
+        The triangles in space; two that share an edge are adjacent.
     chart
-        (T,) int32: the chart that each lies on, −1 for none.
+        (T,) int32: the chart of each triangle, −1 for none.
     places
-        (T, 3, 2) float64: row and column of each corner on its chart in steps, step (r, c) has its middle at
-        (r + ½, c + ½). Triangles turn the same way there as seen from outside in space.
+        (T, 3, 2) float64: row and column of each corner on its chart, in steps; step (r, c) has its centre at
+        (r + ½, c + ½). Triangles have the same orientation there as in space seen from outside.
     charts
         The charts.
     across
-        (T, 3) int32: what lies across each edge, triangle · 3 + its edge, or −1, as
-        `TriangleMesh.neighbours`. Positions may differ on both sides: a tile goes on at its other end.
+        (T, 3) int32: the neighbour across each edge, triangle · 3 + its edge, or −1, as in
+        `TriangleMesh.neighbours`. Positions may differ on both sides: a tile continues at its opposite edge.
     """
 
     mesh: TriangleMesh
@@ -65,7 +66,7 @@ class ChartedSurface:
 
     @cached_property
     def is_tile(self) -> bool:
-        """Whether it goes on at another place in space, as a tile does."""
+        """Whether some neighbours across an edge are at another place in space, as on a tile."""
         triangle, edge = np.nonzero(self.across >= 0)
         other, met = np.divmod(self.across[triangle, edge], 3)
         corners = self.mesh.triangles
@@ -73,15 +74,15 @@ class ChartedSurface:
 
     @cached_property
     def is_seam(self) -> NDArray[np.bool_]:
-        """Which edges of triangles are seams, (T, 3): something meets there, at another place of a chart."""
+        """Which edges of triangles are seams, (T, 3): the neighbour is at another place of a chart."""
         return seams_of(self.across, self.places, self.chart)
 
     @cached_property
     def seams(self) -> NDArray[np.int64]:
-        """The seams from one side each, (n, 4): triangle and edge, and those across.
+        """The seams, each from one side, (n, 4): triangle and edge, then the triangle and edge across.
 
-        Triangles of one chart that meet at a pole have a corner there each, at places of their own. Such
-        edges, a step long, are left out: no texture shows between them.
+        Triangles of one chart that meet at a pole each have their own place for that corner. Such edges, a
+        step long, are left out: no texture shows between them.
         """
         triangle, edge = np.nonzero(
             self.is_seam & (self.across > 3 * np.arange(len(self.chart))[:, None] + 2)
@@ -97,7 +98,7 @@ class ChartedSurface:
 
     @cached_property
     def steps(self) -> FloatArray:
-        """A step down, and one to the right, in space, (T, 3, 2); 0 where a triangle has no area."""
+        """A step down and a step to the right, in space, (T, 3, 2); 0 for degenerate triangles."""
         return self._steps_of(np.arange(len(self.chart)))
 
     def _steps_of(self, triangle: NDArray[np.integer]) -> FloatArray:
@@ -111,9 +112,10 @@ class ChartedSurface:
         return out
 
     def beside(self, triangle: NDArray[np.integer], edge: NDArray[np.integer]) -> FloatArray:
-        """Return by how much steps lead along edges, and inward from them, (n, 2, 2) in units of length.
+        """Return steps in components along edges and inward from them, (n, 2, 2), in units of length.
 
-        Seen from what lies across, both are the opposite: so planes are unfolded about the edge they share.
+        For the triangle across the edge both directions are reversed. This unfolds the two planes about the
+        edge they share.
         """
         corners = self.mesh.corners
         along = corners[triangle, (edge + 1) % 3] - corners[triangle, edge]
@@ -123,19 +125,19 @@ class ChartedSurface:
         return out
 
     def lies_on(self, index: int, corner: tuple[int, int], shape: tuple[int, int]) -> NDArray[np.bool_]:
-        """Return which steps of a window of a chart, from its first one's (row, column), lie on triangles."""
+        """Return which steps of a window of a chart are on triangles; `corner` is its first (row, column)."""
         times = np.zeros(shape, np.int32)
         coverage(self.places[self.chart == index] - corner + _ASIDE, times)
         return times > 0
 
 
 def charted_surface(surface: AnySurface, charts: Sequence[Chart], *, finer: int = 1) -> ChartedSurface:
-    """Return any surface with charts on it; `finer` as of `charted_patches`, a mesh is what it is.
+    """Return any surface with charts on it; `finer` is as in `charted_patches`, and ignored for a mesh.
 
     Raises
     ------
     InputError
-        If a chart of patches is none of the surface's, or the surface has no area.
+        If a chart is not on the surface's faces, or the surface has no area.
     """
     if isinstance(surface, MeshSurface):
         return charted_mesh(surface, charts)
@@ -152,9 +154,10 @@ def charted_mesh(surface: MeshSurface, charts: Sequence[Chart]) -> ChartedSurfac
 
 @stage
 def charted_patches(surface: Surface, charts: Sequence[Chart], *, finer: int = 1) -> ChartedSurface:
-    """Return a surface of patches, tessellated chart by chart: vertices lie on it.
+    """Return a surface of patches, tessellated chart by chart, with its vertices on the surface.
 
-    Triangles are as large as the surface, and the steps on it, are nearly linear; or `finer` so many times.
+    Triangles are so small that the surface, and the steps on it, are nearly linear on each; `finer` is the
+    factor of further subdivision.
     """
     mesh, vertex = tessellate_by_bends(surface, charts, finer=finer)
     corners = mesh.all_triangles()
@@ -172,16 +175,17 @@ def charted_patches(surface: Surface, charts: Sequence[Chart], *, finer: int = 1
 
 @stage
 def charted_plane(chart: Chart, *, tile: bool = False) -> ChartedSurface:
-    """Return a flat texture: a rectangle in space with a step a unit of length, or a tile.
+    """Return a flat texture: a rectangle in space where a step is a unit of length, or a tile.
 
-    Rows run to −y and columns to x, seen from +z.
+    Seen from +z, rows run to −y and columns to x.
 
     Parameters
     ----------
     chart
-        How many steps it is high and wide.
+        Its height and width give the number of steps.
     tile
-        Opposite edges are neighbours: what leaves the chart at one comes back at the other.
+        Opposite edges are neighbours: a block that leaves the chart at one edge continues at the opposite
+        one.
     """
     cells = _TILE if tile else 1
     rows, columns = (np.linspace(0.0, side, cells + 1) for side in (chart.height, chart.width))
@@ -202,7 +206,7 @@ def charted_plane(chart: Chart, *, tile: bool = False) -> ChartedSurface:
 
 @stage
 def on_longer_steps(surface: ChartedSurface, octaves: int) -> ChartedSurface:
-    """Return the same surface with charts of longer steps, by so many powers of two."""
+    """Return the same surface with charts whose steps are longer, by this many powers of two."""
     charts = tuple(
         replace(chart, height=max(1, chart.height >> octaves), width=max(1, chart.width >> octaves))
         for chart in surface.charts

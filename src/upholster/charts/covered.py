@@ -1,4 +1,4 @@
-"""What is to be covered: a surface of patches, or a model's mesh, laid out flat."""
+"""The surface to cover: patches, or a model's mesh, flattened."""
 
 import os
 from collections.abc import Sequence
@@ -29,10 +29,10 @@ from upholster.types import Progress
 __all__ = ["Covered", "CoveredLike", "as_covered", "covered_files", "covered_parts"]
 
 _LISTED = 8
-"""Names of parts that a note lists."""
+"""Number of part names that a note lists."""
 
 CoveredLike = SurfaceLike | TriangleMesh | MeshSurface
-"""A surface or a mesh, the text form of a surface, or the file that it is in."""
+"""A surface or a mesh, the text form of a surface, or a file that contains one."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -44,9 +44,9 @@ class Covered:
     surface
         Of patches, or a mesh's islands.
     model
-        The file that a mesh was read from; None for others.
+        The file that a mesh was read from; otherwise None.
     notes
-        What the user should know, a line each.
+        What the user should know, one line each.
     """
 
     surface: AnySurface
@@ -55,7 +55,7 @@ class Covered:
 
 
 def covered_files(on: CoveredLike) -> list[str]:
-    """Return the file that a surface is to be read from, in a list that is empty where there is none."""
+    """Return the file that a surface is read from, in a list; empty if there is none."""
     if _is_model(on):
         return [os.fspath(on)]
     file = None if isinstance(on, TriangleMesh | MeshSurface) else surface_file(on)
@@ -70,7 +70,7 @@ def as_covered(
     patches: bool = False,
     progress: Progress | None = None,
 ) -> Covered:
-    """Return what is meant, meshes laid out flat.
+    """Return the surface that `on` stands for, meshes flattened.
 
     A patch list (``.bpt``) with poles becomes a mesh: charts over its patches' own parameters would have
     texels of very uneven size.
@@ -78,22 +78,22 @@ def as_covered(
     Parameters
     ----------
     on
-        A surface, a mesh or islands of one; a surface's text form; or a file, of a surface or a model.
+        A surface, a mesh or its islands; a surface's text form; or a file of a surface or a model.
     options
-        How a model is read.
+        How to read a model.
     biquadratic
         As for `as_surface`.
     patches
         Whether patch lists stay patches in any case.
     progress
-        Called with stages "faces" and "mesh" while a CAD model is read, with "unwrap" while a mesh is laid
-        out.
+        Called with stages "faces" and "mesh" while a CAD model is read, and with "unwrap" while a mesh is
+        flattened.
 
     Raises
     ------
     InputError, FormatError
-        If it is none of these; as `as_surface`, `read_model` and `unwrap`; if options of models are given for
-        a surface of patches.
+        If `on` is none of these; as `as_surface`, `read_model` and `unwrap`; if options of models are given
+        for a surface of patches.
     """
     options = options or ModelOptions()
     if _is_model(on):
@@ -143,37 +143,37 @@ def covered_parts(
     rest: bool = False,
     progress: Progress | None = None,
 ) -> dict[str, Covered]:
-    """Return what each of several patterns covers of one model, each laid out flat by itself.
+    """Return what each of several patterns covers on one model, each flattened separately.
 
     Parameters
     ----------
     on
         A model's file.
     patterns
-        As of `ModelFile.fitting`. A part belongs to the first one that fits it. What no pattern fits is left
-        out of the mesh.
+        As for `ModelFile.fitting`. A part belongs to the first pattern that fits it. Parts that no pattern
+        fits are left out of the mesh.
     options
-        How the model is read; `part` says what the rest is, by default all that no pattern fits.
+        How to read the model; `part` names the rest, by default all parts that no pattern fits.
     rest
-        Whether the rest is covered as well.
+        Whether to cover the rest as well.
     progress
-        As of `as_covered`, without "unwrap".
+        As for `as_covered`, without "unwrap".
 
     Returns
     -------
     dict
-        By pattern, the rest's under "". All have the same mesh, and no triangle lies on islands of two. One
-        for which nothing is left is missing; a note tells.
+        By pattern, with the rest under "". All share one mesh, and no triangle is on islands of two patterns.
+        A pattern with nothing left to cover is missing; a note reports it.
 
     Raises
     ------
     InputError, FormatError
-        If `on` is no model's file, a pattern fits no part, or parts are chosen without a rest; as
+        If `on` is not a model's file, a pattern fits no part, or parts are chosen without a rest; as
         `read_model` and `unwrap`.
     """
     options = options or ModelOptions()
     if not _is_model(on):
-        raise InputError("several materials are for models; allowed: the file of one, as chair.glb")
+        raise InputError("several materials are for models; allowed: a model's file, such as chair.glb")
     if options.part is not None and not rest:
         raise InputError("part says what the sample covers, and there is none; allowed: with a sample")
     wanted = (*options.part, *patterns) if options.part else None if rest else patterns
@@ -185,11 +185,11 @@ def covered_parts(
     notes = list(model.notes)
     if model.left:
         names = ", ".join(model.left[:_LISTED]) + (" …" if len(model.left) > _LISTED else "")
-        notes.append(f"no material is for {names}: left as in the file")
+        notes.append(f"no material is given for {names}: left as in the file")
     for number, pattern in [*enumerate(patterns), *([(-1, "")] if rest else [])]:
         chosen = (owner == number)[model.mesh.part]
         if not chosen.any():
-            others = "the other materials have all parts that it fits" if pattern else "they have all parts"
+            others = "other materials cover all parts that it fits" if pattern else "they cover all parts"
             notes.append(f"{pattern or 'the sample'!r} covers nothing: {others}")
             continue
         try:
@@ -224,7 +224,7 @@ def _inputs(found: Covered, on: str, *_: object, **__: object) -> list[str]:
 
 @file_stage(_inputs)
 def _covered_model(on: str, options: ModelOptions, *, progress: Progress | None) -> Covered:
-    # Laying out a large mesh takes seconds, and so does reading a CAD model.
+    # Flattening a large mesh takes seconds, and so does reading a CAD model.
     def read() -> Covered:
         model = _model(on, options, options.part, progress)
         surface, report = unwrap(model.mesh, keep_uv=options.uv == "keep", progress=progress)

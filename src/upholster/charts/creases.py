@@ -1,4 +1,4 @@
-"""Edges of a mesh over which directions start anew."""
+"""Creases: edges of a mesh where directions do not continue from one face to the next."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,28 +12,29 @@ __all__ = ["CREASE", "bend_cosines", "default_crease"]
 Index = NDArray[np.integer]
 
 CREASE = 75.0
-"""Degrees: over edges that bend more directions start anew, so that a box's lid runs straight.
-Models of few triangles bend less at edges that stand for something smooth."""
+"""Degrees: directions do not continue over edges that bend more, so that a box's lid runs straight.
+Models with few triangles bend less at edges that approximate a smooth surface."""
 
 _CHAMFERED = 30.0
-"""The same of a model with chamfers."""
+"""The same for a model with chamfers."""
 
 _ROUND, _CHAMFER = 20.0, 40.0
-"""Degrees: edges that stand for something round bend by less than the first in what comes from CAD; those of
-chamfers bend by more than the second."""
+"""Degrees, for models from CAD: edges that approximate a curved surface bend by less than the first, edges of
+chamfers by more than the second."""
 
 _BETWEEN = 0.05
-"""Length of the edges that bend by angles between, over those of chamfers, up to which a model has such."""
+"""A model has chamfers if its edges at angles between these two are at most this share of its chamfers'
+edges, by length."""
 
 
 @stage
 def default_crease(mesh: TriangleMesh) -> float:
-    """Return from how many degrees on directions start anew over edges where nobody says: 75, or 30.
+    """Return the default angle, in degrees, above which directions do not continue over an edge: 75 or 30.
 
-    A chamfer takes an edge of 90° in two steps of 45°. Over these a countersunk hole would go on from its
-    rim, and turn; flat faces have directions of their own. But models of few triangles bend by as much where
-    they stand for something smooth. They bend by every other angle as well; what has chamfers, and edges that
-    bend by less than 20°, has hardly any between.
+    A chamfer turns a 90° edge into two of 45°. If directions continued over these, a countersunk hole would
+    set the direction beyond its rim, and turn it; flat faces have directions of their own. Models with few
+    triangles bend as much where they approximate a smooth surface, but they also bend by every other angle.
+    A model with chamfers, and edges that bend by less than 20°, has hardly any edges in between.
     """
     triangle, edge = np.nonzero(mesh.neighbours >= 0)
     cosines = bend_cosines(mesh, triangle, edge, mesh.neighbours[triangle, edge])
@@ -48,18 +49,18 @@ def default_crease(mesh: TriangleMesh) -> float:
 def bend_cosines(
     mesh: TriangleMesh, triangle: Index, edge: Index, across: Index, *, by_normals: bool = True
 ) -> FloatArray:
-    """Return the cosines of how much a mesh bends over edges, (n,).
+    """Return the cosines of the angles by which a mesh bends over edges, (n,).
 
-    By the file's normals, where it has some and not told otherwise: at whichever end it bends more.
+    Uses the file's normals, if it has some and `by_normals` allows it: the end where the edge bends more.
 
     Parameters
     ----------
     mesh
         The triangles.
     triangle, edge, across
-        (n,) each: edges of triangles, and what lies across, as of `TriangleMesh.neighbours`.
+        (n,) each: edges of triangles, and their neighbours across, as in `TriangleMesh.neighbours`.
     by_normals
-        Whether normals of the file count.
+        Whether to use the file's normals.
     """
     other, met = np.divmod(across, 3)
     if mesh.normals is None or not by_normals:

@@ -1,7 +1,7 @@
-"""Where faces are cut into charts: where derivatives jump, or where texels would be uneven.
+"""Where to cut faces into charts: where derivatives jump, or where texels would be uneven.
 
-Each piece is cut on its own: halved along the parameter along which texels vary more, at the border of two
-patches next to its middle or, within a patch, at a half, a quarter, … of it.
+Each piece is cut separately. It is halved along the parameter along which texels vary more: at the patch
+border nearest to its middle or, within a patch, at a half, a quarter, … of the patch.
 """
 
 from dataclasses import dataclass
@@ -16,23 +16,24 @@ from upholster.types import FloatArray, frozen_array
 __all__ = ["Halving", "Piece"]
 
 WANTED = np.log(2.1)
-"""Charts are cut no more once texel area's 99th over its 1st percentile is below the exponential of this."""
+"""A chart is cut no further once ln(99th / 1st percentile of texel area) is below this."""
 
 HELPS = 0.1
-"""Texels must vary along an axis by this share of how they vary along the other one, for a cut to help."""
+"""A cut helps only along an axis where texels vary by at least this share of their variation along the
+other."""
 
 MOST_SAMPLES, FINEST = 512, 32
 """Samples along a face, and within a patch: each way."""
 
 DOWN, RIGHT, AREA = 0, 1, 2
-"""Logarithms kept: of |S_s|, of |S_t|, and of the area element."""
+"""Logarithms stored: of |S_s|, of |S_t|, and of the area element."""
 
 
 @dataclass(frozen=True, slots=True)
 class Piece:
     """A rectangle of a face, in samples: top to bottom along s, left to right along t.
 
-    `root` numbers the rectangle between lines where derivatives jump that it was cut from.
+    `root` numbers the rectangle that it was cut from; lines where derivatives jump bound it.
     """
 
     face: int
@@ -43,11 +44,11 @@ class Piece:
     right: int
 
     def ends(self, axis: int) -> tuple[int, int]:
-        """Return where it begins and ends along s (axis 0) or t (axis 1)."""
+        """Return where the piece begins and ends along s (axis 0) or t (axis 1)."""
         return (self.left, self.right) if axis else (self.top, self.bottom)
 
     def halves(self, axis: int, at: int) -> tuple["Piece", "Piece"]:
-        """Return what is before and behind a cut."""
+        """Return the parts before and after a cut."""
         if axis:
             return (
                 Piece(self.face, self.root, self.top, self.bottom, self.left, at),
@@ -69,7 +70,7 @@ class FaceSamples:
     area
         (rows·steps, columns·steps): area of each sample, in squared model units.
     logs
-        (3, …): `DOWN`, `RIGHT`, `AREA`; lengths per patch parameter.
+        (3, …): `DOWN`, `RIGHT`, `AREA`; lengths are per patch parameter.
     """
 
     def __init__(self, face: Face, size: float) -> None:
@@ -86,7 +87,7 @@ class FaceSamples:
         both = np.einsum("ijk,ijk->ij", by_s, by_t)
         element = np.sqrt(np.maximum(down * right - both * both, 0))
         self.area = element / (self.steps[0] * self.steps[1])
-        # A pole's derivative vanishes, and so does its weight: any finite logarithm does.
+        # A pole's derivative vanishes, and so does its weight: any finite logarithm will do.
         least = 1e-60 * size**2
         self.logs = np.stack(
             [0.5 * np.log(np.maximum(x, least)) for x in (down, right)] + [np.log(np.maximum(element, least))]
@@ -107,7 +108,7 @@ class FaceSamples:
         return float(values[min(last, len(values) - 1)] - values[first])
 
     def varies(self, piece: Piece, axis: int) -> float:
-        """Return how much the logarithm of texel area varies along an axis: the variance of its means."""
+        """Return the variance along an axis of the mean logarithm of texel area."""
         area, (*_, element) = self.window(piece)
         weight = area.sum(axis=1 - axis)
         means = (area * element).sum(axis=1 - axis) / weight
@@ -116,23 +117,23 @@ class FaceSamples:
 
 
 class Halving:
-    """The pieces of all faces: charts-to-be.
+    """The pieces of all faces, from which charts are made.
 
     Parameters
     ----------
     surface
-        What is cut, to begin with only where derivatives jump.
+        The surface to cut; at first it is cut only where derivatives jump.
 
     Attributes
     ----------
     pieces
-        Face after face; of each face by top and left.
+        Sorted by face, then by top and left.
     """
 
     def __init__(self, surface: Surface) -> None:
         self._surface = surface
         self._samples = [FaceSamples(face, surface.size) for face in surface.faces]
-        self._extents: dict[Piece, FloatArray] = {}  # the same pieces are asked for again and again
+        self._extents: dict[Piece, FloatArray] = {}  # callers ask for the same pieces repeatedly
         roots: list[Piece] = []
         for index, (face, samples) in enumerate(zip(surface.faces, self._samples, strict=True)):
             lines = [
@@ -183,7 +184,7 @@ class Halving:
         return s0, s1, t0, t1
 
     def even_out(self, density: float, smallest: int, thinnest: int) -> None:
-        """Cut until texels of each chart are about equally large, as far as charts may not become too small.
+        """Cut until the texels of each chart have similar areas, unless charts would become too small.
 
         Parameters
         ----------
@@ -199,7 +200,7 @@ class Halving:
             samples = self._samples[piece.face]
             if samples.spread(piece) <= WANTED:
                 continue
-            # What is alike but for rounding is cut alike.
+            # Pieces that are equal up to rounding are cut alike.
             varies = [float(f"{samples.varies(piece, axis):.6g}") for axis in (0, 1)]
             for axis in (0, 1) if varies[0] >= varies[1] else (1, 0):
                 halves = self._halves(piece, axis, least[piece.root][axis])
@@ -210,7 +211,7 @@ class Halving:
                     break
 
     def cut_longest(self, most: float) -> bool:
-        """Cut each piece longer than `most` model units, once; return whether all of them could be."""
+        """Cut each piece longer than `most` model units, once; return whether all of them could be cut."""
         for piece in self.pieces:
             extents = self.extents(piece)
             if extents.max() > most:
@@ -222,10 +223,10 @@ class Halving:
         return True
 
     def _halves(self, piece: Piece, axis: int, least: float) -> tuple[Piece, ...]:
-        """Return both halves across an axis; none if one is shorter than `least`, or there is no place."""
+        """Return both halves across an axis; none if one is shorter than `least` or no cut is possible."""
         first, last = piece.ends(axis)
         step = self._samples[piece.face].steps[axis]
-        # Within a patch its middle; across several the border nearest to the middle.
+        # Within a patch, cut at its middle; across several, at the border nearest to the middle.
         unit = step if last - first > step else (last - first) // 2
         if unit == 0:
             return ()

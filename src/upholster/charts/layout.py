@@ -1,4 +1,4 @@
-"""The layout: which charts lie on which faces, and how large they are."""
+"""The layout: which charts cover which faces, and their sizes."""
 
 from dataclasses import dataclass
 
@@ -21,19 +21,19 @@ __all__ = [
 ]
 
 LONGEST = 4096
-"""Texels of a chart each way, at most: any device has room for a texture of that size."""
+"""Texels of a chart each way, at most: any device can hold a texture of that size."""
 
 SHARE = 6
-"""By default so many samples, side by side, are as wide as the model's diagonal."""
+"""By default the model's diagonal is as long as this many samples are wide."""
 
 MOST_TEXELS = 2**23
-"""Up to these a layout's texels follow from the sample's pixels."""
+"""Up to this many, the number of texels of a layout follows from the sample's pixels."""
 
 MOST_FACES_TEXELS = 2**26
-"""What many small faces may ask for at most."""
+"""Texels that many small faces may raise this to, at most."""
 
 PER_TEXEL = 64
-"""Pixels of the sample to a texel, or texels to a pixel, at most: each way."""
+"""Pixels of the sample per texel, or texels per pixel, at most, each way."""
 
 
 def uniform_layout(surface: Surface, *, chart: int = 512) -> tuple[Chart, ...]:
@@ -79,35 +79,37 @@ def density_layout(
     """Lay charts over a surface so that texels have about the same size everywhere.
 
     A chart's height and width are its typical extents along s and t (area-weighted geometric means of the
-    derivatives' lengths, corrected for their angle) times the density. Charts lie across patches. Faces are
-    cut where derivatives jump and where the area element varies much: until the 99th over the 1st percentile
-    of texel area on each chart is 2, or charts would be too small. A chart may meet itself.
+    derivatives' lengths, corrected for their angle) times the density. Charts may span several patches. Faces
+    are cut where derivatives jump, and where the area element varies a lot: until the ratio of the 99th to
+    the 1st percentile of texel area on each chart is 2, or charts would be too small. A chart may be its own
+    neighbour.
 
     Parameters
     ----------
     surface
         The surface to cover.
     texels
-        How many in all, 64 to 2^31: met to within 1 %, from which the density follows.
+        Total number, 64 to 2^31, met to within 1 %; the density follows from it.
     density
         Texels per model unit; give this or `texels`.
     smallest
-        Texels: least height and width of a chart, 1 to 4096, where faces and evenness allow it.
+        Least height and width of a chart in texels, 1 to 4096, where the faces' sizes and evenness allow it.
     thinnest
-        Texels: least height and width where a face is smaller as a whole: 1 to `smallest`.
+        Least height and width in texels where a complete face is smaller: 1 to `smallest`.
     largest
-        Texels: greatest height and width of a chart.
+        Greatest height and width of a chart in texels.
 
     Returns
     -------
     tuple of Chart
-        Face after face, each face's by their first rows, then columns.
+        Sorted by face, then by first row and first column.
 
     Raises
     ------
     InputError
         If not exactly one of `texels` and `density` is given, one is outside its range, the surface has no
-        area or so many faces that `thinnest` takes more than `texels`, or more than 2^31 texels result.
+        area, it has so many faces that `thinnest` takes more than `texels`, or the result has more than 2^31
+        texels.
     """
     if (texels is None) == (density is None):
         raise InputError("a layout needs exactly one of texels and density")
@@ -151,7 +153,7 @@ def density_layout(
 
 @dataclass(frozen=True, slots=True)
 class TextureScale:
-    """How large texels and the sample are on a surface.
+    """The sizes of texels and of the sample on a surface.
 
     Attributes
     ----------
@@ -162,7 +164,7 @@ class TextureScale:
     sample_size
         Width of the exemplar in model units.
     texels
-        How many texels the surface takes at this density, about.
+        Approximate number of texels that the surface takes at this density.
     """
 
     density: float
@@ -181,25 +183,25 @@ def texture_scale(
     block: int = 32,
     smallest: int = 48,
 ) -> TextureScale:
-    """Settle the sizes of texels and sample on a surface from what the user asked for.
+    """Choose the sizes of texels and sample on a surface from what the user asked for.
 
-    Without a sample size the sample is a sixth of the model's diagonal wide, whatever its pixels (half the
-    root of the area on a surface that is so thin that this is less). Without texels or density a texel is as
-    large as a pixel of the sample, but there are 2^20 to 2^23; on many faces so many more that charts of
-    `smallest` texels suit them, up to 2^26.
+    Without a sample size, the sample's width is a sixth of the model's diagonal, whatever its number of
+    pixels; on a surface so thin that half the square root of its area is less, it is that. Without texels or
+    density, a texel is as large as a pixel of the sample, limited to 2^20 to 2^23 texels in all. A surface of
+    many faces gets as many more as charts of `smallest` texels need, up to 2^26.
 
     Parameters
     ----------
     surface
         The surface to cover.
     exemplar_width
-        In pixels.
+        Width of the exemplar in pixels.
     sample_size
         Width of the exemplar in model units.
     density, texels
-        Texels per model unit, or how many in all; at most one of the two.
+        Texels per model unit, or their total number; at most one of the two.
     block
-        Side of a block in texels: at least one block's worth of exemplar pixels must lie on the surface.
+        Side of a block in texels: the surface must hold at least one block's worth of exemplar pixels.
     smallest
         As for `density_layout`.
 
@@ -207,8 +209,8 @@ def texture_scale(
     ------
     InputError
         If a number is not finite and positive, `density` and `texels` are both given, the surface has no
-        area, the surface would hold less than one block of the sample or a texel more than 64 pixels of it or
-        less than 1/64, or there would be more than 2^31 texels.
+        area, the surface would hold less than one block of the sample, a texel would hold more than 64 pixels
+        of it or less than 1/64, or there would be more than 2^31 texels.
     """
     if density is not None and texels is not None:
         raise InputError("density and texels are both given; allowed: at most one of them")
@@ -273,7 +275,7 @@ def _positive(name: str, value: float, unit: str) -> float:
 
 
 def _area(surface: AnySurface) -> float:
-    """Return the surface's area: by 8 × 8 Gauss points on each patch, or of the triangles on islands."""
+    """Return the surface's area: from 8 × 8 Gauss points on each patch, or from the triangles on islands."""
     if isinstance(surface, MeshSurface):
         return float(surface.mesh.areas[surface.island >= 0].sum())
     nodes, weights = np.polynomial.legendre.leggauss(8)
@@ -302,9 +304,9 @@ def _check_total(texels: float) -> None:
 
 
 def _extents(halving: Halving) -> tuple[FloatArray, FloatArray]:
-    """Return typical height and width of all charts, and of what they were cut from: (charts, 2) each."""
+    """Return typical height and width of all charts, and of their root pieces: (charts, 2) each."""
     pieces = halving.pieces
-    # What is alike but for rounding is that: sizes are settled right where they jump by a texel.
+    # Round away numerical noise: sizes are chosen right where they jump by a texel.
     extents = [[float(f"{x:.9g}") for x in halving.extents(piece).tolist()] for piece in pieces]
     return np.array(extents), halving.whole[[piece.root for piece in pieces]]
 
@@ -314,12 +316,12 @@ def _rounded(
 ) -> NDArray[np.int64]:
     """Return height and width of all charts in texels, (charts, 2)."""
     size = np.maximum(extents * density, np.clip(whole * density, thinnest, smallest))
-    # A little above one half: what is exactly between two sizes rounds alike on any machine.
+    # Slightly more than one half, so that values exactly between two sizes round alike on any machine.
     return np.floor(size + 0.5 + 1e-9).astype(np.int64)
 
 
 def _density(extents: FloatArray, whole: FloatArray, texels: int, smallest: int, thinnest: int) -> float:
-    """Return the density at which the charts hold so many texels."""
+    """Return the density at which the charts hold this many texels."""
 
     def total(density: float) -> int:
         return int(_rounded(extents, whole, density, smallest, thinnest).prod(axis=1).sum())
@@ -328,5 +330,5 @@ def _density(extents: FloatArray, whole: FloatArray, texels: int, smallest: int,
     for _ in range(60):
         middle = (low + high) / 2
         low, high = (middle, high) if total(middle) < texels else (low, middle)
-    # Charts that are alike grow at once: what lies just below may be nearer.
+    # Equal charts grow together, so the total just below may be nearer.
     return low if texels - total(low) < total(high) - texels else high

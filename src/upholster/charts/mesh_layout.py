@@ -17,7 +17,7 @@ __all__ = [
 ]
 
 GUTTER = 8
-"""Texels that a chart reaches beyond its island each way."""
+"""Texels by which a chart extends beyond its island each way."""
 
 
 @stage
@@ -34,7 +34,7 @@ def mesh_charts(surface: MeshSurface, density: float) -> tuple[Chart, ...]:
     Raises
     ------
     InputError
-        If a chart would be too large: says how many texels it may have.
+        If a chart would be too large; the message gives the limit.
     """
     charts = []
     for number, box in enumerate(surface.boxes * density):
@@ -45,7 +45,7 @@ def mesh_charts(surface: MeshSurface, density: float) -> tuple[Chart, ...]:
                 f"island {number} would have {sides[1]} x {sides[0]} texels; allowed: {MAX_CHART} each way: "
                 "ask for fewer texels"
             )
-        # Whole texels from one origin on all islands: a stream tells such charts in few bytes.
+        # Integer texels from one origin on all islands: a stream stores such charts in few bytes.
         (s0, t0), (s1, t1) = (low * (1 / density)).tolist(), ((low + sides) * (1 / density)).tolist()
         charts.append(Chart(number, sides[0], sides[1], s0, s1, t0, t1))
     return tuple(charts)
@@ -54,7 +54,7 @@ def mesh_charts(surface: MeshSurface, density: float) -> tuple[Chart, ...]:
 def chart_places(surface: MeshSurface, charts: Sequence[Chart]) -> FloatArray:
     """Return (T, 3, 2), row and column of each triangle's corners on its island's chart, in texels.
 
-    Texel (r, c) has its centre at (r + ½, c + ½); 0 where a triangle is left plain.
+    Texel (r, c) has its centre at (r + ½, c + ½). Triangles that are left plain have 0.
     """
     numbers = np.array([(c.s0, c.t0, c.height / (c.s1 - c.s0), c.width / (c.t1 - c.t0)) for c in charts])
     own = numbers[surface.island][:, None]

@@ -1,9 +1,9 @@
 """Large sparse Hermitian systems, solved by conjugate gradients with a multigrid cycle as preconditioner.
 
-Unknowns are complex numbers that stand for directions (a real matrix is one whose entries have no imaginary
-part). Coarser levels join unknowns to groups of about four by their strongest couplings; within a group the
-unknowns differ by the phases of these couplings, so that a coarse unknown is a field parallel over its group.
-No step depends on threads, on libraries of linear algebra or on chance: the same input gives the same bits.
+Unknowns are complex numbers that represent directions; a real matrix has entries without an imaginary part.
+Coarser levels join unknowns into groups of about four by their strongest couplings. Within a group the
+unknowns differ by the phases of these couplings, so a coarse unknown is a field that is parallel over its
+group. Nothing depends on threads, linear algebra libraries or chance: the same input gives the same bits.
 
 References
 ----------
@@ -38,7 +38,7 @@ from upholster.types import FloatArray, IntArray
 __all__ = ["Multigrid", "hermitian", "smallest_eigenvectors", "solve"]
 
 DENSE = 100
-"""A level of so many unknowns is solved at once."""
+"""A level with at most this many unknowns is solved directly."""
 
 
 def hermitian(
@@ -49,7 +49,7 @@ def hermitian(
     Parameters
     ----------
     count
-        Unknowns.
+        Number of unknowns.
     first, second
         (E,) indices, each pair at most once and no two equal ones.
     values
@@ -101,7 +101,7 @@ class Multigrid:
 
 
 def _kept(levels: list[_Level], last: Rows) -> Levels:
-    # All levels as kernels take them.
+    # All levels in the form that kernels take.
     rows = [*(level.rows for level in levels), last]
     sizes = [(len(one.diagonal), len(one.columns)) for one in rows]
     firsts = np.concatenate([np.zeros((1, 2), np.int64), np.cumsum(sizes, axis=0, dtype=np.int64)])
@@ -124,11 +124,11 @@ def solve(
     right
         (n,) complex.
     start
-        (n,) complex: where to begin.
+        (n,) complex: the initial guess.
     tolerance
-        Length of the residual over that of `right` at which it ends.
+        It ends when the residual's norm over that of `right` is at most this.
     most
-        Steps at which it ends in any case.
+        Most steps.
     """
     check_cancelled()
     x = start.astype(np.complex128)
@@ -147,24 +147,24 @@ def smallest_eigenvectors(
     tolerance: float = 1e-4,
     steps: int = 40,
 ) -> ComplexArray:
-    """Return the vector that makes xᴴAx / xᴴMx least in each part by itself.
+    """Return the vector that minimizes xᴴAx / xᴴMx in each part separately.
 
     Parameters
     ----------
     rows
-        A, Hermitian and not negative, which couples no two parts.
+        A, Hermitian and positive semidefinite, with no couplings between parts.
     mass
         (n,) positive: the diagonal of M.
     part
-        (n,) the part of each unknown: 0 to their number less 1.
+        (n,) the part of each unknown, from 0.
     start
-        (n,) complex: what to begin with; of several vectors as good the one most like it is found.
+        (n,) complex: the initial guess; of several equally good vectors, the one most like it is found.
     shift
-        (parts,) positive: the preconditioner is for A + shift·M. About a tenth of the least eigenvalues.
+        (parts,) positive: the preconditioner is for A + shift·M. About a tenth of the smallest eigenvalues.
     tolerance
-        What a step can still lower a quotient by, as a part of it, at which the part has its vector.
+        A part is done when a step can lower its quotient by no more than this share.
     steps
-        Steps on each level at most.
+        Most steps on each level.
 
     Returns
     -------
@@ -184,7 +184,7 @@ def _smallest(
     shift: FloatArray,
     limits: tuple[float, int],
 ) -> ComplexArray:
-    """Return the vectors of a level, begun from those of the next coarser one."""
+    """Return the vectors of a level, starting from those of the next coarser one."""
     start = _unit(start, mass, part, len(shift))
     if depth < len(grid.levels):
         level = grid.levels[depth]

@@ -1,4 +1,4 @@
-"""Directions of their own for the parts of a model: ``{"Shaft": "along", "*": "around"}``."""
+"""A direction for each part of a model: ``{"Shaft": "along", "*": "around"}``."""
 
 from collections.abc import Mapping
 
@@ -17,11 +17,11 @@ __all__ = ["is_by_part", "part_direction", "triangles_by_direction"]
 _ALLOWED = "along, around, level, smooth, x, y, z, a vector x,y,z, or around:AXIS"
 
 _SLOPE = 0.1
-"""Sine of the slope from which on a triangle has a level direction: what lies flatter is filled smoothly."""
+"""Sine of the slope from which a triangle has a level direction; flatter triangles are filled smoothly."""
 
 
 def is_by_part(direction: object) -> bool:
-    """Whether a direction is one that `part_direction` reads."""
+    """Whether `part_direction` reads this direction."""
     return isinstance(direction, Mapping) or direction in AXIS_DIRECTIONS
 
 
@@ -31,10 +31,10 @@ def triangles_by_direction(model: ModelFile, wanted: str | Mapping[str, str]) ->
     Parameters
     ----------
     model
-        What is covered.
+        The model to cover.
     wanted
-        Directions by patterns as of `ModelFile.fitting`; of those that fit a part the first counts. Or one
-        for all. What no pattern fits is missing here.
+        Directions by patterns as for `ModelFile.fitting`; the first pattern that fits a part counts. Or one
+        direction for all. Triangles that no pattern fits are in none of the results.
 
     Raises
     ------
@@ -53,23 +53,23 @@ def triangles_by_direction(model: ModelFile, wanted: str | Mapping[str, str]) ->
 
 
 def part_direction(model: ModelFile, wanted: str | Mapping[str, str]) -> Vectors:
-    """Return what is asked for on each triangle of a model; on parts that no pattern fits nothing is.
+    """Return the wanted direction on each triangle of a model; none on parts that no pattern fits.
 
     Parameters
     ----------
     model, wanted
-        As of `triangles_by_direction`. Directions are ``along`` and ``around`` (see `axis_direction`),
-        ``level``, ``smooth`` (nothing is asked for) and vectors and axes as of `parse_direction`.
+        As for `triangles_by_direction`. Directions are ``along`` and ``around`` (see `axis_direction`),
+        ``level``, ``smooth`` (no direction wanted) and vectors and axes as for `parse_direction`.
 
     Returns
     -------
     Callable
-        Points to vectors, (T, 3) each: for the centres of the triangles of the model's mesh alone.
+        Maps points to vectors, (T, 3) each; only for the centroids of the triangles of the model's mesh.
 
     Raises
     ------
     InputError
-        If a pattern fits no part, a direction is none of these, or the file tells no axes.
+        If a pattern fits no part, a direction is none of these, or the file has no axes.
     """
     centres = model.mesh.corners.mean(axis=1)
     vectors = np.zeros((len(centres), 3))

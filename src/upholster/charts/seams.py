@@ -1,7 +1,7 @@
 """Where charts meet.
 
-Charts are rectangles of faces, of any size; they meet across shared edges of faces and inside a face, by
-whole sides or parts of sides.
+Charts are rectangles of faces, of any size. They meet across shared edges of faces and inside a face, along
+complete sides or parts of sides.
 """
 
 from bisect import bisect_left
@@ -16,30 +16,30 @@ from upholster.quilt.chart import Chart
 __all__ = ["ChartSeam", "find_seams"]
 
 EPS = 1e-6
-"""In face parameters: lines closer than this are one, and intervals shorter than this are none."""
+"""In face parameters: lines closer than this count as one, and shorter intervals are ignored."""
 
 Part = tuple[float, float, int]
-"""A chart's part of a line: from, to (in the face's parameter along it), and the chart's index."""
+"""A chart's part of a line: from, to (in the face's parameter along the line), and the chart's index."""
 
 
 @dataclass(frozen=True, slots=True)
 class ChartSeam:
     """An interval of a chart's edge, and the interval of another chart's edge (or of its own) that meets it.
 
-    Edge numbers: 0 top, 1 right, 2 bottom, 3 left. A place along an edge is told in texels from the chart's
-    first row or column line: 0 to the chart's height or width, so texel k's centre lies at k + ½. The map
+    Edge numbers: 0 top, 1 right, 2 bottom, 3 left. A place along an edge is given in texels from the chart's
+    first row or column line: 0 to the chart's height or width, so texel k's centre is at k + ½. The map
     between the two intervals is linear.
 
     Attributes
     ----------
     chart, edge
-        Whose interval it is.
+        The chart and the edge that the interval is on.
     start, stop
         The interval, start < stop.
     other_chart, other_edge
-        Who is on the other side.
+        The chart and the edge on the other side.
     other_start, other_stop
-        What meets `start` and `stop`: other_start > other_stop where the two edges run in opposite
+        The places that meet `start` and `stop`: other_start > other_stop where the two edges run in opposite
         directions.
     """
 
@@ -62,7 +62,7 @@ class ChartSeam:
 
 
 def find_seams(surface: Surface, charts: Sequence[Chart]) -> tuple[ChartSeam, ...]:
-    """Find every interval along which two charts meet, seen from either side.
+    """Find every interval along which two charts meet, seen from both sides.
 
     Parameters
     ----------
@@ -74,14 +74,14 @@ def find_seams(surface: Surface, charts: Sequence[Chart]) -> tuple[ChartSeam, ..
     Returns
     -------
     tuple of ChartSeam
-        Each seam twice, seen from either side; sorted by chart, edge and start. Borders and degenerate
-        edges have none.
+        Each seam twice, once from each side; sorted by chart, edge and start. Borders and degenerate edges
+        have none.
 
     Raises
     ------
     InputError
-        If a chart names no face, has no texels or is no rectangle within its face; and as for
-        `Surface.shared`.
+        If a chart's face does not exist, or it has no texels or is not a rectangle within its face; and as
+        for `Surface.shared`.
     """
     _check(surface, charts)
     sides = _sides(surface, charts)
@@ -148,7 +148,7 @@ def _sides(surface: Surface, charts: Sequence[Chart]) -> dict[tuple[int, int, fl
 
 
 def _merged(values: list[float], most: float) -> Iterator[tuple[float, float]]:
-    """Yield each value with its name, the same for values within `EPS`; at the far end it is the end's."""
+    """Yield each value with its name, the same for values within `EPS`; at the far end the name is `most`."""
     name = 0.0
     for value in sorted(values):
         if value - name > EPS:
@@ -159,14 +159,15 @@ def _merged(values: list[float], most: float) -> Iterator[tuple[float, float]]:
 def _common(
     mine: list[Part], others: list[Part], ends: tuple[float, ...]
 ) -> Iterator[tuple[int, int, tuple[float, float, float, float]]]:
-    """Yield where two rows of parts meet: both charts, and the interval on either, ends corresponding.
+    """Yield the overlaps of two rows of parts: both charts, and the interval on each, ends corresponding.
 
-    `ends` are (start, stop, other_start, other_stop): only what lies within counts, the map linear.
+    `ends` are (start, stop, other_start, other_stop): only overlaps within them count; the map is linear.
     """
     start, stop, other_start, other_stop = ends
     slope = (other_stop - other_start) / (stop - start)
     least = EPS * max(1.0, 1.0 / abs(slope))
-    # the others in my parameter, sorted; they do not overlap, so the last that begins before me is the first
+    # The other parts in this side's parameter, sorted. They do not overlap, so the last one that begins
+    # before a part is the first to compare with it.
     moved = [tuple(sorted(start + (u - other_start) / slope for u in part[:2])) + part for part in others]
     moved.sort()
     begins = [part[0] for part in moved]
@@ -182,7 +183,7 @@ def _common(
 
 
 def _texels(chart: Chart, edge: int, ends: tuple[float, ...]) -> tuple[float, float]:
-    """Turn parameters of a face along a chart's edge into texels along it."""
+    """Convert face parameters along a chart's edge to texels along it."""
     low, high, size = (chart.s0, chart.s1, chart.height) if edge & 1 else (chart.t0, chart.t1, chart.width)
     first, last = ((u - low) / (high - low) * size for u in ends)
     return first, last

@@ -1,7 +1,7 @@
-"""Sizes by a map: how many times as large as its size the sample is at each place of a surface.
+"""Size maps: the factor by which the sample is enlarged at each place of a surface.
 
-A block is laid in one size, so from one block to the next it may change by a factor at most. Larger blocks
-reach farther: so factors themselves change by so much at most for a unit of length.
+A block has one size, so the size may change only by a limited factor from one block to the next. Larger
+blocks extend farther, so the factors themselves may change only by a limited amount per unit of length.
 """
 
 import re
@@ -23,23 +23,24 @@ from upholster.types import FloatArray, IntArray
 __all__ = ["SizeField", "SizeMap", "parse_size_map", "size_field"]
 
 LEAST, MOST = 1 / 8, 8.0
-"""Factors that may be asked for."""
+"""Factors that users may ask for."""
 
 FOLLOWED = 0.4
-"""By how much the logarithm of the size changes over a block at most: one and a half times."""
+"""Greatest change of the logarithm of the size across a block: a factor of 1.5."""
 
 _EDGE = 0.6
-"""Of a block: longest edge of a triangle on which sizes are linear, as blocks have it."""
+"""Longest edge of a triangle over the side of a block: sizes are linear on triangles, as they are on
+blocks."""
 
 _RANGE = 8.0
-"""Triangles are as short as the smallest blocks ask for, or as blocks so many times less than the largest:
-with smaller ones these would lie on too many."""
+"""Edges are as short as the smallest blocks require, but no shorter than for blocks this many times smaller
+than the largest ones: otherwise the largest blocks would cover too many triangles."""
 
 _STEPS = 12.0
-"""Steps across the smallest block, about, at which the map is looked at."""
+"""Approximate number of steps across the smallest block at which the map is sampled."""
 
 _OFF = 0.05
-"""Sizes that differ by more from what the map asks for are told."""
+"""Sizes whose logarithm differs from the map's by more than this are reported."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,9 +50,9 @@ class SizeMap:
     Attributes
     ----------
     map
-        Where.
+        The map.
     low, high
-        How many times as large the sample is where the map is 0, and where it is 1; geometric in between.
+        Factors of the sample's size where the map is 0 and where it is 1; geometric in between.
     """
 
     map: SurfaceMap
@@ -59,7 +60,7 @@ class SizeMap:
     high: float
 
     def named(self, name: Callable[[str], str]) -> str:
-        """Return its text with other names for the files in it."""
+        """Return its text with its files renamed."""
         return f"{self.map.named(name)}={self.low!r},{self.high!r}"
 
 
@@ -72,9 +73,9 @@ class SizeField:
     corners
         (T, 3, 3) positions of the triangles' corners.
     factors
-        (T, 3) how many times as large the sample is there.
+        (T, 3) factors of the sample's size there.
     smoothed
-        Part of the surface on which that is not what was asked for: it would change too fast.
+        Share of the surface where the factor is not the one asked for, which would change too fast.
     """
 
     corners: FloatArray
@@ -83,16 +84,16 @@ class SizeField:
 
     @property
     def least(self) -> float:
-        """The smallest."""
+        """The smallest factor."""
         return float(self.factors.min())
 
     @property
     def most(self) -> float:
-        """The largest."""
+        """The largest factor."""
         return float(self.factors.max())
 
     def at(self, triangles: IntArray, points: FloatArray) -> FloatArray:
-        """Return the factors at points (n, 3) in triangles (n,), or right beside them: (n,)."""
+        """Return the factors (n,) at points (n, 3) in triangles (n,), or next to them."""
         corners = self.corners[triangles]
         first, second, to = (
             corners[:, 1] - corners[:, 0],
@@ -109,22 +110,22 @@ class SizeField:
 
 
 def parse_size_map(text: str) -> SizeMap:
-    """Return the sizes that a text stands for, ``TARGET=LOW,HIGH``.
+    """Parse sizes from a text, ``TARGET=LOW,HIGH``.
 
     Parameters
     ----------
     text
-        A map as of `upholster.charts.maps.parse_map`, and how many times as large the sample is where it is
+        A map as for `upholster.charts.maps.parse_map`, and the factors of the sample's size where the map is
         0 and where it is 1: ``height=0.5,2``.
 
     Raises
     ------
     InputError
-        If it is none, or a factor is not between 1/8 and 8.
+        If the text has another form, or a factor is not between 1/8 and 8.
     """
     target, equals, sizes = text.rpartition("=")
     if not equals or not re.fullmatch(f"{NUMBER},{NUMBER}", sizes):
-        raise InputError(f"size_map is {text[:60]!r}; allowed: TARGET=LOW,HIGH, as height=0.5,2")
+        raise InputError(f"size_map is {text[:60]!r}; allowed: TARGET=LOW,HIGH, such as height=0.5,2")
     low, high = (float(size) for size in sizes.split(","))
     if not (LEAST <= low <= MOST and LEAST <= high <= MOST):
         raise InputError(f"size_map asks for {low:g} and {high:g} times the size; allowed: 1/8 to 8")
@@ -139,32 +140,32 @@ def _inputs(_: object, wanted: SizeMap, *__: object, **___: object) -> tuple[str
 def size_field(
     wanted: SizeMap, ground: MapGround, charted: ChartedSurface, vectors: FloatArray, block: float
 ) -> tuple[SizeField, ChartedSurface, FloatArray, IntArray]:
-    """Return the sizes that a surface is covered in, and the surface on triangles as small as that takes.
+    """Return the sizes on a surface, and the surface on triangles small enough for them.
 
     Parameters
     ----------
     wanted
-        What is asked for; where its map says nothing the sample has its size.
+        The sizes asked for. Where the map has no value, the sample keeps its size.
     ground
-        What the map is looked at on.
+        The ground on which the map is evaluated.
     charted, vectors
-        The same charts, maybe on shorter edges, and directions at the triangles' corners (T, 3, 3).
+        The same charts, possibly with shorter edges, and directions at the triangles' corners (T, 3, 3).
     block
         Side of a block of the sample's own size, in model units.
 
     Returns
     -------
     sizes
-        At the corners of the second's triangles.
+        The factors at the corners of the returned triangles.
     charted, vectors
         As given, on shorter edges.
     parent
-        (T,) the triangle as given that each is a part of.
+        (T,) the given triangle that each one is part of.
 
     Raises
     ------
     InputError
-        As `SurfaceMap.values`; if the map says nothing anywhere.
+        As `SurfaceMap.values`; if the map has no value anywhere.
     """
     smallest = min(wanted.low, wanted.high, 1.0)
     coarse = on_longer_steps(ground.charted, _octaves(charted, smallest * block / _STEPS))
@@ -180,7 +181,7 @@ def size_field(
         rows, columns = np.clip(rows, 0, value.shape[0] - 1), np.clip(columns, 0, value.shape[1] - 1)
         at_corners[own] = value[rows, columns]
     if np.isnan(at_corners).all():
-        raise InputError(f"size_map {wanted.map.text!r} says nothing anywhere; allowed: a map that does")
+        raise InputError(f"size_map {wanted.map.text!r} has no value anywhere; allowed: a map that has some")
     asked = _at_vertices(fine.surface.mesh, _factors(wanted, at_corners))
     factors = _followed(fine.surface.mesh, asked, FOLLOWED / block)
     off = np.abs(np.log(factors / asked)) > _OFF
@@ -191,7 +192,7 @@ def size_field(
 
 
 def _octaves(charted: ChartedSurface, length: float) -> int:
-    """Return by how many powers of two steps are longer that are about so long."""
+    """Return the number of powers of two by which to lengthen steps to about this length."""
     steps = np.linalg.norm(charted.steps, axis=1)
     areas = charted.mesh.areas * (charted.chart >= 0)
     step = float((steps.mean(axis=1) * areas).sum() / areas.sum())
@@ -199,13 +200,13 @@ def _octaves(charted: ChartedSurface, length: float) -> int:
 
 
 def _factors(wanted: SizeMap, values: FloatArray) -> FloatArray:
-    """Return what is asked for where a map has values, 1 where it has none."""
+    """Return the factors asked for where a map has values, 1 where it has none."""
     asked = wanted.low * (wanted.high / wanted.low) ** values
     return np.where(np.isnan(asked), 1.0, asked)
 
 
 def _at_vertices(mesh: TriangleMesh, corners: FloatArray) -> FloatArray:
-    """Return geometric means (V,) of what corners of triangles (T, 3) have at vertices; 1 without one."""
+    """Return geometric means (V,) of the values at triangles' corners (T, 3); 1 for unused vertices."""
     counts = np.bincount(mesh.triangles.ravel(), minlength=len(mesh.positions))
     sums = np.bincount(mesh.triangles.ravel(), np.log(corners).ravel(), len(mesh.positions))
     return np.asarray(np.exp(sums / np.maximum(counts, 1)), np.float64)
@@ -214,7 +215,8 @@ def _at_vertices(mesh: TriangleMesh, corners: FloatArray) -> FloatArray:
 def _followed(mesh: TriangleMesh, factors: FloatArray, rate: float) -> FloatArray:
     """Return factors at vertices (V,) that change by no more than `rate` in a unit of length.
 
-    Of the greatest ones that lie below what is asked for and so change, and the least ones above: the means.
+    They are geometric means of two such fields: the largest one below the factors asked for, and the
+    smallest one above them.
     """
     lengths = rate * np.linalg.norm(np.roll(mesh.corners, -1, axis=1) - mesh.corners, axis=2)
     below, above = factors.copy(), -factors

@@ -25,22 +25,22 @@ __all__ = ["Subdivided", "subdivided", "subdivided_in"]
 _ROUNDS = 24
 
 _NARROW = 0.25
-"""Of the longest edge allowed: a triangle whose short edge is shorter is cut across, into strips. Halving its
-diagonals as well would make three parts of each two, round after round."""
+"""Share of the longest edge allowed: triangles whose short edge is shorter are cut across, into strips.
+Halving their diagonals as well would turn every two parts into three, round after round."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Subdivided:
-    """A surface with shorter edges, which lies as the one that it was made of.
+    """A surface with shorter edges and the same geometry as the original.
 
     Attributes
     ----------
     surface
         The surface.
     parent
-        (T,) int32: the triangle that each one is a part of.
+        (T,) int32: the original triangle that each one is part of.
     vectors
-        (T, 3, 3) a vector at each corner, of unit length: in between, the mean of the ends'.
+        (T, 3, 3) a unit vector at each corner; a midpoint takes the mean of the ends' vectors.
     """
 
     surface: ChartedSurface
@@ -49,19 +49,19 @@ class Subdivided:
 
 
 def subdivided(surface: ChartedSurface, vectors: FloatArray, longest: float) -> Subdivided:
-    """Halve edges until none is longer; both sides of an edge halve it alike, so that nothing gapes.
+    """Halve edges until none is longer than `longest`; both sides of an edge are halved alike, without gaps.
 
-    Diagonals across what is narrow may be longer by 4 %.
+    Diagonals across narrow triangles may be 4 % longer.
 
     Parameters
     ----------
     surface
-        What to subdivide; triangles on no chart are left out. What meets across edges at other positions, as
-        in a tile, still does.
+        The surface to subdivide; triangles on no chart are left out. Triangles that meet across edges at
+        other positions, as in a tile, still do.
     vectors
         (T, 3, 3), of unit length, at its triangles' corners.
     longest
-        Length of an edge, in model units.
+        Greatest length of an edge, in model units.
     """
     found = subdivided_in(surface, vectors, longest, None)
     assert found is not None  # it has an island
@@ -71,10 +71,10 @@ def subdivided(surface: ChartedSurface, vectors: FloatArray, longest: float) -> 
 def subdivided_in(
     surface: ChartedSurface, vectors: FloatArray, longest: float, box: FloatArray | None
 ) -> Subdivided | None:
-    """Subdivide what lies in a box (2, 3), from, to: triangles whose own boxes do not meet it are left out.
+    """Subdivide the triangles in a box (2, 3), from, to; omit those whose bounding boxes do not meet it.
 
-    Those that are left are the same, and in the same order, whatever the box, or without one; None: there are
-    none.
+    The remaining triangles and their order do not depend on the box and are the same without one. Returns
+    None if none remain.
     """
     kept = np.flatnonzero(surface.chart >= 0).astype(np.int32)
     positions = surface.mesh.positions.copy()
@@ -120,11 +120,11 @@ def subdivided_in(
 
 
 def _meets(positions: FloatArray, vertices: IntArray, box: FloatArray) -> NDArray[np.bool_]:
-    # Which pieces, by their vertices (n, k), have boxes that meet a box: none of them whose vertices all lie
-    # on the far side of one of its planes.
-    before, behind = positions < box[0], positions > box[1]
+    # Which pieces, by their vertices (n, k), may meet a box: not those with all vertices beyond one of its
+    # planes.
+    below, above = positions < box[0], positions > box[1]
     met = np.ones(len(vertices), np.bool_)
-    for beyond in (*before.T, *behind.T):
+    for beyond in (*below.T, *above.T):
         met &= ~beyond[vertices].all(axis=1)
     return met
 
@@ -152,13 +152,13 @@ def _joined(*parts: Pieces) -> Pieces:
 
 
 def _picked(pieces: Pieces, corners: tuple[int, ...]) -> Pieces:
-    # Parts of pieces, by numbers of their corners.
+    # Parts of pieces, by the numbers of their corners.
     vertices, values = pieces.vertices[:, corners], pieces.values[:, corners]
     return Pieces(np.ascontiguousarray(vertices), np.ascontiguousarray(values), pieces.parent)
 
 
 def _halves_of(strips: Pieces, positions: FloatArray) -> Pieces:
-    # Strips as triangles, two each, cut at the shorter diagonal.
+    # Splits strips into two triangles each along the shorter diagonal.
     a, b, c, d = positions[strips.vertices].transpose(1, 0, 2)
     first = np.linalg.norm(c - a, axis=1) <= np.linalg.norm(d - b, axis=1)
     one, other = _chosen(strips, first), _chosen(strips, ~first)
@@ -167,7 +167,8 @@ def _halves_of(strips: Pieces, positions: FloatArray) -> Pieces:
 
 
 def _joined_vertices(surface: ChartedSurface) -> IntArray | None:
-    # Numbers of vertices, (V,), one for all that meet across edges at other positions; None if nothing does.
+    # Numbers of vertices, (V,), equal for vertices that meet across edges at other positions; None if none
+    # do.
     triangles, across = surface.mesh.triangles, surface.across
     triangle, edge = np.nonzero(across >= 0)
     other, met = np.divmod(across[triangle, edge], 3)
@@ -181,8 +182,8 @@ def _joined_vertices(surface: ChartedSurface) -> IntArray | None:
 def _halved(
     ends: IntArray, long: NDArray[np.bool_], positions: FloatArray, joined: IntArray | None
 ) -> tuple[IntArray, FloatArray, IntArray | None]:
-    # New vertices in the middle of long edges (E, 2): (E,) their numbers, −1 elsewhere, the longer array, and
-    # numbers for them as well: their edges' ends meet, so they do.
+    # Adds vertices at the midpoints of long edges (E, 2). Returns their numbers (E,), −1 elsewhere, the
+    # extended positions, and the extended `joined`: midpoints meet if the ends of their edges do.
     count = len(positions)
     numbers, examples = numbered_edges(np.where(long, ends[:, 0], np.int32(-1)), ends[:, 1].copy(), count)
     low, high = ends[examples].T
@@ -195,13 +196,13 @@ def _halved(
 
 
 def _unit(vectors: FloatArray, instead: FloatArray) -> FloatArray:
-    # Vectors with length 1; where they are nothing, for those of the ends cancel, others.
+    # Normalizes vectors; takes others where they vanish because the ends' vectors cancel.
     length = np.linalg.norm(vectors, axis=2, keepdims=True)
     return np.where(length > 1e-3, vectors / np.maximum(length, 1e-3), instead)
 
 
 def _with_middles(pieces: Pieces, middles: IntArray) -> Pieces:
-    # Behind the corners the middles of their edges.
+    # Appends the midpoints of the edges to the corners.
     values = pieces.values
     between = 0.5 * (values + np.roll(values, -1, axis=1))
     between[..., 2:] = _unit(between[..., 2:], values[..., 2:])
@@ -210,7 +211,7 @@ def _with_middles(pieces: Pieces, middles: IntArray) -> Pieces:
 
 
 def _cut_across(strips: Pieces, middles: IntArray) -> Pieces:
-    # Two strips of each whose sides are cut.
+    # Cuts each strip whose long sides are cut into two strips.
     cut = middles[:, 0] >= 0
     whole = _with_middles(_chosen(strips, cut), middles[cut])
     halves = _joined(_picked(whole, (0, 4, 6, 3)), _picked(whole, (4, 1, 2, 6)))
@@ -218,7 +219,7 @@ def _cut_across(strips: Pieces, middles: IntArray) -> Pieces:
 
 
 def _split(triangles: Pieces, middles: IntArray, lengths: FloatArray, narrow: float) -> tuple[Pieces, Pieces]:
-    # Triangles cut at the middles of one, two or three edges, and strips of those whose third edge is short.
+    # Cuts triangles at the midpoints of one, two or three edges; those with a short third edge leave strips.
     counts, strip_counts = np.empty(PARTS, np.int64), np.empty(3, np.int64)
     count_parts(middles, lengths, narrow, counts, strip_counts)
     split, strips = Pieces.of(int(counts.sum()), 3), Pieces.of(int(strip_counts.sum()), 4)

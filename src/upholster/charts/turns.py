@@ -1,9 +1,9 @@
-"""By how many quarters each chart's matrices are turned against the field of directions.
+"""The number of quarter turns between each chart's matrices and the direction field.
 
-A field of lines has no sense of its own that goes on over a whole chart: over a ridge what runs to the right
-turns about, and round some singular points one comes back upside down. The matrices of a chart have to go on,
-as they are bilinear between nodes. So they follow the lines, and blocks are turned by quarters where that is
-not the sense that was asked for.
+A field of lines has no consistent sense over a chart: over a ridge, "to the right" reverses, and along a loop
+round some singular points it comes back upside down. A chart's matrices must be continuous, because they are
+bilinear between nodes. So they follow the lines, and blocks are turned by quarters wherever the lines' sense
+is not the one asked for.
 """
 
 import numpy as np
@@ -19,10 +19,10 @@ __all__ = ["chart_turns"]
 
 @stage
 def chart_turns(surface: ChartedSurface, along: FloatArray, fold: int) -> IntArray:
-    """Return for each triangle the quarter turns, (T,) 0 to 3, that take its chart's matrix to the field's.
+    """Return for each triangle the quarter turns, (T,) 0 to 3, from its chart's matrix to the field's.
 
-    They are chosen such that few and short edges are left over which a chart's matrices jump: those lie
-    between singular points, or between such a point and the chart's border.
+    They are chosen so that a chart's matrices jump over few and short edges. These edges lie between singular
+    points, or between a singular point and the chart's border.
 
     Parameters
     ----------
@@ -31,15 +31,15 @@ def chart_turns(surface: ChartedSurface, along: FloatArray, fold: int) -> IntArr
     along
         (T, 3) the field's first axis in each triangle's plane.
     fold
-        1, 2 or 4: of the field. Of fold 1 it goes on everywhere.
+        1, 2 or 4: the field's fold. With fold 1 it is continuous everywhere.
     """
     mesh, count = surface.mesh, len(surface.chart)
     turns = np.zeros(count, np.int32)
     jumps, inside = _jumps(surface, along, fold)
     if fold == 1 or not jumps.any():
         return turns
-    # Vertices round which the jumps do not sum up to whole turns, and those of the islands' borders: edges
-    # are left open near these.
+    # Vertices where the jumps do not add up to full turns, and those on the islands' borders: edges near
+    # these are left open.
     around = np.zeros(len(mesh.positions), np.int64)
     for k in range(3):
         np.add.at(around, mesh.triangles[:, k], jumps[:, (k + 2) % 3])
@@ -58,26 +58,27 @@ def chart_turns(surface: ChartedSurface, along: FloatArray, fold: int) -> IntArr
 
 
 def _jumps(surface: ChartedSurface, along: FloatArray, fold: int) -> tuple[IntArray, NDArray[np.bool_]]:
-    # By how many quarters the turns grow over each edge within an island, (T, 3): as many as the field is
-    # turned counter-clockwise there, beside being carried; 0 over others. And which edges lie within.
+    # The quarters by which the turns increase over each edge within an island, (T, 3): the field's
+    # counter-clockwise rotation beyond parallel transport; 0 over other edges. And which edges are within
+    # one.
     mesh, across = surface.mesh, surface.across
     other = across // 3
     inside = (across >= 0) & ~surface.is_seam & (surface.chart >= 0)[:, None]
     edges = np.roll(mesh.corners, -1, axis=1) - mesh.corners
-    beside = np.cross(mesh.flat_normals[:, None], edges)
-    angle = np.arctan2((along[:, None] * beside).sum(axis=2), (along[:, None] * edges).sum(axis=2))
-    # The same edge seen from beyond runs the other way.
+    inward = np.cross(mesh.flat_normals[:, None], edges)
+    angle = np.arctan2((along[:, None] * inward).sum(axis=2), (along[:, None] * edges).sum(axis=2))
+    # Seen from the other triangle, the same edge runs the other way.
     beyond = np.pi + angle[other, across % 3]
     part = np.rint((beyond - angle) * fold / (2 * np.pi)).astype(np.int32) % fold
     part = np.where(inside, part * (4 // fold), 0).astype(np.int32)
-    # Rounding may differ from either side: the lower triangle's counts.
+    # Rounding may differ between the sides: the lower triangle's result counts.
     upper = inside & (across < 3 * np.arange(len(part))[:, None])
     part[upper] = -part[other[upper], across[upper] % 3] % 4
     return part, inside
 
 
 def _settled(surface: ChartedSurface, turns: IntArray) -> IntArray:
-    # Turned as a whole, most of each island lies as the field does.
+    # Turns each island so that most of its area agrees with the field.
     kept = surface.chart >= 0
     islands = int(surface.chart.max()) + 1
     share = np.zeros((islands, 4))

@@ -1,9 +1,9 @@
 """The direction field's axes on triangles, and the charts' warp fields that follow from them.
 
-On a triangle, let J = [J_r, J_c] take steps down and to the right on the chart to space, e1 the direction
-field's axis in its plane and e2 = e1 × n, clockwise from it seen from outside. Then ``M = ρ·[e2ᵀ; e1ᵀ]·J``
-takes steps to exemplar pixels so that the texture lies on the surface undistorted, ρ pixels per unit of
-length.
+On a triangle, let J = [J_r, J_c] map steps down and to the right on the chart to space. Let e1 be the
+direction field's axis in its plane and e2 = e1 × n, clockwise from e1 seen from outside. Then ``M = ρ·[e2ᵀ;
+e1ᵀ]·J`` maps steps to exemplar pixels so that the texture is undistorted on the surface; ρ is in pixels per
+unit of length.
 """
 
 import numpy as np
@@ -19,10 +19,10 @@ from upholster.types import FloatArray, IntArray
 __all__ = ["triangle_frames", "warp_fields"]
 
 _ROUNDS = 2
-"""How often the sizes of nodes are brought to where the size in between is right."""
+"""Rounds in which nodes' matrices are scaled so that the size between nodes is right."""
 
 _MOST_LARGER = 1.3
-"""By so much at most, each time."""
+"""Greatest factor in each round."""
 
 _SPACING = 8.0
 """Texels between two samples of a triangle's matrix."""
@@ -32,8 +32,8 @@ _SPACING = 8.0
 def triangle_frames(mesh: TriangleMesh, vectors: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the direction field's axes in each triangle's plane, (T, 3) each: along the rows, and down.
 
-    `vectors` (T, 3, 3) is the field at the triangles' corners; where it has no part in the plane, a triangle
-    takes its first edge.
+    `vectors` (T, 3, 3) is the field at the triangles' corners. A triangle whose field has no component in its
+    plane takes its first edge.
     """
     along = (vectors[:, 0] + vectors[:, 1] + vectors[:, 2]) / 3
     down = np.empty_like(along)
@@ -51,7 +51,7 @@ def warp_fields(
     corners: FloatArray | None = None,
     factors: FloatArray | None = None,
 ) -> tuple[WarpField, ...]:
-    """Return each chart's warp field: what its triangles have, smoothed to the nodes, and beyond as near by.
+    """Return each chart's warp field: its triangles' matrices, smoothed to the nodes and extended beyond.
 
     Parameters
     ----------
@@ -62,12 +62,12 @@ def warp_fields(
     scale
         Exemplar pixels per model unit.
     turns
-        (T,) quarter turns from the charts' matrices to the field's, by default none: see
-        `upholster.charts.turns`.
+        (T,) quarter turns from the charts' matrices to the field's, see `upholster.charts.turns`; by default
+        none.
     corners
         (T, 3, 3) the field at the triangles' corners, by default `along`.
     factors
-        (T, 3) how many times as large the sample is at the triangles' corners, by default once.
+        (T, 3) factors of the sample's size at the triangles' corners, by default 1.
     """
     places, charts = surface.places - 0.5, surface.charts
     matrices = _matrices(surface, along, down, scale)
@@ -93,7 +93,7 @@ def warp_fields(
     sizes /= 1.0 if factors is None else float(factors.max())
     fill_nodes(summed(), shapes, sizes, nodes, rounds)
     for _ in range(_ROUNDS):
-        # Between matrices that turn the size is too small: what is near a node makes it larger.
+        # The size is too small between matrices that differ by a rotation: nearby samples make a node larger.
         sums = summed()
         larger = np.sqrt(sums[:, 5] / np.maximum(sums[:, 6], 1e-300))
         nodes *= np.where(rounds == 0, np.clip(larger, 1 / _MOST_LARGER, _MOST_LARGER), 1.0)[:, None]
@@ -114,7 +114,7 @@ def _matrices(surface: ChartedSurface, along: FloatArray, down: FloatArray, scal
         np.stack([texels[:, 1, 1], -texels[:, 1, 0], -texels[:, 0, 1], texels[:, 0, 0]], axis=1)
         / np.where(sound, determinant, 1.0)[:, None]
     )
-    # Two edges in the field's axes, as columns, times the inverse of theirs on the chart.
+    # Two edges in the field's axes, as columns, times the inverse of the same edges on the chart.
     shown = np.stack([(edges * axis[:, None]).sum(axis=2) for axis in (down, along)], axis=1)
     out: FloatArray = scale * np.einsum("tae,teb->tab", shown, inverse.reshape(-1, 2, 2)).reshape(-1, 4)
     out[~sound] = 0.0
@@ -122,12 +122,12 @@ def _matrices(surface: ChartedSurface, along: FloatArray, down: FloatArray, scal
 
 
 def _turned(matrices: FloatArray, corners: FloatArray, along: FloatArray, down: FloatArray) -> FloatArray:
-    # Matrices (T, 4) at the corners, (T, 3, 4): turned as the field is there against its triangle's axes.
+    # Matrices (T, 4) at the corners, (T, 3, 4): rotated by the field's angle there to its triangle's axes.
     x, y = (np.einsum("tki,ti->tk", corners, axis) for axis in (along, down))
     length = np.hypot(x, y)
     known = length > 1e-6
     x = np.where(known, x / np.where(known, length, 1.0), 1.0)
     y = np.where(known, y / np.where(known, length, 1.0), 0.0)
     x, y = x[..., None], y[..., None]
-    below, beside = matrices[:, None, :2], matrices[:, None, 2:]  # what is shown down, and to the right
-    return np.concatenate([x * below - y * beside, x * beside + y * below], axis=2)
+    below, across = matrices[:, None, :2], matrices[:, None, 2:]  # the sample's rows (down), and columns
+    return np.concatenate([x * below - y * across, x * across + y * below], axis=2)

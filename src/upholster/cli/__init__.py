@@ -1,6 +1,6 @@
 """The command line.
 
-Heavy imports wait until a command needs them: ``upholster --help`` answers at once.
+Heavy imports wait until a command needs them: ``upholster --help`` answers immediately.
 """
 
 import errno
@@ -33,7 +33,7 @@ from upholster.errors import StoppedError, UpholsterError, printable
 __all__ = ["app", "main", "run_words"]
 
 _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
-"""What writing to standard output can fail with: no room, or no device any more."""
+"""Errors of writing to standard output: no space left, or the device is gone."""
 
 app = typer.Typer(
     name="upholster",
@@ -55,7 +55,7 @@ def main() -> NoReturn:
     if os.environ.get("NO_COLOR"):  # Typer's help would still be bold and dim
         os.environ["_TYPER_FORCE_DISABLE_TERMINAL"] = "1"
     try:
-        # Without any argument the help. Typer returns an exit code where it would have ended the process: 130
+        # Without any argument, print the help. Typer returns an exit code instead of ending the process: 130
         # for Ctrl-C.
         status = app(sys.argv[1:] or ["--help"], standalone_mode=False) or 0
         sys.stdout.flush()
@@ -66,7 +66,7 @@ def main() -> NoReturn:
     except KeyboardInterrupt:
         status = _stop()
     except BrokenPipeError:
-        # Who reads has enough: `upholster info ring.uph | head -1`.
+        # The reader has closed the pipe: `upholster info ring.uph | head -1`.
         status = 1
     except OSError as error:
         if error.filename is not None or error.errno not in _FULL:
@@ -74,13 +74,13 @@ def main() -> NoReturn:
         else:
             status = _fail(f"standard output cannot be written: {error.strerror}", status=1)
     except Exception as error:
-        # Typer's usage errors and aborts: click's classes may be vendored, so they are known by what they
-        # offer.
+        # Typer's usage errors and aborts: click's classes may be vendored, so they are recognized by their
+        # attributes.
         if hasattr(error, "format_message"):
-            told = error.format_message()
-            if told.startswith("No such command"):
-                told = f"{told.rstrip('.')}; allowed: {', '.join(_COMMANDS)}"
-            status = _fail(told)
+            message = error.format_message()
+            if message.startswith("No such command"):
+                message = f"{message.rstrip('.')}; allowed: {', '.join(_COMMANDS)}"
+            status = _fail(message)
         elif type(error).__name__ == "Abort":
             status = _stop()
         elif hasattr(error, "exit_code"):
@@ -91,7 +91,7 @@ def main() -> NoReturn:
             status = _unforeseen(error)
     with suppress(OSError):
         sys.stderr.flush()
-    # Kernels may still be running on other threads after Ctrl-C or an error: they are not waited for.
+    # After Ctrl-C or an error, kernels may still be running on other threads: do not wait for them.
     os._exit(status)
 
 
@@ -101,7 +101,7 @@ def run_words(words: Sequence[str]) -> None:
     Raises
     ------
     InputError, FormatError
-        As the command does.
+        As the command raises them.
     """
     app(list(words), standalone_mode=False)
 
@@ -111,12 +111,12 @@ def _interrupt(_signal: int, _frame: FrameType | None) -> NoReturn:
 
 
 def _open_standard_files() -> None:
-    """Open standard files that are closed: a file of ours in their place would be printed into."""
+    """Open closed standard files: otherwise a file of ours would take their number and be printed into."""
     for number in range(3):
         try:
             os.fstat(number)
         except OSError:
-            os.open(os.devnull, os.O_RDWR)  # the lowest number that is free
+            os.open(os.devnull, os.O_RDWR)  # takes the lowest free number
     sys.stdout = sys.stdout or open(1, "w", closefd=False)  # noqa: SIM115
     sys.stderr = sys.stderr or open(2, "w", closefd=False)  # noqa: SIM115
 
@@ -127,18 +127,18 @@ def _note(message: Warning | str, *_: object, **__: object) -> None:
 
 
 def _fail(message: str, *, status: int = 2) -> int:
-    with suppress(OSError):  # nobody hears it, but the status tells
+    with suppress(OSError):  # if the message cannot be printed, the exit status still reports the error
         print(printable("upholster: " + " ".join(message.split())), file=sys.stderr)
     return status
 
 
 def _unforeseen(error: Exception) -> int:
-    """Say in a line that this is a fault of ours, and where the details are."""
+    """Report in one line that this is a fault of upholster, and the file with the details."""
     import platform
     import tempfile
     import traceback
 
-    told = f"{type(error).__name__}: {error}"
+    message = f"{type(error).__name__}: {error}"
     try:
         descriptor, place = tempfile.mkstemp(prefix="upholster-fault-", suffix=".txt", text=True)
         with open(descriptor, "w", encoding="utf-8", errors="backslashreplace") as file:
@@ -147,8 +147,8 @@ def _unforeseen(error: Exception) -> int:
             )
             file.writelines(traceback.format_exception(error))
     except OSError:
-        return _fail(f"this is a fault of upholster, please report it: {told}", status=1)
-    return _fail(f"this is a fault of upholster, please report it with the file {place}: {told}", status=1)
+        return _fail(f"this is a fault of upholster, please report it: {message}", status=1)
+    return _fail(f"this is a fault of upholster, please report it with the file {place}: {message}", status=1)
 
 
 def _stop() -> int:

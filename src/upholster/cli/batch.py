@@ -37,8 +37,8 @@ def batch(
             "-o",
             "--output",
             metavar="FILE",
-            help="Where to keep what came of each job, as JSON; jobs that it has as done are not done again. "
-            "Default: batch.json beside JOBS.",
+            help="The record: a JSON file of each job's result; jobs that it lists as done are skipped. "
+            "Default: batch.json in the folder of JOBS.",
         ),
     ] = None,
     workers: Annotated[
@@ -46,27 +46,25 @@ def batch(
     ] = None,
     scheduler: Annotated[
         str | None,
-        typer.Option(metavar="ADDRESS", help="Of a Dask cluster that is there: tcp://host:8786."),
+        typer.Option(metavar="ADDRESS", help="Address of a running Dask cluster: tcp://host:8786."),
     ] = None,
     threads: Annotated[
-        int | None, typer.Option(help="Per job, 1 to 256; default: its share of the cores.")
+        int | None, typer.Option(help="Threads per job, 1 to 256; default: its share of the cores.")
     ] = None,
-    retries: Annotated[int, typer.Option(help="Of a job whose worker died, 0 to 20.")] = 2,
+    retries: Annotated[int, typer.Option(help="Retries of a job whose worker died, 0 to 20.")] = 2,
     again: Annotated[bool, typer.Option("--again", help="Do all jobs, also those that are done.")] = False,
     sheet: Annotated[
         str | None, typer.Option(metavar="FILE", help="Write an image with the first picture of each job.")
     ] = None,
     allow: Annotated[
         list[str] | None,
-        typer.Option(
-            metavar="DIR", help="A folder besides that of JOBS in which jobs may read and write; repeatable."
-        ),
+        typer.Option(metavar="DIR", help="Another folder in which jobs may read and write; repeatable."),
     ] = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
 ) -> None:
-    """Run many covers side by side, and only those that are not done yet.
+    """Run many covers side by side, skipping those that are done.
 
-    Exit status 1: some jobs failed; 2: nothing was begun.
+    Exit status 1: some jobs failed; 2: no job was started.
     """
     from upholster.batch import Record, check_apart, check_within, read_jobs, write_sheet
     from upholster.cluster import run_jobs
@@ -74,7 +72,7 @@ def batch(
 
     check_whole("retries", retries, 0, 20)
     if sheet is not None and Path(sheet).suffix.lower() not in (".png", ".jpg", ".jpeg", ".webp"):
-        raise InputError(f"sheet {sheet!r} is no picture; allowed: .png, .jpg, .webp")
+        raise InputError(f"sheet {sheet!r} is not a picture; allowed: .png, .jpg, .webp")
     count = _workers(workers, scheduler)
     each = check_whole("threads", threads, 1, 256) if threads else max(1, (os.cpu_count() or 1) // count)
     found = read_jobs(jobs)
@@ -88,12 +86,12 @@ def batch(
     record = Record(place, Path(jobs).resolve())
     own = [place, *([Path(sheet).resolve()] if sheet else [])]
     with outputs(own, inputs=[jobs, *(folder / name for name in read)]):
-        pass  # that they can be written is checked before the work
+        pass  # checks before the work that they can be written
     todo = [number for number, job in enumerate(found) if again or not record.is_done(job)]
     _make_folders([found[number] for number in todo], folder)
     if not quiet and len(todo) < len(found):
         say(f"{len(found) - len(todo):,} of {len(found):,} jobs are done already")
-    # Jobs of one surface come after each other: a worker reads and lays it out once.
+    # Jobs of one surface follow each other: a worker reads it and lays it out once.
     todo.sort(key=lambda number: found[number].words[0])
     start, failed = time.perf_counter(), 0
     if todo:
@@ -105,7 +103,7 @@ def batch(
                 failed = _follow(run, [found[number] for number in todo], record, quiet)
         except KeyboardInterrupt:
             done = sum(record.is_done(job) for job in found)
-            raise StoppedError(f"stopped; {done:,} of {len(found):,} jobs are done, and stay so") from None
+            raise StoppedError(f"stopped; {done:,} of {len(found):,} jobs are done, and stay done") from None
         finally:
             record.write(found)
     if sheet:
@@ -125,7 +123,7 @@ def _workers(workers: int | None, scheduler: str | None) -> int:
 
 
 def _words(job: "Job", allowed: Sequence[Path]) -> tuple[str, ...]:
-    """Return a job's words, and which folders its project may read."""
+    """Return a job's words, with options for the folders that its project may read."""
     of_project = any(word.startswith("--project=") for word in job.words)
     return (*(f"--allow={folder}" for folder in allowed if of_project), *job.words)
 
@@ -133,7 +131,7 @@ def _words(job: "Job", allowed: Sequence[Path]) -> tuple[str, ...]:
 def _checked(
     jobs: "Sequence[Job]", folder: Path, allowed: Sequence[Path]
 ) -> tuple[list[tuple[str, ...]], set[str]]:
-    """Read the options of all jobs, as `cover` will; return the files of each, and the kernels they use."""
+    """Read the options of all jobs, as `cover` will; return the files of each job, and its kernels."""
     inputs: list[tuple[str, ...]] = []
     uses: set[str] = set()
     for job in jobs:
@@ -144,16 +142,16 @@ def _checked(
                 inputs.append((*([asked["project"]] if asked["project"] else []), *own.files()))
                 uses |= set(uses_of(own, asked["output"]))
         except Exception as error:
-            # Typer's usage errors are known by what they offer, see `upholster.cli.main`.
+            # Typer's usage errors are recognized by their attributes, see `upholster.cli.main`.
             if not (isinstance(error, UpholsterError) or hasattr(error, "format_message")):
                 raise
-            told = error.format_message() if hasattr(error, "format_message") else str(error)
-            raise InputError(f"job {job.name!r}: {told}") from None
+            message = error.format_message() if hasattr(error, "format_message") else str(error)
+            raise InputError(f"job {job.name!r}: {message}") from None
     return inputs, uses
 
 
 def _follow(run: "Run", jobs: "Sequence[Job]", record: "Record", quiet: bool) -> int:
-    """Put into the record what comes of each job, and show it; return how many failed."""
+    """Put each job's result into the record, and show it; return the number of failures."""
     from upholster.cli.batch_table import shown
 
     failed = 0
@@ -168,7 +166,7 @@ def _follow(run: "Run", jobs: "Sequence[Job]", record: "Record", quiet: bool) ->
 
 @cache
 def _kept() -> "Stages":
-    """Return what a worker keeps for its next job: jobs in turn share surfaces and samples."""
+    """Return a worker's results that its next job may use: jobs in turn share surfaces and samples."""
     from upholster.stages import Stages
 
     return Stages()
@@ -176,7 +174,7 @@ def _kept() -> "Stages":
 
 @cache
 def _parser() -> tuple[Any, list[dict[str, Any]]]:
-    """Return a command that reads options as `cover` does, and a list into which it puts what it has read."""
+    """Return a command that reads options as `cover` does, and the list to which it appends the result."""
     import functools
 
     from upholster.cli.command import Command
@@ -201,7 +199,7 @@ def _parsed(words: Sequence[str]) -> dict[str, Any]:
 
 @contextmanager
 def _inside(folder: Path) -> Iterator[None]:
-    """Do what is done within in a folder, as names in a jobs' file are relative to it."""
+    """Run a block with a folder as working directory, because names in a jobs' file are relative to it."""
     before = os.getcwd()
     os.chdir(folder)
     try:
@@ -221,12 +219,12 @@ def _make_folders(jobs: "Sequence[Job]", folder: Path) -> None:
 
 
 def covered_job(folder: str, words: tuple[str, ...], inputs: tuple[str, ...]) -> dict[str, Any]:
-    """Do one job: what a worker runs. Bad input is an entry of the record, not an error of the worker.
+    """Do one job in a worker. Bad input becomes an entry of the record, not an error of the worker.
 
     Returns
     -------
     dict
-        What the record keeps: the state, the error, hashes of inputs and outputs, texels, seconds.
+        The job's entry in the record: state, error, hashes of inputs and outputs, texels, seconds.
     """
     from upholster.batch.record import state_of
     from upholster.cli import run_words
@@ -238,13 +236,13 @@ def covered_job(folder: str, words: tuple[str, ...], inputs: tuple[str, ...]) ->
         entry: dict[str, Any] = {"state": "failed", "error": ""}
         try:
             run_words(["cover", *([] if asked else [f"--report={report}"]), *words])
-            told = json.loads(report.read_text(encoding="utf-8"))
-            files = (file for file in dict.fromkeys([*inputs, *told["read"]]) if os.path.exists(file))
+            made = json.loads(report.read_text(encoding="utf-8"))
+            files = (file for file in dict.fromkeys([*inputs, *made["read"]]) if os.path.exists(file))
             entry["inputs"] = state_of(files, Path())
             if any(state.get("changed", 0) > started for state in entry["inputs"].values()):
                 raise InputError("an input was changed while it was read; allowed: to run this job again")
-            entry |= {"state": "done", "version": told["version"], "texels": told["counts"]["texels"]}
-            entry |= {"outputs": state_of(told["written"], Path()), "notes": told["notes"]}
+            entry |= {"state": "done", "version": made["version"], "texels": made["counts"]["texels"]}
+            entry |= {"outputs": state_of(made["written"], Path()), "notes": made["notes"]}
         except UpholsterError as error:
             entry["error"] = str(error)
     return entry | {

@@ -1,4 +1,4 @@
-"""How far a batch is: a live table on a terminal, lines in a log."""
+"""Progress of a batch: a live table on a terminal, lines in a log."""
 
 import time
 from collections import deque
@@ -15,13 +15,13 @@ if TYPE_CHECKING:
 __all__ = ["shown"]
 
 _LAST = 8
-"""Jobs that ended last, as the table shows them."""
+"""Number of recently ended jobs in the table."""
 
 Show = Callable[[str, Mapping[str, Any]], None]
 
 
 class _Tally:
-    """What has ended so far."""
+    """Counts of ended jobs."""
 
     def __init__(self, total: int) -> None:
         self.total, self.done, self.failed, self.texels = total, 0, 0, 0
@@ -40,8 +40,8 @@ class _Tally:
         ended = self.done + self.failed
         seconds = time.perf_counter() - self.start
         rate = self.texels / seconds / 1e6
-        told = f"{ended:,} of {self.total:,} jobs, {self.failed:,} failed, {rate:.2f} Mtexels/s"
-        return f"{told}, {_clock((self.total - ended) * seconds / ended)} left" if ended else told
+        line = f"{ended:,} of {self.total:,} jobs, {self.failed:,} failed, {rate:.2f} Mtexels/s"
+        return f"{line}, {_clock((self.total - ended) * seconds / ended)} left" if ended else line
 
     def table(self) -> "Table":
         from rich.box import SIMPLE_HEAD
@@ -58,9 +58,9 @@ class _Tally:
 
 @contextmanager
 def shown(total: int, dashboard: str, quiet: bool) -> Iterator[Show]:
-    """Show how far a batch of `total` jobs is; jobs that failed are told in any case.
+    """Show the progress of a batch of `total` jobs; failed jobs are reported even if `quiet`.
 
-    What is yielded takes the name of a job that has ended, and its entry in the record.
+    Yields a function that takes the name of an ended job, and its entry in the record.
     """
     from rich.live import Live
 
@@ -79,15 +79,15 @@ def shown(total: int, dashboard: str, quiet: bool) -> Iterator[Show]:
 
             yield update
         return
-    told = time.perf_counter()
+    printed = time.perf_counter()
 
     def add(name: str, entry: Mapping[str, Any]) -> None:
-        nonlocal told
+        nonlocal printed
         tally.add(name, entry)
         if entry["state"] != "done":
             say(_failure(name, entry), error=True)
-        if not quiet and time.perf_counter() - told > EVERY:
-            told = time.perf_counter()
+        if not quiet and time.perf_counter() - printed > EVERY:
+            printed = time.perf_counter()
             say(tally.line(), error=True)
 
     yield add

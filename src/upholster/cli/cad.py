@@ -1,4 +1,4 @@
-"""What ``upholster info`` shows of a CAD model."""
+"""``upholster info`` for a CAD model."""
 
 from collections import Counter
 from typing import TYPE_CHECKING
@@ -13,14 +13,14 @@ if TYPE_CHECKING:  # NumPy, which they import, would slow down --help
 __all__ = ["show_cad"]
 
 _LINES = 200
-"""Bodies that the table lists."""
+"""Largest number of bodies in the table."""
 
 _NAMES = 8
-"""Faces that a line lists."""
+"""Largest number of faces in a line."""
 
 
 def show_cad(path: str, *, unit: str | None = None) -> None:
-    """Print the bodies of a CAD model, their faces and kinds of surface, and what will be left plain."""
+    """Print a CAD model's bodies, their faces and kinds of surface, and the faces that will be left plain."""
     from rich.box import SIMPLE_HEAD
     from rich.table import Table
 
@@ -61,7 +61,7 @@ def _head(path: str, state: "CadState") -> list[str]:
     several = f" in {places} places" if places > bodies else ""
     size = " x ".join(f"{side:.4g}" for side in record.box[1] - record.box[0])
     unit = (
-        f"the file's unit: {record.unit}" if record.unit else "the file tells no unit: millimetres (--unit)"
+        f"the file's unit: {record.unit}" if record.unit else "the file states no unit: millimetres (--unit)"
     )
     return [
         f"{path}: {record.format}, {number_of(bodies, 'body', 'bodies')}{several}, "
@@ -71,7 +71,7 @@ def _head(path: str, state: "CadState") -> list[str]:
 
 
 def _labels(body: "BodyRecord") -> str:
-    """Return the colours, layers and names of faces by which parts can be chosen."""
+    """Return the colours, layers and names of faces that can select parts."""
     found: dict[str, None] = {}
     found |= dict.fromkeys((body.colour, body.layer))
     for face in body.faces:
@@ -82,7 +82,7 @@ def _labels(body: "BodyRecord") -> str:
 
 
 def _outcome(state: "CadState") -> list[str]:
-    """Say what will be covered, what is left plain, and what is not exact."""
+    """Return lines about faces that will be covered, left plain, or covered only approximately."""
     lines = []
     if state.plain:
         listed = ", ".join(state.plain[:_NAMES]) + (" …" if len(state.plain) > _NAMES else "")

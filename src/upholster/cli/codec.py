@@ -25,9 +25,9 @@ def encode(
     image: Annotated[str, typer.Argument(help="PNG, JPEG, WebP, TIFF, EXR, HEIC or AVIF.", metavar="IMAGE")],
     output: Annotated[str, typer.Option("-o", "--output", metavar="FILE.ezw", help="The file to write.")],
     most_bytes: Annotated[
-        str | None, typer.Option("--bytes", metavar="N", help="Length at most: 4000, 4k, 4Ki.")
+        str | None, typer.Option("--bytes", metavar="N", help="Largest length: 4000, 4k, 4Ki.")
     ] = None,
-    bpp: Annotated[float | None, typer.Option(help="Length at most, in bits per pixel.")] = None,
+    bpp: Annotated[float | None, typer.Option(help="Largest length, in bits per pixel.")] = None,
     sample_quality: Annotated[
         str | None,
         typer.Option(
@@ -42,7 +42,7 @@ def encode(
     wavelet: Annotated[
         str | None, typer.Option(help="9/7, 5/3 or haar (the paper's: the largest coefficients first).")
     ] = None,
-    levels: Annotated[int | None, typer.Option(help="0 to 10.")] = None,
+    levels: Annotated[int | None, typer.Option(help="Levels of the transform, 0 to 10.")] = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
 ) -> None:
     """Encode an image as an embedded zerotree stream: any prefix of the file is a picture."""
@@ -76,7 +76,7 @@ def encode(
 
 
 def decode(
-    file: Annotated[str, typer.Argument(help="What `encode` wrote, or its start.", metavar="FILE.ezw")],
+    file: Annotated[str, typer.Argument(help="A file from `encode`, or its start.", metavar="FILE.ezw")],
     output: Annotated[
         str, typer.Option("-o", "--output", metavar="IMAGE", help="PNG, JPEG, WebP, TIFF, EXR.")
     ],
@@ -88,11 +88,11 @@ def decode(
         typer.Option(metavar="15%", help="Stop at this share of significant coefficients."),
     ] = None,
     most_texels: Annotated[
-        str | None, typer.Option("--limit", metavar="4M", help="Refuse an image of more samples.")
+        str | None, typer.Option("--limit", metavar="4M", help="Refuse an image with more samples.")
     ] = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
 ) -> None:
-    """Decode an image from an embedded zerotree stream, however much of it there is."""
+    """Decode an image from an embedded zerotree stream, or from its start."""
     from upholster import codec
     from upholster.files import outputs, read_bytes
     from upholster.image import write_image

@@ -1,4 +1,4 @@
-"""What all commands check before they run: options given once, numbers that are numbers."""
+"""Checks that all commands make before they run: options are given once, numbers are numbers."""
 
 from itertools import zip_longest
 from typing import Any
@@ -9,15 +9,15 @@ from upholster.errors import InputError
 
 __all__ = ["Command"]
 
-_TELLS = {"--project": ("on",)}
-"""Options that tell what others would, which then need not be given."""
+_IMPLIES = {"--project": ("on",)}
+"""Options that imply others, which then need not be given."""
 
 _NUMBERS = {"integer": "a whole number", "float": "a number", "number": "a number"}
-"""What is allowed, by a word that Typer's message has: its versions differ in all else."""
+"""The allowed value, by a word in Typer's message: its versions differ in all other words."""
 
 
 class Command(TyperCommand):
-    """A command that refuses what Typer would take without a word, or in words that name no value."""
+    """A command that refuses input which Typer would accept silently, or refuse without naming the value."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Read a command line.
@@ -25,7 +25,7 @@ class Command(TyperCommand):
         Raises
         ------
         InputError
-            If an option that takes one value is given twice, or a number is none.
+            If an option that takes one value is given twice, or a number is not a number.
         """
         written = list(args[: args.index("--")] if "--" in args else args)
         self._check_missing(ctx, written)
@@ -46,15 +46,15 @@ class Command(TyperCommand):
             raise InputError(f"{wrong.opts[-1]} is {value!r}; allowed: {kind}") from None
 
     def _check_missing(self, ctx: Any, words: list[str]) -> None:
-        """Name all options that are missing at once, and show how they are used."""
+        """Name all missing options in one message, with an example."""
         if any(word in ctx.help_option_names for word in words):
             return
-        told = [name for option, names in _TELLS.items() if _is_given(words, [option]) for name in names]
+        implied = [name for option, names in _IMPLIES.items() if _is_given(words, [option]) for name in names]
         missing = [
             f"{'/'.join(param.opts)} {param.metavar or ''}".rstrip()
             for param in self.params
             if param.required
-            and param.name not in told
+            and param.name not in implied
             and param.param_type_name == "option"
             and not _is_given(words, param.opts)
         ]
@@ -64,14 +64,14 @@ class Command(TyperCommand):
 
 
 def _is_given(words: list[str], names: list[str]) -> bool:
-    """Whether an option is among words; a short one may have its value behind it."""
+    """Whether an option is among words; a short one may be joined with its value."""
     return any(
         word.split("=")[0] in names or (word[:2] in names and not word.startswith("--")) for word in words
     )
 
 
 def _value(words: list[str], names: list[str]) -> str | None:
-    """Return what stands behind an option, None if it is not given."""
+    """Return the word after an option, None if it is not given."""
     for word, behind in zip_longest(words, words[1:]):
         name, equals, value = word.partition("=")
         if name in names:

@@ -1,4 +1,4 @@
-"""What all commands share: one-line errors, numbers and sizes as users write them, progress bars."""
+"""Functions of all commands: one-line errors, numbers and sizes as users write them, progress bars."""
 
 import math
 import os
@@ -40,7 +40,7 @@ __all__ = [
 ]
 
 EVERY = 10.0
-"""Seconds between two lines of progress where it is no terminal that reads."""
+"""Seconds between two lines of progress if the output is not a terminal."""
 
 _COMPILING = "compiling kernels, once for this machine and version: {} of {}"
 
@@ -59,19 +59,19 @@ def numbers(name: str, text: str, separator: str, count: int, kind: Callable[[st
 
 
 def new_console(*, stderr: bool = False) -> "Console":
-    """Return a console of rich's; where NO_COLOR is set, one without colours, bold or dim words."""
+    """Return a rich console; if NO_COLOR is set, one without colours, bold or dim words."""
     from rich.console import Console
 
     return Console(stderr=stderr, color_system=None if os.environ.get("NO_COLOR") else "auto")
 
 
 def say(line: str, *, error: bool = False) -> None:
-    """Print a line on stdout, or stderr: all as it is, whatever files are called."""
+    """Print a line on stdout, or stderr, without interpreting markup in names of files."""
     print(printable(line), file=sys.stderr if error else sys.stdout, flush=True)
 
 
 def add_row(table: "Table", *cells: str) -> None:
-    """Add a row to a table: every word as it is, no markup."""
+    """Add a row to a table without interpreting markup."""
     from rich.text import Text
 
     table.add_row(*(Text(printable(cell)) for cell in cells))
@@ -79,7 +79,7 @@ def add_row(table: "Table", *cells: str) -> None:
 
 @contextmanager
 def noted() -> Iterator[list[str]]:
-    """Yield a list for what readers of images have to tell, and print it on stderr when they are done."""
+    """Yield a list for notes from readers of images, and print them on stderr at the end."""
     notes: list[str] = []
     yield notes
     for note in notes:
@@ -108,14 +108,14 @@ def texel_count(text: str | None) -> int | tuple[int, int] | None:
 
 
 def limits_of(text: str | None) -> "Limits | None":
-    """Read ``--limit``: how many texels a stream may have, ``4M``; everything else goes with them."""
+    """Read ``--limit``: the largest number of texels of a stream, ``4M``; the other limits follow from it."""
     from upholster.limits import Limits
 
     return None if text is None else Limits(texels=large_count("limit", text))
 
 
 def large_count(name: str, text: str, *, other: str = "") -> int:
-    """Read a number such as ``4M`` or ``500k``; `other` names what else is allowed."""
+    """Read a number such as ``4M`` or ``500k``; `other` names the other allowed values."""
     found = re.fullmatch(r"([0-9]{1,10}(?:\.[0-9]{1,6})?)(k|m|g)?", text.strip().lower())
     if found is None:
         raise InputError(f"{name} is {text!r}; allowed: a number such as 500k or 4M{other}")
@@ -137,7 +137,7 @@ def share(name: str, text: str | None) -> float | None:
 
 @contextmanager
 def naming(file: str) -> Iterator[None]:
-    """Say of which file it is that a format is broken."""
+    """Add the file's name to format errors in a block."""
     try:
         yield
     except FormatError as error:
@@ -146,9 +146,9 @@ def naming(file: str) -> Iterator[None]:
 
 @contextmanager
 def progress_bars(quiet: bool, uses: Iterable[str] = ()) -> "Iterator[Progress | None]":
-    """Show one bar per stage on stderr; compile meanwhile the kernels that some uses need, and say so.
+    """Show one bar per stage on stderr; meanwhile compile the kernels of some uses, and report that.
 
-    `uses` are those of the table of kernels, see `upholster.warm`.
+    `uses` are those in the table of kernels, see `upholster.warm`.
     """
     from upholster.warm import compiling
 
@@ -157,7 +157,7 @@ def progress_bars(quiet: bool, uses: Iterable[str] = ()) -> "Iterator[Progress |
 
 
 def compiled(uses: Iterable[str], quiet: bool) -> None:
-    """Compile what some uses need, and wait for it: else each worker would."""
+    """Compile the kernels of some uses, and wait: otherwise each worker would compile them."""
     from upholster.warm import compiling
 
     with compiling(uses) as compiler, bars(quiet, compiler):
@@ -167,7 +167,7 @@ def compiled(uses: Iterable[str], quiet: bool) -> None:
 
 @contextmanager
 def bars(quiet: bool, compiler: "Compiler | None") -> "Iterator[Progress | None]":
-    """Show one bar per stage on stderr, and how far a compiler is; lines in a log; nothing if `quiet`."""
+    """Show one bar per stage on stderr, and a compiler's progress; lines in a log; nothing if `quiet`."""
     if quiet:
         yield None
         return
@@ -176,18 +176,18 @@ def bars(quiet: bool, compiler: "Compiler | None") -> "Iterator[Progress | None]
 
     console = new_console(stderr=True)
     if not console.is_terminal:
-        with _lines(console, compiler) as tell:
-            yield tell
+        with _lines(console, compiler) as report_lines:
+            yield report_lines
         return
     columns = (TextColumn("{task.description:>7}"), BarColumn(), TaskProgressColumn(), TimeElapsedColumn())
     with Bars(*columns, console=console, transient=True) as shown:
         if compiler is not None:
-            _tell(compiler, shown)
+            _follow(compiler, shown)
         tasks: dict[str, Any] = {}
 
         def report(stage: str, done: int, total: int) -> None:
             if stage not in tasks:
-                tasks[stage] = shown.add_task(stage)  # without a total it moves, and tells no share
+                tasks[stage] = shown.add_task(stage)  # without a total, the bar moves but shows no share
             if total == 1 and not done:
                 return
             shown.update(tasks[stage], completed=done, total=total)
@@ -197,15 +197,15 @@ def bars(quiet: bool, compiler: "Compiler | None") -> "Iterator[Progress | None]
 
 @contextmanager
 def _lines(console: "Console", compiler: "Compiler | None") -> "Iterator[Progress]":
-    """Tell in lines, as for a log: that kernels are compiled, and every few seconds how far the work is."""
+    """Print lines, as for a log: that kernels are being compiled, and every few seconds the progress."""
     stage, start, ended = "starting", time.perf_counter(), threading.Event()
 
     def say(text: str) -> None:
-        with suppress(OSError):  # a log that is full is no reason to stop
+        with suppress(OSError):  # a full log does not stop the work
             console.print(text, style="dim", highlight=False, soft_wrap=True)
 
-    def tell() -> None:
-        # Bad options and files are found after a second: their message stands alone.
+    def print_lines() -> None:
+        # Bad options and files are found within a second: then their message is the only line.
         pause = 1.0
         while not ended.wait(pause):
             if compiler is not None and compiler.running:
@@ -215,23 +215,23 @@ def _lines(console: "Console", compiler: "Compiler | None") -> "Iterator[Progres
             pause = EVERY
 
     def report(name: str, done: int, total: int) -> None:
-        nonlocal stage  # what is counted may be blocks, charts, or texels of several materials
+        nonlocal stage  # the unit may be blocks, charts, or texels of several materials
         stage = f"{name} {100 * done // max(1, total)} %" if total > 1 else name
 
-    threading.Thread(target=tell, daemon=True).start()
+    threading.Thread(target=print_lines, daemon=True).start()
     try:
         yield report
     finally:
         ended.set()
 
 
-def _tell(compiler: "Compiler", shown: "Bars") -> None:
+def _follow(compiler: "Compiler", shown: "Bars") -> None:
     task = shown.add_task("", total=compiler.total)
 
     def follow() -> None:
         while compiler.running:
-            told = _COMPILING.format(compiler.done, compiler.total)
-            shown.update(task, completed=compiler.done, description=told)
+            text = _COMPILING.format(compiler.done, compiler.total)
+            shown.update(task, completed=compiler.done, description=text)
             time.sleep(0.2)
         shown.remove_task(task)
 

@@ -24,7 +24,7 @@ EXAMPLE = "Example: `upholster cover sample:bricks --on cyclide -o ring.glb -o r
 
 
 def surfaces() -> None:
-    """List the built-in surfaces with their parameters and defaults, and the samples that come along."""
+    """List the built-in surfaces with their parameters and defaults, and the included samples."""
     from rich.box import SIMPLE_HEAD
     from rich.table import Table
 
@@ -45,18 +45,18 @@ def surfaces() -> None:
     table.add_row("[bold]FILE.step[/]", "", "[italic]a CAD model: .step .iges .brep .3dm[/]", "")
     table.add_row("[bold]FILE.bpt[/]", "", "[italic]the classic list of bi-cubic patches (teapot)[/]", "")
     new_console().print(table)
-    say(f"samples that come along: {', '.join(SHIPPED_PREFIX + name for name in shipped_samples())}")
+    say(f"included samples: {', '.join(SHIPPED_PREFIX + name for name in shipped_samples())}")
 
 
 _LARGE = 5_000_000
-"""Bytes of a GLB above which it is said what would make it smaller."""
+"""Size of a GLB in bytes above which advice on smaller files is printed."""
 
 _Material = Annotated[
     list[str] | None,
     typer.Option(
         metavar="PART=SAMPLE",
-        help="Other parts of a model have another sample: `Seat=leather/`, `'Leg*=oak.jpg@30cm'` with "
-        "its width; several times. The first name that fits a part counts. `*` is all others.",
+        help="Use another sample on parts of a model: `Seat=leather/`, `'Leg*=oak.jpg@30cm'` with its "
+        "width; repeatable. The first name that fits a part counts. `*` means all other parts.",
         rich_help_panel="Model",
     ),
 ]
@@ -64,7 +64,7 @@ _Material = Annotated[
 
 def _project(context: typer.Context, name: str | None) -> str | None:
     if name is not None:
-        context.default_map = {**(context.default_map or {}), "on": ""}  # the project tells
+        context.default_map = {**(context.default_map or {}), "on": ""}  # the project names the model
     return name
 
 
@@ -85,8 +85,8 @@ _Project = Annotated[
         metavar="FILE",
         is_eager=True,
         callback=_project,
-        help="Model, samples and settings of a project, `chair.upholster.json`; what else is given here "
-        "counts in place of what is there.",
+        help="Use the model, samples and settings of a project, `chair.upholster.json`; other options given "
+        "here override it.",
         rich_help_panel="Project",
     ),
 ]
@@ -95,7 +95,7 @@ _Allow = Annotated[
     list[str] | None,
     typer.Option(
         metavar="DIR",
-        help="The project may read files in this folder, beside its own; several times.",
+        help="The project may read files in this folder, in addition to its own; repeatable.",
         rich_help_panel="Project",
     ),
 ]
@@ -104,7 +104,7 @@ _SaveProject = Annotated[
     str | None,
     typer.Option(
         metavar="FILE",
-        help="Write all this as a project, and copy the files that it needs beside it.",
+        help="Save all settings as a project, and copy the files that it needs into its folder.",
         rich_help_panel="Project",
     ),
 ]
@@ -116,9 +116,9 @@ def cover(
         list[str] | None,
         typer.Argument(
             help="The sample: an image (PNG, JPEG, WebP, TIFF, EXR, HEIC, AVIF); or a material's maps, as a "
-            "folder, a zip file or files named by role, `brick_albedo.png brick_normal.png` …; or one that "
-            "comes along, `sample:bricks` (see `surfaces`). With "
-            "--material it is for the other parts, and may be left out.",
+            "folder, a zip file or files named by role, `brick_albedo.png brick_normal.png` …; or an "
+            "included one, `sample:bricks` (see `surfaces`). With "
+            "--material it covers the other parts, and may be left out.",
             metavar="SAMPLE",
         ),
     ] = None,
@@ -138,14 +138,14 @@ def cover(
             "-o",
             "--output",
             metavar="FILE",
-            help=f"Several at once: {outputs_in_words()}. A material's other maps lie beside textures: "
-            "`x_normal.png`. A texture above 8192x8192 is several: `x_1.png`, or, "
+            help=f"Repeatable: {outputs_in_words()}. A material's other maps are written next to textures: "
+            "`x_normal.png`. A texture above 8192x8192 becomes several files: `x_1.png`, or, "
             "with `<UDIM>` in its name, UDIM tiles.",
         ),
     ],
     material: _Material = None,
     model: ModelOptions,
-    draft: _Draft = False,  # noqa: ARG001  # told by its callback
+    draft: _Draft = False,  # noqa: ARG001  # its callback reads it
     synthesis: SynthesisOptions,
     seed: Annotated[
         int | None, typer.Option(help="Same seed, same result; default: 0.", rich_help_panel="Synthesis")
@@ -158,16 +158,16 @@ def cover(
     report: Annotated[
         str | None, typer.Option(metavar="FILE", help="Write parameters, counts and times as JSON.")
     ] = None,
-    threads: Annotated[int | None, typer.Option(help="1 to 256; default: one per core.")] = None,
+    threads: Annotated[int | None, typer.Option(help="Threads, 1 to 256; default: one per core.")] = None,
     workers: Annotated[
         int | None,
         typer.Option(
-            help="Lay blocks on so many processes of this machine, 1 to 256, by Dask: docs/scaling.md."
+            help="Distribute blocks over this many processes of this machine, 1 to 256: docs/scaling.md."
         ),
     ] = None,
     scheduler: Annotated[
         str | None,
-        typer.Option(metavar="ADDRESS", help="Or on a Dask cluster that is there: tcp://host:8786."),
+        typer.Option(metavar="ADDRESS", help="Use a running Dask cluster instead: tcp://host:8786."),
     ] = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
 ) -> None:
@@ -189,8 +189,8 @@ def cover(
     if save_project is not None:
         copied = save(asked, save_project)
         if not quiet:
-            beside = f", and beside it {number_of(len(copied), 'file')}" if copied else ""
-            say(f"wrote {save_project}{beside}")
+            copies = f", and {number_of(len(copied), 'file')} in its folder" if copied else ""
+            say(f"wrote {save_project}{copies}")
     with progress_bars(quiet, uses) as progress:
         result = asked.cover(
             output,
@@ -206,7 +206,7 @@ def cover(
 
 
 def asked_project(given: "Mapping[str, Any]") -> "Project":
-    """Return a project, as `cover`'s parameters ask for it; a file's, changed in what is given beside it."""
+    """Return the project that `cover`'s parameters describe: a given file's, changed by other options."""
     from upholster.coverings import read_materials, read_sample
     from upholster.image.source import Sample
     from upholster.project import Project, read_project
@@ -236,7 +236,7 @@ def asked_project(given: "Mapping[str, Any]") -> "Project":
 
 
 def _say_result(result: "CoverReport", seconds: float, *, several: bool) -> None:
-    """Print what was written, and what was settled."""
+    """Print the files written, and the values of open settings."""
     written = ", ".join(f"{name} ({in_bytes(count)})" for name, count in result.written.items())
     count, page = result.counts["texels"], result.counts.get("page texels")
     texels = texels_in_words(count, result.counts["painted texels"])
@@ -253,7 +253,7 @@ def _say_result(result: "CoverReport", seconds: float, *, several: bool) -> None
 
 
 def uses_of(project: "Project", outputs: list[str]) -> list[str]:
-    """Return what kernels this needs, as far as names tell; others complain about wrong ones."""
+    """Return the uses of kernels, judged by names only; wrong names are reported elsewhere."""
     from upholster.image.packages import is_zip
 
     asked, reading = project.synthesis, project.sample.options if project.sample else None

@@ -16,7 +16,7 @@ def fill(
         list[str],
         typer.Argument(
             help="A photo (PNG, JPEG, WebP, TIFF, EXR, HEIC, AVIF); or a material's maps, as a folder, a zip "
-            "file or files named by role: all are filled alike.",
+            "file or files named by role: all are filled in the same way.",
             metavar="PHOTO",
         ),
     ],
@@ -25,8 +25,8 @@ def fill(
         typer.Option(
             "--hole",
             metavar="MASK",
-            help="What is made anew: an image as large as the photo, white there. Or `alpha`: what is clear "
-            "in the photo.",
+            help="Pixels to fill: an image of the photo's size, white there. Or `alpha`: the photo's "
+            "transparent pixels.",
         ),
     ],
     output: Annotated[
@@ -35,7 +35,7 @@ def fill(
             "-o",
             "--output",
             metavar="IMAGE",
-            help="PNG, JPEG, WebP, TIFF, EXR. A material's other maps lie beside it: `x_normal.png`.",
+            help="PNG, JPEG, WebP, TIFF, EXR. A material's other maps go next to it: `x_normal.png`.",
         ),
     ],
     *,
@@ -48,13 +48,13 @@ def fill(
     block: Annotated[
         int | None,
         typer.Option(
-            help="Side of a block in pixels, 8 to 512. Default: as it suits photo and hole, up to 48."
+            help="Side of a block in pixels, 8 to 512. Default: chosen for photo and hole, up to 48."
         ),
     ] = None,
     seed: Annotated[int, typer.Option(help="Same seed, same result.")] = 0,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
 ) -> None:
-    """Fill holes in a photo or a material, with texture as it is round them: outside nothing changes."""
+    """Fill holes in a photo or a material with the texture around them: outside nothing changes."""
     start = time.perf_counter()
     from upholster.photos import fill_files
 

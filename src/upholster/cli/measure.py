@@ -21,7 +21,7 @@ def measure(
     sample: Annotated[
         str | None,
         typer.Option(
-            metavar="IMAGE", help="What it was made from; a stream holds its own, if it is not given."
+            metavar="IMAGE", help="The sample that it was made from. Default: the one in the stream."
         ),
     ] = None,
     tileable: Annotated[
@@ -29,24 +29,24 @@ def measure(
     ] = False,
     sample_size: Annotated[
         float | None,
-        typer.Option(help="The sample's width in the model's units that was asked for; default: the median."),
+        typer.Option(help="The requested width of the sample in model units. Default: the median found."),
     ] = None,
     direction: Annotated[
         str | None,
-        typer.Option(metavar="DIRECTION", help="The direction that was asked for, as in upholster cover."),
+        typer.Option(metavar="DIRECTION", help="The requested direction, as in upholster cover."),
     ] = None,
     crease: Annotated[
         float | None,
         typer.Option(
             metavar="DEG",
-            help="From which angle on texture was to start anew at edges, as in upholster cover; "
-            "seams there are told by themselves. Default: 75.",
+            help="Angle from which the texture is interrupted at edges, as in upholster cover; "
+            "seams there are listed separately. Default: 75.",
         ),
     ] = None,
     most_texels: Annotated[
         str | None,
         typer.Option(
-            "--limit", metavar="4M", help="Refuse a stream of more texels; all else goes with them."
+            "--limit", metavar="4M", help="Refuse a stream with more texels; other limits follow from it."
         ),
     ] = None,
     json: Annotated[str | None, typer.Option(metavar="FILE", help="Write the figures as JSON.")] = None,
@@ -64,11 +64,11 @@ def measure(
         allowed = " ".join([".uph", *IMAGE_SUFFIXES])
         raise InputError(f"result {result!r} has suffix {suffix!r}; allowed: {allowed}")
     if suffix != ".uph" and sample is None:
-        raise InputError(f"--sample is missing; image {result!r} is measured against what it was made from")
+        raise InputError(f"--sample is missing; image {result!r} is compared with its sample")
     if json is not None and Path(json).suffix.lower() != ".json":
         raise InputError(f"output {json!r} has suffix {Path(json).suffix!r}; allowed: .json")
     if suffix == ".uph" and tileable:
-        raise InputError("--tileable belongs to a flat image; a stream tells what it holds")
+        raise InputError("--tileable belongs to a flat image; a stream stores its own surface")
     if suffix != ".uph" and any(value is not None for value in (sample_size, direction, crease, most_texels)):
         raise InputError(
             "--sample-size, --direction, --crease, --limit belong to a stream; an image has no surface"
@@ -86,8 +86,8 @@ def measure(
         if json is not None:
             asked = {"sample_size": sample_size, "direction": direction, "crease": crease}
             asked = asked if suffix == ".uph" else {}
-            told = {"result": result, "sample": sample, **asked, **found.to_json()}
-            text = codec.dumps(told, indent=2)
+            figures = {"result": result, "sample": sample, **asked, **found.to_json()}
+            text = codec.dumps(figures, indent=2)
             files.path(json).write_text(text + "\n", encoding="utf-8")
     if not quiet:
         _show(found, state)
@@ -113,7 +113,7 @@ def _stream(
     with naming(path):
         decoder = read_stream(read_bytes(path), strict=False, limits=limits)
     surface, quilt, coded = decoder.surface, decoder.quilt(), decoder.exemplar()
-    if surface is None:  # no stream that can be shown lacks one
+    if surface is None:  # every stream that can be shown has one
         raise InputError(f"stream {path!r} has no surface")
     if original is not None and original.shape != coded.shape:
         shapes = ["×".join(str(side) for side in image.shape) for image in (original, coded)]

@@ -1,4 +1,4 @@
-"""What ``upholster info`` shows of a model."""
+"""``upholster info`` for a model."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
@@ -15,14 +15,14 @@ __all__ = ["show_model"]
 
 _STEPS = ((1000.0, "km"), (1.0, "m"), (0.01, "cm"), (0.001, "mm"))
 _LINES = 200
-"""Parts that the table lists."""
+"""Largest number of parts in the table."""
 
 _LEAST = 0.0005
-"""Shares of less are not told: overlaps are counted on a raster."""
+"""Smaller shares are not reported: overlaps are counted on a raster."""
 
 
 def show_model(path: str, *, unit: str | None = None) -> None:
-    """Print the parts of a model, their sizes and texture coordinates, and what is odd about them."""
+    """Print a model's parts, their sizes and texture coordinates, and their defects."""
     from upholster.geometry.mesh_files import read_model
     from upholster.geometry.mesh_state import mesh_states
 
@@ -40,7 +40,7 @@ def show_model(path: str, *, unit: str | None = None) -> None:
 
 
 def _show_parts(shown: "Sequence[tuple[ModelPart, PartState]]", metres: float | None) -> None:
-    """Print a table of parts, or some lines for each of them where a table would be too wide."""
+    """Print a table of parts, or some lines for each part if a table would be too wide."""
     from rich.box import SIMPLE_HEAD
     from rich.measure import Measurement
     from rich.table import Column, Table
@@ -65,7 +65,7 @@ def _show_parts(shown: "Sequence[tuple[ModelPart, PartState]]", metres: float | 
     if Measurement.get(console, console.options.update(max_width=10_000), table).maximum <= console.width:
         console.print(table)
         return
-    # Names are what --part and --material take: whole, each on a line of its own.
+    # --part and --material take these names: print each complete, on a line of its own.
     say("")
     for part, material, triangles, area, size, uv, holes in rows:
         say(part)
@@ -77,7 +77,7 @@ def _show_parts(shown: "Sequence[tuple[ModelPart, PartState]]", metres: float | 
 def _head(model: "ModelFile") -> list[str]:
     mesh = model.mesh
     sides = _measured(mesh.box[1] - mesh.box[0], mesh.metres)
-    unit = f"a unit is {mesh.metres:g} m" if mesh.metres else "the file tells no unit (--unit mm)"
+    unit = f"a unit is {mesh.metres:g} m" if mesh.metres else "the file states no unit (--unit mm)"
     lines = [
         f"{model.path}: {number_of(len(mesh.triangles), 'triangle')}, "
         f"{number_of(len(mesh.positions), 'vertex', 'vertices')}, {number_of(len(mesh.parts), 'part')}",
@@ -90,7 +90,7 @@ def _head(model: "ModelFile") -> list[str]:
 
 
 def _measured(values: "Sequence[float] | FloatArray", metres: float | None, power: int = 1) -> str:
-    """Write lengths, or an area, in the unit that suits them."""
+    """Write lengths, or an area, in a suitable unit."""
     largest = float(max(values)) * (metres or 1.0) ** power
     size, name = next((step for step in _STEPS if largest >= step[0] ** power), _STEPS[-1])
     factor = 1.0 if metres is None else (metres / size) ** power
@@ -99,7 +99,7 @@ def _measured(values: "Sequence[float] | FloatArray", metres: float | None, powe
 
 
 def _figures(value: float) -> str:
-    """Write a number with three figures, or all of its whole part."""
+    """Write a number with three figures, or its complete integer part."""
     return f"{value:,.0f}" if 1000 <= value < 1e9 else f"{value:.3g}"
 
 
@@ -114,7 +114,7 @@ def _percent(share: float) -> str:
 
 
 def _odd(part: "ModelPart", state: "PartState") -> Sequence[str]:
-    """Say what a user may want to know."""
+    """Return a part's defects in words."""
     counts = (
         (state.components, 1, "piece", ""),
         (state.crowded_edges, 0, "edge", " of more than two triangles"),

@@ -1,4 +1,4 @@
-"""Options of a command, made of the fields of an options dataclass; names, defaults and help are there."""
+"""Options of a command, made from an options dataclass, which defines names, defaults and help."""
 
 import functools
 import inspect
@@ -43,11 +43,11 @@ _AS_TEXT: dict[str, tuple[_Read, _Write]] = {
     "sample_quality": (lambda text: number_or_text(text), lambda quality: f"{quality:g}"),
     "stream_bytes": (lambda text: byte_count("bytes", text), str),
 }
-"""How values are read and written that are no plain number, word or switch on the command line."""
+"""How values on the command line are read and shown if they are not a plain number, word or switch."""
 
 
 def number_or_text(text: str) -> float | str:
-    """Return a number where a text is one, or else the text: what it may be is checked later."""
+    """Return a number if a text is one, otherwise the text: its value is checked later."""
     try:
         return float(text)
     except ValueError:
@@ -55,7 +55,7 @@ def number_or_text(text: str) -> float | str:
 
 
 def by_name(option: str, allowed: str, written: list[str]) -> dict[str, str]:
-    """Read ``name=file``, several times."""
+    """Read repeated options ``name=file``."""
     found: dict[str, str] = {}
     for text in written:
         name, equals, file = text.partition("=")
@@ -68,7 +68,7 @@ def by_name(option: str, allowed: str, written: list[str]) -> dict[str, str]:
 
 
 def _by_part(name: str, texts: list[str]) -> str | dict[str, str]:
-    """Read ``PART=VALUE``, several times; a value alone is for all parts, or for the others."""
+    """Read repeated options ``PART=VALUE``; a value alone is for all parts, or for all other parts."""
     if len(texts) == 1 and "=" not in texts[0]:
         return texts[0]
     found: dict[str, str] = {}
@@ -77,7 +77,7 @@ def _by_part(name: str, texts: list[str]) -> str | dict[str, str]:
         if not value or (part or "*") in found:
             raise InputError(f"{name} is given as {text!r}; allowed: PART=VALUE, each part once")
         found[part or "*"] = value
-    if "*" in found:  # last, wherever it was written
+    if "*" in found:  # last, wherever it was given
         found["*"] = found.pop("*")
     return found
 
@@ -94,18 +94,18 @@ _WORDS: dict[str, Any] = {
     "again": list[str] | None,
     "put": list[str] | None,
 }
-"""Options of several words, or that may be given several times."""
+"""Options of several words, or that may be repeated."""
 
 
 def spelled_out(*, without: Collection[str] = ()) -> Callable[[Callable[..., None]], Callable[..., None]]:
-    """Make a command take the fields of its options dataclasses as options, each where the dataclass stands.
+    """Make a command take the fields of its options dataclasses as options, at the dataclass's position.
 
-    The command itself is called with the dataclasses, made of what was written on the command line.
+    The command itself is called with the dataclasses, built from the command line.
 
     Parameters
     ----------
     without
-        Panels whose options this command does not have.
+        Panels whose options the command omits.
     """
 
     def spell_out(command: Callable[..., None]) -> Callable[..., None]:
@@ -124,7 +124,7 @@ def spelled_out(*, without: Collection[str] = ()) -> Callable[[Callable[..., Non
         def run(context: typer.Context, **values: Any) -> None:
             for name, (kind, entries) in kinds.items():
                 texts = {entry.name: values.pop(entry.name) for entry in entries}
-                # What was not written is not given: a default of the other method was not chosen.
+                # Options that were not written are not passed on: a default of another method was not chosen.
                 given = {
                     key: _AS_TEXT[key][0](value) if key in _AS_TEXT else value
                     for key, value in texts.items()
@@ -143,7 +143,7 @@ def spelled_out(*, without: Collection[str] = ()) -> Callable[[Callable[..., Non
 def _option(entry: "Field[Any]") -> inspect.Parameter:
     about = entry.metadata
     name = about["flag"] or "--" + entry.name.replace("_", "-")
-    # A switch that is on has a name to turn it off.
+    # A switch that is on by default gets a name that turns it off.
     names = f"{name}/--no-{name[2:]}" if entry.default is True else name
     kind, default = entry.type, entry.default
     if entry.name in _AS_TEXT:

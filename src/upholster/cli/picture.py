@@ -21,15 +21,15 @@ def picture(
         str,
         typer.Option(
             metavar="AZ,EL|sheet",
-            help="Azimuth and elevation in degrees; `sheet`: four sides on one picture.",
+            help="Azimuth and elevation in degrees; `sheet`: four sides in one picture.",
         ),
     ] = "30,30",
-    size: Annotated[str, typer.Option(metavar="WxH", help="Of the whole picture, in pixels.")] = "1024x768",
+    size: Annotated[str, typer.Option(metavar="WxH", help="Size of the picture in pixels.")] = "1024x768",
     supersample: Annotated[int, typer.Option(help="Samples per pixel each way, 1 to 8.")] = 2,
-    threads: Annotated[int | None, typer.Option(help="1 to 256; default: one per core.")] = None,
+    threads: Annotated[int | None, typer.Option(help="Threads, 1 to 256; default: one per core.")] = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
 ) -> None:
-    """Draw a model with the textures that it has: all of it, from one side or from four."""
+    """Draw a model with its own textures, from one side or from four."""
     import numpy as np
 
     from upholster.files import outputs
@@ -37,7 +37,7 @@ def picture(
     from upholster.redrawn import SHEET, redrawn
 
     if Path(output).suffix.lower() not in (".png", ".jpg", ".jpeg", ".webp", ".exr"):
-        raise InputError(f"output {output!r} is no picture; allowed: .png, .jpg, .webp, .exr")
+        raise InputError(f"output {output!r} is not a picture; allowed: .png, .jpg, .webp, .exr")
     width, height = numbers("size", size, "x", 2, int)
     is_sheet = view == "sheet"
     views = SHEET if is_sheet else (numbers("view", view, ",", 2, float),)

@@ -1,4 +1,4 @@
-"""``upholster prepare``: from a photo to a sample."""
+"""``upholster prepare``: making a sample from a photo."""
 
 from typing import Annotated
 
@@ -24,11 +24,11 @@ def prepare(
     *,
     preparing: SampleOptions,
     picture: Annotated[
-        str | None, typer.Option(metavar="IMAGE", help="Photo and sample side by side, to look at.")
+        str | None, typer.Option(metavar="IMAGE", help="Write photo and sample side by side, to compare.")
     ] = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
 ) -> None:
-    """Make a sample of a photo: rectified, cropped, resized, evenly lit, in sRGB."""
+    """Make a sample from a photo: rectified, cropped, resized, evenly lit, in sRGB."""
     from upholster.photos import prepare_sample
 
     with progress_bars(quiet, ["prepare" if preparing.rectify else "hints"]):

@@ -1,4 +1,4 @@
-"""What ``upholster info`` shows of a project."""
+"""``upholster info`` for a project."""
 
 import os
 from collections.abc import Mapping
@@ -14,7 +14,7 @@ __all__ = ["show_project"]
 
 
 def show_project(path: str) -> None:
-    """Print what a project covers, with what, and the settings that are not defaults; a thing per line."""
+    """Print a project's model, samples, and the settings that are not defaults; one per line."""
     from upholster.charts.covered import covered_files
     from upholster.project import KINDS, read_project
 
@@ -53,7 +53,7 @@ def _short(file: Any, folder: str) -> str:
 
 
 def _settings(changed: Mapping[str, Any]) -> str:
-    """Write options as the command line has them."""
+    """Write options as on the command line."""
     return ", ".join(f"{name.replace('_', '-')} {_text(value)}" for name, value in changed.items())
 
 

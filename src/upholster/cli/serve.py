@@ -14,21 +14,21 @@ from upholster.errors import InputError
 
 __all__ = ["serve", "view"]
 
-_PORTS = "0: any that is free."
+_PORTS = "The port; 0: any free one."
 
 
 def serve(
     paths: Annotated[
         list[str],
-        typer.Argument(help="Streams (.uph), and folders that hold some.", metavar="FILE-OR-FOLDER"),
+        typer.Argument(help="Streams (.uph), and folders with streams.", metavar="FILE-OR-FOLDER"),
     ],
     port: Annotated[int, typer.Option(help=_PORTS)] = 8000,
     host: Annotated[
-        str, typer.Option(help="The address to listen on; 0.0.0.0: all, so that others can see it too.")
+        str, typer.Option(help="The address to listen on; 0.0.0.0: all, so that other machines can connect.")
     ] = "127.0.0.1",
     throttle: Annotated[
         str | None,
-        typer.Option(metavar="RATE", help="Bits per second of the line that carries all: 256k, 2M."),
+        typer.Option(metavar="RATE", help="Bits per second of the line that all answers share: 256k, 2M."),
     ] = None,
     cors: Annotated[
         list[str] | None,
@@ -48,8 +48,8 @@ def serve(
 
     def listening(url: str) -> None:
         found = len(catalogue.entries())
-        told = "1 stream" if found == 1 else f"{found:,} streams"
-        say(f"serving {told} at {url} (Ctrl-C stops)")
+        streams = "1 stream" if found == 1 else f"{found:,} streams"
+        say(f"serving {streams} at {url} (Ctrl-C stops)")
 
     with _compiling():
         server.serve(
@@ -74,7 +74,7 @@ def view(
     server = _server()
     catalogue = server.Catalogue(paths)
     if catalogue.folders:
-        raise InputError("view shows .uph files; a folder's are served by: upholster serve FOLDER")
+        raise InputError("view shows .uph files; for a folder's files use: upholster serve FOLDER")
     names = [entry.name for entry in catalogue.entries()]
 
     def listening(url: str) -> None:
@@ -100,14 +100,14 @@ def _server() -> ModuleType:
 
 @contextmanager
 def _compiling() -> Iterator[None]:
-    # The kernels of pictures of streams, while the server already answers.
+    # Compiles the kernels for pictures of streams while the server already answers.
     from upholster.warm import compiling
 
     with compiling(["refine picture", "refine paper", "refine material"]) as compiler:
         if compiler is not None:
             print(
                 f"compiling {compiler.total} kernels, once for this machine and version: "
-                "pictures of streams come then",
+                "pictures of streams follow",
                 file=sys.stderr,
                 flush=True,
             )

@@ -1,4 +1,4 @@
-"""``upholster refine``, ``info`` and ``levels``: what a stream holds and what can be made of it."""
+"""``upholster refine``, ``info`` and ``levels``: a stream's contents, and files made from a stream."""
 
 from pathlib import Path
 from typing import Annotated
@@ -52,7 +52,7 @@ def refine(
     texels: Annotated[
         str | None,
         typer.Option(
-            metavar="N", help="Paint the same texture more finely or coarsely: about so many texels, `1M`."
+            metavar="N", help="Paint the same texture more finely or coarsely: about this many texels, `1M`."
         ),
     ] = None,
     most_bytes: Annotated[
@@ -66,14 +66,14 @@ def refine(
     most_texels: Annotated[
         str | None,
         typer.Option(
-            "--limit", metavar="4M", help="Refuse a stream of more texels; all else goes with them."
+            "--limit", metavar="4M", help="Refuse a stream with more texels; other limits follow from it."
         ),
     ] = None,
     writing: WriteOptions,
-    threads: Annotated[int | None, typer.Option(help="1 to 256; default: one per core.")] = None,
+    threads: Annotated[int | None, typer.Option(help="Threads, 1 to 256; default: one per core.")] = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
 ) -> None:
-    """Write models and pictures from a stream, however much of it there is."""
+    """Write models and pictures from a stream, or from its start."""
     from upholster.levels import share_text
     from upholster.pipeline import refine as run
     from upholster.stream.prefix import Limit
@@ -111,16 +111,16 @@ def info(
         ),
     ],
     unit: Annotated[
-        str | None, typer.Option(metavar="mm", help="Of a model: m, dm, cm, mm, km, in or ft.")
+        str | None, typer.Option(metavar="mm", help="Unit of a model's file: m, dm, cm, mm, km, in or ft.")
     ] = None,
     most_texels: Annotated[
         str | None,
         typer.Option(
-            "--limit", metavar="4M", help="Refuse a stream of more texels; all else goes with them."
+            "--limit", metavar="4M", help="Refuse a stream with more texels; other limits follow from it."
         ),
     ] = None,
 ) -> None:
-    """Show what a stream or a project holds; or a model's parts, and what is odd about them."""
+    """Show the contents of a stream or a project; or a model's parts and their defects."""
     if file.lower().endswith(PROJECT_SUFFIX) and unit is None:
         show_project(file)
     elif file.lower().endswith(CAD_SUFFIXES):
@@ -128,13 +128,13 @@ def info(
     elif is_model_name(file):
         show_model(file, unit=unit)
     elif unit is not None:
-        raise InputError("--unit is for models: a stream and a project have no other")
+        raise InputError("--unit is for models: the unit of a stream or a project is fixed")
     else:
         _show_stream(file, most_texels)
 
 
 def _show_stream(stream: str, most_texels: str | None) -> None:
-    """Print a stream's chunks, its placements, and what can be shown after so many bytes."""
+    """Print a stream's chunks, its placements, and the quality after several numbers of bytes."""
     from rich.box import SIMPLE_HEAD
     from rich.table import Table
 
@@ -154,7 +154,7 @@ def _show_stream(stream: str, most_texels: str | None) -> None:
     console.print(chunks)
     readable = Table("bytes", "charts", "placements", "coefficients", "sample", box=SIMPLE_HEAD)
     for line in found.readable:
-        quality = "as far as known" if line.psnr == float("inf") else f"{line.psnr:.1f} dB"
+        quality = "as received" if line.psnr == float("inf") else f"{line.psnr:.1f} dB"
         parts = map(share_text, (line.charts, line.placements, line.coefficients))
         add_row(readable, f"{line.length:,}", *parts, quality)
     console.print(readable)
@@ -167,12 +167,12 @@ def levels(
     most_texels: Annotated[
         str | None,
         typer.Option(
-            "--limit", metavar="4M", help="Refuse a stream of more texels; all else goes with them."
+            "--limit", metavar="4M", help="Refuse a stream with more texels; other limits follow from it."
         ),
     ] = None,
-    size: Annotated[str, typer.Option(metavar="WxH", help="Of each picture.")] = "400x320",
+    size: Annotated[str, typer.Option(metavar="WxH", help="Size of each picture in pixels.")] = "400x320",
     view: Annotated[str, typer.Option(metavar="AZ,EL", help="Azimuth and elevation in degrees.")] = "30,30",
-    threads: Annotated[int | None, typer.Option(help="1 to 256; default: one per core.")] = None,
+    threads: Annotated[int | None, typer.Option(help="Threads, 1 to 256; default: one per core.")] = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
 ) -> None:
     """Show a stream at 3, 5, 7 and 15 % of its coefficients and complete (the paper's figure 13)."""

@@ -17,17 +17,17 @@ def studio(
         list[str] | None,
         typer.Argument(help="A photo or material, a model or surface, or a project.", metavar="FILE"),
     ] = None,
-    port: Annotated[int, typer.Option(help="0: any that is free.")] = 0,
+    port: Annotated[int, typer.Option(help="The port; 0: any free one.")] = 0,
     browser: Annotated[
         bool, typer.Option("--browser/--no-browser", help="Open the page in the browser.")
     ] = True,
     save_to: Annotated[
         str | None,
-        typer.Option(metavar="DIR", help="Files may be put into this folder, besides being downloaded."),
+        typer.Option(metavar="DIR", help="Allow saving files in this folder, besides downloading them."),
     ] = None,
     limit: Annotated[str, typer.Option(metavar="512M", help="Refuse larger files: 16M, 2G.")] = "512M",
 ) -> None:
-    """Open the studio in the browser: drop a photo and a model, set, look, save. Until Ctrl-C."""
+    """Open the studio in the browser: drop a photo and a model, change settings, save. Until Ctrl-C."""
     most_bytes = _bytes(limit)
     try:
         from upholster.studio import run_studio

@@ -13,10 +13,10 @@ __all__ = ["warm"]
 
 
 def warm(
-    threads: Annotated[int | None, typer.Option(help="1 to 256; default: one per core.")] = None,
+    threads: Annotated[int | None, typer.Option(help="Threads, 1 to 256; default: one per core.")] = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
 ) -> None:
-    """Compile all kernels for this machine now, as an image or CI wants it, instead of at their first use."""
+    """Compile all kernels for this machine now, for images and CI, instead of at their first use."""
     start = time.perf_counter()
     from upholster.kernel_cache import KernelCache
     from upholster.warm import compiling, jobs_for, missing
@@ -25,7 +25,7 @@ def warm(
     caches = [getattr(job.dispatcher(), "_cache", None) for job in jobs]
     folders = {str(cache.cache_path) for cache in caches if isinstance(cache, KernelCache)}
     if not folders:
-        raise InputError("no folder for kernels can be written; set NUMBA_CACHE_DIR to one that can")
+        raise InputError("no folder for kernels is writable; set NUMBA_CACHE_DIR to one that is")
     with compiling(threads=threads) as compiler, bars(quiet, compiler):
         if compiler is not None:
             compiler.wait()

@@ -1,4 +1,4 @@
-"""Dask: tasks on processes of this machine, or on a cluster that is there already.
+"""Dask: tasks on processes of this machine, or on an existing cluster.
 
 ``pip install "upholster[cluster]"``; nothing else imports Dask.
 """

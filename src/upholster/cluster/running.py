@@ -1,4 +1,4 @@
-"""Jobs on Dask: on processes of this machine, or on a cluster that is there already."""
+"""Jobs on Dask: on processes of this machine, or on an existing cluster."""
 
 import importlib
 import logging
@@ -28,25 +28,25 @@ CALM = {
         ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1"
     ),
 }
-"""Of workers on this machine. A worker gets a task when it is free, none in advance: tasks take a second, and
-others may come first meanwhile. Watching itself took Dask 3 % of a core in each process. Dask also lets
-glibc give all memory back at once (MALLOC_TRIM_THRESHOLD_), so that arrays are cleared page by page again and
-again: left as it is elsewhere.
+"""Settings of workers on this machine. A worker gets a task only when it is free: tasks take a second, and
+more urgent ones may become ready in the meantime. Dask's self-monitoring took 3 % of a core in each process.
+Dask also makes glibc return all memory at once (MALLOC_TRIM_THRESHOLD_), so that the pages of arrays are
+cleared again and again: here glibc's default is kept.
 """
 
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What came of one job.
+    """The outcome of one job.
 
     Attributes
     ----------
     number
-        Of the job in the list.
+        Index of the job in the list.
     result
-        What the work returned; None if it failed.
+        The work's return value; None if it failed.
     error
-        Why it failed, in a line; empty if it did not.
+        The cause of the failure, in a line; empty if there was none.
     """
 
     number: int
@@ -56,12 +56,12 @@ class Outcome:
 
 @dataclass(frozen=True, slots=True)
 class Run:
-    """Jobs that run.
+    """Running jobs.
 
     Attributes
     ----------
     dashboard
-        The address of Dask's dashboard; empty where there is none.
+        The address of Dask's dashboard; empty if there is none.
     outcomes
         What comes of the jobs, in the order in which they end.
     """
@@ -79,20 +79,20 @@ def run_jobs(
     scheduler: str | None = None,
     retries: int = 2,
 ) -> Iterator[Run]:
-    """Run jobs side by side; what ends first comes first.
+    """Run jobs side by side, and yield outcomes in the order in which jobs end.
 
     Parameters
     ----------
     work
         A function of a module, called with each job's arguments in some worker's process.
     arguments
-        Of each job.
+        The arguments of each job.
     workers
         Processes on this machine, each with one job at a time; default: one per core.
     scheduler
         Address of a Dask scheduler, ``tcp://host:8786``, instead of processes of this machine.
     retries
-        How often a job is tried again whose worker died, or that failed by a fault of a machine.
+        How often a job is retried if its worker died, or a fault of the machine made it fail.
 
     Yields
     ------
@@ -112,10 +112,10 @@ def run_jobs(
 def cluster_pool(
     workers: int | None = None, scheduler: str | None = None, retries: int = 2
 ) -> Iterator[TaskPool]:
-    """Yield a pool whose tasks run on Dask's workers; parameters and errors as of `run_jobs`.
+    """Yield a pool whose tasks run on Dask's workers; parameters and errors as for `run_jobs`.
 
-    A task whose worker dies is done again by another. `TaskPool.next` raises `InputError` where a task could
-    not be done.
+    A task whose worker dies is repeated by another. `TaskPool.next` raises `InputError` if a task could not
+    be done.
     """
     with _connected(workers, scheduler, retries) as (distributed, client):
         yield _Pool(distributed, client, retries)
@@ -124,8 +124,8 @@ def cluster_pool(
 class _Pool:
     """Tasks on Dask's workers, as a `TaskPool`.
 
-    A task costs the scheduler about ten messages, most of them of a fixed size. What can be saved is: tasks
-    are sent several at a time, and none has a result that somebody would have to fetch.
+    A task costs the scheduler about ten messages, most of them of a fixed size. To save messages, several
+    tasks are sent at a time, and no task returns a result that would have to be fetched.
     """
 
     def __init__(self, distributed: Any, client: Any, retries: int) -> None:
@@ -161,7 +161,7 @@ class _Pool:
         return {"tasks": self._tasks, **known}
 
     def _send(self) -> None:
-        """Send all that waits: the tasks of a function in one message."""
+        """Send all waiting tasks: those of one function in one message."""
         for (task, priority), waiting in self._unsent.items():
             futures = self._client.map(
                 task,
@@ -178,11 +178,11 @@ class _Pool:
 
 
 def _stream_bytes(client: Any) -> int | None:
-    """Return the bytes that have gone through the scheduler in messages about tasks; None if not known.
+    """Return the bytes that went through the scheduler in messages about tasks; None if unknown.
 
-    Of connections that there still are. Signs of life, some 2 kB a second and worker, are not among them.
+    Only open connections count. Heartbeats, about 2 kB per second and worker, are not included.
     """
-    with suppress(Exception):  # a number for people; these counts are no part of Dask's interface
+    with suppress(Exception):  # only informative; these counts are not part of Dask's public interface
         own = int(client.scheduler_comm.byte_count)
         by_workers: Mapping[str, int] = client.run(_sent_by_worker)
         return own + int(client.run_on_scheduler(_sent_by_scheduler)) + sum(by_workers.values())
@@ -230,7 +230,7 @@ def _client(distributed: Any, workers: int | None, scheduler: str | None, retrie
                 yield stack.enter_context(distributed.Client(scheduler, timeout=_PATIENCE))
             except (OSError, ValueError, TypeError) as error:
                 raise InputError(
-                    f"scheduler {scheduler!r} does not answer; allowed: the address of a Dask scheduler, as "
+                    f"scheduler {scheduler!r} does not answer; allowed: a Dask scheduler, such as "
                     f"tcp://127.0.0.1:8786 ({error})"
                 ) from None
             return
@@ -255,7 +255,7 @@ def _has_bokeh() -> bool:
 
 
 def _dashboard(client: Any) -> str:
-    with suppress(Exception):  # a name for people; without it all else works
+    with suppress(Exception):  # only a name for people
         return str(client.dashboard_link or "") if _has_bokeh() else ""
     return ""
 
@@ -291,7 +291,7 @@ def _outcomes(
         ): number
         for number, own in enumerate(arguments)
     }
-    # One that has ended is let go: what it returned is not kept on the workers.
+    # Finished futures are released, so that workers do not keep their results.
     pending = distributed.as_completed(list(futures))
     for future in pending:
         number = futures.pop(future)
@@ -305,5 +305,5 @@ def _outcomes(
 def _why(future: Any) -> str:
     error = future.exception()
     if type(error).__name__ == "KilledWorker":
-        return "its worker died, each time that it was tried (out of memory?)"
+        return "its worker died at every attempt (out of memory?)"
     return f"{type(error).__name__}: {error}"

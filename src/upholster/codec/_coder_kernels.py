@@ -1,10 +1,11 @@
 """Shapiro's embedded zerotree coder, one plane after another: encoder and decoder are the same loop.
 
-A plane has three passes. The *likely* pass visits insignificant coefficients whose neighbourhood promises
-significance, most probable first, in six queues. The *subordinate* pass refines what was significant before.
-The *dominant* pass visits the rest from the roots down; after a zero it says whether the coefficient is a
-zerotree root (ZTR: no descendant becomes significant in this plane) or an isolated zero (IZ). Where the bytes
-at hand do not determine the next bit, the loop returns and can go on from there when there are more.
+A plane has three passes. The *likely* pass visits insignificant coefficients whose neighbourhood makes
+significance likely, most probable first, in six queues. The *subordinate* pass refines coefficients that were
+significant before. The *dominant* pass visits the rest from the roots down; after a zero it codes whether the
+coefficient is a zerotree root (ZTR: no descendant becomes significant in this plane) or an isolated zero
+(IZ). If the available bytes do not determine the next bit, the loop returns, and can continue when there are
+more.
 """
 
 from typing import NamedTuple
@@ -78,18 +79,18 @@ class Coder(NamedTuple):
     a: Ints
 
 
-# Places in the state after those of the arithmetic coder.
+# Positions in the state, after those of the arithmetic coder.
 PLANE, PHASE, QUEUE, PLACE, STEP, SEGMENT, HEAD, TAIL, CURRENT, SIGNIFICANT_COUNT = range(6, 16)
 # Heads and tails of the queues.
 ENDS = 16
-# Bits coded, and after how many a decoder waits for more bytes (SPEC.md, section 9).
+# Number of bits coded, and the number at which a decoder waits for more bytes (SPEC.md, section 9).
 SYMBOLS, MOST_SYMBOLS = 28, 29
 # Phases of a plane, steps of a coefficient.
 STARTED, LIKELY, SUBORDINATE, DOMINANT = 0, 1, 2, 3
 _NEXT, _SIGNIFICANCE, _SIGN, _TREE = 0, 1, 2, 3
 # Flags.
 SIGNIFICANT, NEGATIVE, NEWLY, AWAKE, VISITED, ROOT = 1, 2, 4, 8, 16, 32
-# Where a coefficient waits that is in no queue: nowhere, or done in this plane.
+# Queue entries for a coefficient that is in no queue: nowhere, or done in this plane.
 _NOWHERE, _DONE = 9, 8
 
 # Mixers: by queue and kind, by kind, by kind, by age.
@@ -141,8 +142,8 @@ def _start_plane(state: Longs, segments: Ints, m: Ints, bands: Ints, a: Ints) ->
 
 @inline
 def _child(i: int, n: int, m: Ints, bands: Ints) -> int:
-    # The n-th child of a coefficient that has some: 0 to 3, or 0 to 2 below the approximation; 0: there is
-    # none.
+    # The n-th child of a coefficient that has children: 0 to 3, or 0 to 2 below the approximation; 0: there
+    # is none.
     band = m[BAND, i]
     if bands[band, KIND] == 0:
         return m[CHILD, i] + n * bands[band, CHILD_STEP] if n < 3 else 0
@@ -151,7 +152,7 @@ def _child(i: int, n: int, m: Ints, bands: Ints) -> int:
 
 @spliced
 def _wake(i: int, state: Longs, m: Ints, bands: Ints, a: Ints) -> None:
-    # A coefficient beside a newly significant one: it may move to a better queue.
+    # A neighbour of a newly significant coefficient may move to a better queue.
     flag = m[FLAGS, i]
     if flag & PADDING:
         return
@@ -169,8 +170,8 @@ def _wake(i: int, state: Longs, m: Ints, bands: Ints, a: Ints) -> None:
 @inline
 def _neighbour(i: int, n: int, along: int, across: int, m: Ints, bands: Ints) -> int:
     band = m[BAND, i]
-    # Who learns of a new significance: 8 neighbours, 4 children, 2 cousins, the next channel; 0: there is
-    # none.
+    # The coefficients affected by a new significance: 8 neighbours, 4 children, 2 cousins, the next channel;
+    # 0: there is none.
     if n < 8:
         row, column = (0, 0, -1, 1, -1, -1, 1, 1)[n], (-1, 1, 0, 0, -1, 1, -1, 1)[n]
         return i + row * across + column * along
@@ -217,7 +218,8 @@ def _next_in_queue(state: Longs, m: Ints) -> int:
 
 @inline
 def _code(coder: Coder, inputs: int, mixer: int, limit: int, encoding: bool, bit: int) -> int:
-    # Codes a bit and counts it; -1 where a decoder needs more bytes, be it only to go on working.
+    # Codes a bit and counts it; -1 if a decoder needs more bytes, even if only its limit of bits requires
+    # them.
     state = coder.state
     if state[SYMBOLS] >= state[MOST_SYMBOLS]:
         return -1
@@ -234,7 +236,7 @@ def _start_refining(state: Longs, segments: Ints) -> None:
 
 @inline
 def _start_trees(state: Longs, m: Ints, roots: Ints) -> None:
-    # The line starts with all roots; children join it behind those that are no zerotree roots.
+    # The line starts with all roots; children join it after those that are not zerotree roots.
     state[PHASE], state[STEP] = DOMINANT, _NEXT
     state[HEAD], state[TAIL] = 0, roots.shape[0]
     for n in range(roots.shape[0]):
@@ -243,7 +245,7 @@ def _start_trees(state: Longs, m: Ints, roots: Ints) -> None:
 
 @inline
 def _refine(i: int, coder: Coder, values: Ints, m: Ints, bands: Ints, encoding: bool) -> bool:
-    # Codes the next bit of a coefficient that was significant before; returns whether it could.
+    # Codes the next bit of a coefficient that was significant before; returns whether that was possible.
     state, a = coder.state, coder.a
     plane, band = state[PLANE], m[BAND, i]
     if m[FLAGS, i] & (SIGNIFICANT | NEWLY | PADDING) != SIGNIFICANT or plane < bands[band, LOWEST]:
@@ -282,7 +284,7 @@ def _refine_plane(
 
 @inline
 def _next_coefficient(state: Longs, m: Ints, bands: Ints) -> bool:
-    # Takes the next one of the likely or the dominant pass; returns whether there is one.
+    # Selects the next coefficient of the likely or the dominant pass; returns whether there is one.
     if state[PHASE] == LIKELY:
         i = int64(_next_in_queue(state, m))
         state[STEP] = _SIGNIFICANCE
@@ -368,7 +370,7 @@ def code_planes(
     most_bytes: int,
     most_significant: int,
 ) -> bool:
-    """Code plane after plane, from wherever the state is; return whether all planes are done.
+    """Code plane after plane, from the current state; return whether all planes are done.
 
     When encoding, `values` are the coefficients and `deepest` the largest magnitude among each one's
     descendants; it stops after `most_bytes` bytes, or when `most_significant` coefficients are significant.

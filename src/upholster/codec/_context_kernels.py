@@ -1,8 +1,8 @@
-"""What a coefficient's bits are predicted from: scores of its neighbourhood, and contexts of its symbols.
+"""The inputs of the prediction of a coefficient's bits: scores of its neighbourhood, and contexts.
 
-All that kernels share lies in three arrays, because every further one costs time at each call: `m` (9, n),
-what is known of each place (rows `PARENT` … `WAITING`, see `upholster.codec.tree`), `bands` (bands, 10), the
-description of the bands, and `a`, the adaptive model with its tables (see `upholster.codec._model_kernels`).
+All data that kernels share is in three arrays, because every further one costs time at each call. `m` (9, n)
+has the known data of each place (rows `PARENT` … `WAITING`, see `upholster.codec.tree`), `bands` (bands, 10)
+describes the bands, and `a` is the adaptive model with its tables (see `upholster.codec._model_kernels`).
 """
 
 from typing import Any

@@ -30,16 +30,16 @@ __all__ = [
     "settle",
 ]
 
-# Places in the coder's state, an int64 array. The interval is [LOW, HIGH], 32 bits each. A decoder's CODE
-# holds the bytes at hand, missing ones as 0; SLACK is what they could add. BYTES_DONE counts bytes written or
-# taken.
+# Positions in the coder's state, an int64 array. The interval is [LOW, HIGH], 32 bits each. A decoder's CODE
+# holds the available bytes, missing ones as 0; SLACK is the most that they could add. BYTES_DONE counts bytes
+# written or read.
 LOW, HIGH, CODE, UNKNOWN_BITS, BYTES_DONE, BYTES_HERE = 0, 1, 2, 3, 4, 5
 STATE_SIZE = 30
 
 
 # The adaptive model is one int32 array: the tables of `upholster.codec.tables`, the contexts of one
-# prediction (places of counters) and their logits, mixing weights in 1/65536, 8 a mixer, and counters. A
-# counter is the probability of a 1 in 1/2^20, times 1024, plus how many bits it has seen.
+# prediction (positions of counters) and their logits, mixing weights in 1/65536, 8 per mixer, and counters. A
+# counter is the probability of a 1 in 1/2^20, times 1024, plus the number of bits it has seen.
 STRETCH_AT, SQUASH_AT, RECIPROCALS_AT, QUANTA_AT, THRESHOLDS_AT = 0, 4096, 8192, 9216, 9472
 CONTEXTS, LOGITS, WEIGHTS = 9480, 9488, 9496
 MIXERS = 39
@@ -83,7 +83,7 @@ def settle(state: NDArray[np.int64], data: NDArray[np.uint8], chance: Any, encod
 
 @inline
 def adapted(counter: int, bit: int, limit: int, reciprocals: NDArray[np.int32], first: int) -> int:
-    """Return a counter that has seen a further bit; the reciprocals' table begins at `first`."""
+    """Return a counter after one more bit; the reciprocals' table begins at `first`."""
     seen = counter & 1023
     probability = counter >> 10
     target = (1 << 20) - 1 if bit else 0
@@ -102,7 +102,7 @@ def code_bit(
     encoding: bool,
     bit: int,
 ) -> int:
-    """Encode `bit`, or decode one; return it, or -1 where the bytes at hand do not determine it.
+    """Encode `bit`, or decode one; return it, or -1 if the available bytes do not determine it.
 
     The first `inputs` contexts predict, weighted by `mixer`; counters adapt as if they had seen at most
     `limit` bits.

@@ -1,7 +1,7 @@
-"""Embedded coding of wavelet coefficients: from integers to bytes, any prefix of which gives approximations.
+"""Embedded coding of wavelet coefficients: integers to bytes, any prefix of which gives approximations.
 
 Shapiro's zerotrees (IEEE Trans. Signal Processing 41, 1993) with the likely pass, context mixing and binary
-arithmetic coding of SPEC.md. All channels share one stream: what is largest comes first.
+arithmetic coding of SPEC.md. All channels share one stream, in which the largest coefficients come first.
 """
 
 import numpy as np
@@ -42,15 +42,15 @@ MAX_PLANE = 23
 _TABLES = frozen_array(np.concatenate([STRETCH, SQUASH, RECIPROCALS, QUANTA, THRESHOLDS]))
 _ENDLESS = 2**62
 _AT_ONCE = 2**16
-"""Values that are guessed at once: a decoder's memory is limited."""
+"""Values reconstructed at a time, because a decoder's memory is limited."""
 
 _SYMBOLS_A_BYTE, _SYMBOLS_FREE, _MOST_A_BYTE = 128, 2**16, 1024
-"""Bits that a decoder takes: so many for each byte of the stream, so many more, and one for each sample, of
-which a byte gives no more than so many."""
+"""The most bits that a decoder takes: this many per byte of the stream, plus this many, plus one per sample,
+but of the latter at most this many per byte."""
 
 
 class Coefficients:
-    """Coefficients as far as a coder has come: encoder and decoder know the same at the same place.
+    """Coefficients at some point of the coding: encoder and decoder know the same at the same point.
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ class Coefficients:
     plane
         The first plane; -1 if all values are 0.
     exact
-        Whether a value whose every plane is known is that integer (lossless profiles), or lies in the
+        Whether a value whose planes are all known is exactly that integer (lossless profiles), or is in the
         unit interval above it.
     """
 
@@ -77,26 +77,27 @@ class Coefficients:
 
     @property
     def plane(self) -> int:
-        """The plane that is being decoded; -1 when all are."""
+        """The plane that is being decoded; -1 if all are decoded."""
         return int(self._state[kernels.PLANE])
 
     def magnitudes(self) -> NDArray[np.int32]:
-        """Return what is known for certain: values with their unknown low bits 0, (tree.size,)."""
+        """Return the parts known for certain: values with unknown low bits set to 0, (tree.size,)."""
         known, flags = self._memory.m[KNOWN], self._memory.m[FLAGS]
         return np.where(flags & kernels.NEGATIVE, -known, known)
 
     def values(self, band: Band, expected: int = 0) -> FloatArray:
-        """Return the best guess of a band: values within their intervals, (rows, columns), multiples of 1/64.
+        """Return the best estimate of a band: values in their intervals, (rows, columns), multiples of 1/64.
 
-        Where in its interval a value is put follows from the refinement bits so far (SPEC.md,
-        "Reconstruction"). Band by band, so that little memory is needed beside the coder's own.
+        A value's position in its interval follows from the refinement bits so far (SPEC.md,
+        "Reconstruction"). It is done band by band, so that little memory is needed in addition to the
+        coder's own.
 
         Parameters
         ----------
         band
             One of the tree's.
         expected
-            What its values are where nothing that is known speaks against it; 0: nothing is expected.
+            The values where nothing known contradicts them; 0: nothing is expected.
         """
         places = self.tree.places(band)
         found = np.empty(places.shape)
@@ -107,7 +108,7 @@ class Coefficients:
         return found
 
     def _guesses(self, band: Band, places: NDArray[np.int32], expected: int) -> FloatArray:
-        # The best guess of some rows of a band.
+        # The best estimate of some rows of a band.
         plane = self.plane
         flags, known = self._memory.m[FLAGS, places], self._memory.m[KNOWN, places]
         lowest = np.where(self._refined(band, places, flags), plane, plane + 1)
@@ -120,16 +121,16 @@ class Coefficients:
         if expected:
             agrees = ~negative & (expected >> lowest == known >> lowest)
             magnitude[agrees] = expected
-            # What is not significant lies below the plane; well below what is expected it may as well be 0.
+            # Insignificant values are below the plane; values well below the expected one may be 0 as well.
             rest = 0 if expected >> (plane + 3) else min(expected, 2 ** (plane + 1) - 1)
         np.negative(magnitude, out=magnitude, where=negative)
         magnitude[flags & kernels.SIGNIFICANT == 0] = rest
         return magnitude
 
     def _refined(self, band: Band, places: NDArray[np.int32], flags: NDArray[np.int32]) -> NDArray[np.bool_]:
-        # Which of a band are known down to the current plane, not only to the one before.
+        # Which values of a band are known down to the current plane, not only to the previous one.
         if self.plane < 0:
-            return np.zeros(places.shape, bool)  # plane + 1 = 0 is known of all
+            return np.zeros(places.shape, bool)  # plane + 1 = 0 is known for all
         newly = flags & kernels.NEWLY != 0
         phase = int(self._state[kernels.PHASE])
         if phase == kernels.DOMINANT:
@@ -137,7 +138,7 @@ class Coefficients:
         if phase != kernels.SUBORDINATE:
             return newly if phase == kernels.LIKELY else np.zeros(places.shape, bool)
         segments, done = self.tree.segments, int(self._state[kernels.SEGMENT])
-        # A band's region is one segment; those before the current one are refined whole.
+        # A band's region is one segment; segments before the current one are completely refined.
         segment = int(np.flatnonzero(segments[:, 0] == band.begin)[0])
         if segment != done:
             return newly | (segment < done)
@@ -150,7 +151,7 @@ class Coefficients:
 
 
 class CoefficientEncoder(Coefficients):
-    """Encodes coefficients, most significant plane first, and rests where it is told to.
+    """Encodes coefficients, most significant plane first, and pauses at requested points.
 
     Parameters
     ----------
@@ -168,13 +169,13 @@ class CoefficientEncoder(Coefficients):
 
     @property
     def length(self) -> int:
-        """Bytes so far: a decoder of so many knows what is known here, but for the last few bits."""
+        """Bytes so far. A decoder of these knows the same as this encoder, except for the last few bits."""
         return max(int(self._state[BYTES_DONE]), self._memory.bytes_due)
 
     def code(self, most_bytes: int | None, most_significant: int | None) -> bool:
-        """Go on to a length, or until so many coefficients are significant; return whether that was the end.
+        """Continue to a length or a number of significant coefficients; return whether that was the end.
 
-        The end is the last plane's, or the wanted number of significant coefficients.
+        The end is that of the last plane, or the wanted number of significant coefficients.
         """
         limit = _ENDLESS if most_bytes is None else most_bytes
         share = _ENDLESS if most_significant is None else most_significant
@@ -182,11 +183,11 @@ class CoefficientEncoder(Coefficients):
         return self.complete or self.significant >= share
 
     def stream(self, *, ended: bool) -> bytes:
-        """Return the bytes so far; with what determines the very last bits, if it has ended."""
+        """Return the bytes so far; if it has ended, with those that determine the very last bits."""
         data = self._data[: int(self._state[BYTES_DONE])].tobytes()
         # The upper end of the interval determines every bit coded so far.
         data += int(self._state[HIGH]).to_bytes(4, "big") if ended else b""
-        # A decoder takes only so many bits a byte: zeros make up for bytes that tell very many.
+        # A decoder takes a limited number of bits per byte: zeros are added if bytes code more.
         return data + bytes(max(0, self._memory.bytes_due - len(data)))
 
 
@@ -212,12 +213,12 @@ class CoefficientDecoder(Coefficients):
 
     @property
     def unread(self) -> int:
-        """Bytes behind the end of a complete stream, which mean nothing."""
+        """Bytes after the end of a complete stream, which are ignored."""
         used = max(int(self._state[BYTES_DONE]), self._memory.bytes_due)
         return max(0, self.received - used) if self.complete else 0
 
     def feed(self, data: bytes) -> None:
-        """Take further bytes; decode every symbol that they determine, as many as go with so many bytes."""
+        """Take further bytes; decode every symbol that they determine, up to the limit for these bytes."""
         state, here = self._state, self.received
         if here + len(data) > len(self._data):
             grown = np.zeros(max(2 * len(self._data), here + len(data)), np.uint8)
@@ -226,7 +227,7 @@ class CoefficientDecoder(Coefficients):
         self._data[here : here + len(data)] = np.frombuffer(data, np.uint8)
         state[BYTES_HERE] = here + len(data)
         state[kernels.MOST_SYMBOLS] = self._memory.bits_of(self.received)
-        # Bytes that the code register has taken as missing.
+        # Bytes that the code register has read as missing.
         for place in range(here, min(here + len(data), int(state[BYTES_DONE]))):
             shift = 8 * (int(state[BYTES_DONE]) - 1 - place)
             state[CODE] |= int(self._data[place]) << shift
@@ -260,13 +261,13 @@ class _Memory:
 
     @property
     def bytes_due(self) -> int:
-        """How many bytes a stream has at least that tells so many bits: the least that gives as many."""
-        told = int(self.state[kernels.SYMBOLS]) - _SYMBOLS_FREE
-        all_of = -(-told // (_MOST_A_BYTE + _SYMBOLS_A_BYTE))
-        return max(0, all_of, -(-(told - self.samples) // _SYMBOLS_A_BYTE))
+        """The least number of bytes that may code so many bits."""
+        bits = int(self.state[kernels.SYMBOLS]) - _SYMBOLS_FREE
+        all_of = -(-bits // (_MOST_A_BYTE + _SYMBOLS_A_BYTE))
+        return max(0, all_of, -(-(bits - self.samples) // _SYMBOLS_A_BYTE))
 
     def bits_of(self, count: int) -> int:
-        """Return how many bits a decoder takes of so many bytes (SPEC.md, section 7.2)."""
+        """Return the most bits that a decoder takes from so many bytes (SPEC.md, section 7.2)."""
         return min(self.samples, _MOST_A_BYTE * count) + _SYMBOLS_A_BYTE * count + _SYMBOLS_FREE
 
     def code(
@@ -278,7 +279,7 @@ class _Memory:
         most_bytes: int,
         most_significant: int,
     ) -> bool:
-        """Code planes from where the state is, see `code_planes`; return whether all are done."""
+        """Code planes from the current state, see `code_planes`; return whether all are done."""
         return kernels.code_planes(
             kernels.Coder(self.state, data, self.a),
             values,

@@ -1,6 +1,7 @@
 """Colour transforms for coding: one fitted to the image (KLT), and a reversible one (YCoCg-R).
 
-The KLT's matrix is orthonormal but for rounding; its entries are stored in 1/16384. Decoders compute with the
+The KLT's matrix is orthonormal except for rounding; its entries are stored in 1/16384. Decoders compute with
+the
 stored matrix in float64, in a fixed order.
 """
 

@@ -1,6 +1,6 @@
 """Images as ``.ezw`` files: magic, image header, embedded stream (SPEC.md, "Image files").
 
-Any prefix from the header's end on is a complete image; every further byte refines it.
+Any prefix that contains the header is a complete image; every further byte refines it.
 """
 
 from dataclasses import dataclass
@@ -38,7 +38,7 @@ def encode(
         (H, W) or (H, W, C), at most 3.2 million samples; uint8, uint16, or float32, which is stored as 16
         bits over its range.
     most_bytes
-        Length of the file, at most.
+        The most bytes of the file.
     bits_per_pixel
         The same, per pixel.
     sample_quality
@@ -51,7 +51,7 @@ def encode(
     Returns
     -------
     bytes
-        The file; at most one of the four limits may be given. Without one it goes on to 46 dB.
+        The file; at most one of the four limits may be given. Without a limit the quality is 46 dB.
 
     Raises
     ------
@@ -97,7 +97,7 @@ def encode(
 
 @dataclass(frozen=True)
 class DecodedImage:
-    """What a file, or a prefix of one, holds.
+    """The content of a file, or of a prefix of one.
 
     Attributes
     ----------
@@ -106,11 +106,11 @@ class DecodedImage:
     header
         The image's header.
     complete
-        Whether nothing is missing.
+        Whether all bytes are there.
     significant
         Share of the coefficients that are significant so far, 0 to 1.
     used
-        Bytes of the file that were taken.
+        Number of bytes of the file that were read.
     """
 
     image: PixelArray
@@ -134,17 +134,17 @@ def decode(
     data
         The file's bytes.
     most_bytes
-        Use no more than these.
+        Use at most this many bytes.
     coefficients
         Stop when this share of the coefficients is significant, 0 to 1.
     limits
-        How many samples it may have; by default as many as the format allows.
+        The most samples; by default as many as the format allows.
 
     Raises
     ------
     FormatError
         If it is no such file, has more samples than the limits, or is cut before its header ends; the message
-        then says how many bytes are missing.
+        then gives the number of missing bytes.
     InputError
         For options out of range.
     """
@@ -154,10 +154,10 @@ def decode(
         raise InputError(f"coefficients is {coefficients}; allowed: above 0, to 1")
     data = data[:most_bytes]
     if data[:3] == MAGIC[:3] and data[3:4].isdigit() and data[3:4] != MAGIC[3:]:
-        who = "a newer upholster reads it" if data[3:4] > MAGIC[3:] else "it was never released: make it anew"
+        who = "a newer upholster reads it" if data[3:4] > MAGIC[3:] else "it was never released: re-encode it"
         raise FormatError(f"byte 3: version is {chr(data[3])}; allowed: {chr(MAGIC[3])}; {who}")
     if data[: len(MAGIC)] != MAGIC[: len(data)]:
-        raise FormatError("byte 0: this is no .ezw file (its first bytes are not EZW1)")
+        raise FormatError("byte 0: this is not an .ezw file (its first bytes are not EZW1)")
     if len(data) < len(MAGIC):
         raise FormatError(
             f"byte {len(data)}: the file is cut in its magic; needs {len(MAGIC) - len(data)} more bytes"
@@ -174,7 +174,7 @@ def decode(
         wanted = coefficients * decoder.coefficients
         while start + decoder.received < len(data) and decoder.significant < wanted:
             place = start + decoder.received
-            # Near the end byte by byte: hardly any tells of 64 coefficients.
+            # Near the end byte by byte: hardly any byte codes 64 coefficients.
             decoder.feed(data[place : place + max(1, int(wanted - decoder.significant) // 64)])
     if decoder.unread:
         raise FormatError(f"byte {len(data) - decoder.unread}: {decoder.unread} bytes too many")

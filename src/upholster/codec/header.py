@@ -1,4 +1,4 @@
-"""What a decoder must know before the first coded bit: shape, depth, transforms, first plane."""
+"""The data that a decoder needs before the first coded bit: shape, depth, transforms, first plane."""
 
 import struct
 from dataclasses import dataclass, field
@@ -14,13 +14,13 @@ from upholster.wavelet.lifting import MAX_LEVELS, Wavelet
 __all__ = ["MAX_PLACES", "MAX_SAMPLES", "MOST_THRESHOLDS", "ImageHeader"]
 
 MAX_SAMPLES = 3_200_000
-"""Height × width × channels, at most: a decoder allocates less than 256 MiB, however small the file."""
+"""Limit of height × width × channels: a decoder allocates less than 256 MiB, however small the file."""
 
 MAX_PLACES = 3_300_000
-"""The same with the padding that each band of each channel takes, at most."""
+"""The same limit including the padding of each band of each channel."""
 
 MOST_THRESHOLDS = 4
-"""Thresholds of passes that a header of "haar" has room for."""
+"""The most thresholds of passes in a header of "haar"."""
 
 _WAVELETS: tuple[Wavelet, ...] = ("9/7", "5/3", "haar")
 _KLT, _YCOCG = 1, 2
@@ -49,7 +49,7 @@ class ImageHeader:
     ycocg
         Whether the first three channels are coded as YCoCg-R.
     means
-        What was taken off each channel, integers; for "haar" what each is expected to be, and nothing was.
+        Integers subtracted from each channel; for "haar" the expected values, which are not subtracted.
     thresholds
         "haar": magnitudes in 2^-fineness at which a pass ends, besides the powers of two; up to four.
     low, high
@@ -73,12 +73,12 @@ class ImageHeader:
 
     @property
     def length(self) -> int:
-        """Bytes that the header takes."""
+        """Length of the header in bytes."""
         return len(self.pack())
 
     @property
     def exact(self) -> bool:
-        """Whether the whole stream gives every sample back exactly."""
+        """Whether the complete stream restores every sample exactly."""
         return self.wavelet != "9/7"
 
     def pack(self) -> bytes:
@@ -111,7 +111,7 @@ class ImageHeader:
         data
             At least the header's bytes.
         offset
-            Where `data` lies in its file, for messages.
+            Position of `data` in its file, for messages.
 
         Raises
         ------

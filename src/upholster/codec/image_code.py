@@ -1,4 +1,4 @@
-"""Whole images to header and stream, and how near any prefix of the stream comes to them."""
+"""Whole images to header and stream, and the error of any prefix of the stream."""
 
 import math
 from dataclasses import dataclass, replace
@@ -22,10 +22,10 @@ from upholster.wavelet.lifting import MAX_LEVELS, WAVELETS, Wavelet, forward
 __all__ = ["CodedImage", "check_image", "encode_parts"]
 
 _PEAK = {"uint8": 255.0, "uint16": 65535.0, "float32": 65535.0 / 12.92}
-"""To what an error is compared. Floats are linear light: in the dark sRGB shows their errors 12.92 times."""
+"""The reference of errors. Floats are linear light: in the dark sRGB magnifies their errors 12.92 times."""
 
 _FIRST_REST, _GROWTH, _LEAST_GROWTH = 100, 1.5, 1.01
-"""Lengths at which errors are measured: the first, and how much longer at most and at least the next is."""
+"""Lengths at which errors are measured: the first, and the largest and smallest ratio to the next."""
 
 
 @dataclass(frozen=True)
@@ -39,9 +39,9 @@ class CodedImage:
     payload
         The stream; any prefix of it decodes.
     lengths, errors
-        The mean squared error of the decoded integers after so many bytes of the stream, from 0 to all.
+        The mean squared error of the decoded integers after this many bytes of the stream, from 0 to all.
     peak
-        To what errors are compared for a PSNR.
+        The reference of errors for a PSNR.
     """
 
     header: bytes
@@ -51,11 +51,11 @@ class CodedImage:
     peak: float
 
     def error(self, length: int) -> float:
-        """Return the mean squared error after so many bytes: between those that are known, at most that."""
+        """Return the mean squared error after so many bytes: an upper bound between the measured lengths."""
         return float(np.interp(length, self.lengths, self.errors))
 
     def psnr(self, length: int) -> float:
-        """Return the same in dB; infinite where nothing is lost."""
+        """Return the same in dB; infinite if nothing is lost."""
         error = self.error(length)
         return 10 * math.log10(self.peak**2 / error) if error > 0 else math.inf
 
@@ -80,16 +80,16 @@ def encode_parts(
         "9/7" (default), "5/3" (default if lossless) or "haar" (the paper's profile: every channel on its own,
         the largest coefficients first).
     levels
-        0 to 10; by default three for "haar", or else as many as leave the approximation about 4 samples wide,
-        at most 6.
+        0 to 10; by default three for "haar", otherwise as many as leave the approximation about 4 samples
+        wide, at most 6.
     sample_quality
-        Stop at this PSNR, 20 to 80 dB, over all channels, against the largest integer; of floats, which are
-        linear light, against their range divided by 12.92. Or "lossless": every sample comes back exactly,
-        which asks for "5/3" or "haar". None: stop at the last plane.
+        Stop at this PSNR, 20 to 80 dB, over all channels, relative to the largest integer; for floats, which
+        are linear light, relative to their range divided by 12.92. Or "lossless": every sample is restored
+        exactly, which requires "5/3" or "haar". None: stop at the last plane.
     most_bytes
         Largest length of header and stream together.
     most_significant
-        Stop when so many coefficients have become significant.
+        Stop when this many coefficients have become significant.
 
     Returns
     -------
@@ -119,13 +119,13 @@ def encode_parts(
     tree = tree_of(header)
     values, thresholds = _quantized(coefficients, header, tree)
     if np.abs(values).max() >> (MAX_PLANE + 1):
-        # Only 16-bit samples can do this, and only with more levels than the default.
+        # Only 16-bit samples can overflow, and only with more levels than the default.
         raise InputError(f"levels is {levels}: coefficients of 16-bit samples overflow; allowed: 0 to 6")
     encoder = CoefficientEncoder(values, tree, exact=header.exact)
     header = replace(header, plane=encoder.plane, thresholds=thresholds)
     peak = _PEAK[image.dtype.name]
     goal = _Goal(
-        # Lossless goes on to the last plane as well: an earlier end may do, but lacks coefficients.
+        # Lossless continues to the last plane as well: an earlier end may suffice, but lacks coefficients.
         peak**2 / 10 ** (sample_quality / 10) if isinstance(sample_quality, Real) else -1.0,
         math.inf if most_bytes is None else max(0, most_bytes - header.length),
         most_significant,
@@ -134,7 +134,7 @@ def encode_parts(
 
 
 class _Goal(NamedTuple):
-    """Where to end: at a mean squared error, a length of the stream, or a number of coefficients."""
+    """When to end: at a mean squared error, a length of the stream, or a number of coefficients."""
 
     error: float
     room: float
@@ -144,10 +144,10 @@ class _Goal(NamedTuple):
 def _coded(
     known: PartialImage, encoder: CoefficientEncoder, samples: NDArray[np.int32], goal: _Goal
 ) -> tuple[bytes, tuple[int, ...], tuple[float, ...]]:
-    # The encoder rests now and then: what it has told so far is what a decoder would know.
+    # The encoder pauses now and then: its output so far is exactly what a decoder would know.
     lengths, errors, ended = [0], [_error(known, samples)], encoder.complete
     while not ended and errors[-1] > goal.error and lengths[-1] < goal.room:
-        # Twice the bytes never leave less than a 16th of the error, where nearly all is known.
+        # Twice the bytes never leave less than a 16th of the error, when nearly everything is known.
         growth = (errors[-1] / goal.error) ** 0.25 if goal.error > 0 else _GROWTH
         longer = math.ceil(lengths[-1] * min(_GROWTH, max(_LEAST_GROWTH, growth)))
         ended = encoder.code(int(min(goal.room, max(_FIRST_REST, longer))), goal.significant)
@@ -167,10 +167,10 @@ def _error(known: PartialImage, samples: NDArray[np.int32]) -> float:
 def _planes(
     samples: NDArray[np.int32], wavelet: Wavelet, middle: int
 ) -> tuple[NDArray[Any], NDArray[Any], NDArray[np.int16] | None]:
-    """Return the planes to transform, what was taken off each, and the colour matrix if there is one."""
+    """Return the planes to transform, the value subtracted from each, and the colour matrix, if any."""
     channels = samples.shape[2]
     if wavelet == "haar":
-        # Equations 1 to 4 of the paper transform the sample as it is; its mean only fills the first view.
+        # Equations 1 to 4 of the paper transform the sample unchanged; its mean only fills the first view.
         return samples, np.rint(samples.mean(axis=(0, 1))), None
     if wavelet == "9/7":
         means = np.rint(samples.mean(axis=(0, 1)))
@@ -200,7 +200,7 @@ def _quantized(
         thresholds = share_thresholds(np.abs(coefficients))
         coded = to_coded(coefficients, thresholds)
         if np.abs(coded).max() >> (MAX_PLANE + 1):
-            thresholds = ()  # of 16 bits and more than three levels: planes are powers of two alone
+            thresholds = ()  # 16 bits and more than three levels: planes are powers of two alone
             coded = to_coded(coefficients, thresholds)
         coefficients = coded
     for band in tree.bands:
@@ -218,7 +218,7 @@ def check_image(
     levels: int | None = None,
     sample_quality: Quality | None = None,
 ) -> Wavelet:
-    """Raise InputError unless `encode_parts` takes an image with these options; return the wavelet."""
+    """Raise InputError unless `encode_parts` accepts an image with these options; return the wavelet."""
     if image.ndim != 3 or 0 in image.shape or image.shape[2] > 64:
         raise InputError(f"image has shape {image.shape}; allowed: (height, width, 1 to 64 channels)")
     if image.size > MAX_SAMPLES or max(image.shape[:2]) > 65535:
@@ -258,8 +258,8 @@ def _integers(image: PixelArray) -> tuple[NDArray[np.int32], float, float]:
 
 
 def _fineness(wavelet: Wavelet, coefficients: NDArray[Any]) -> int:
-    # Coefficients are coded as multiples of 2^-fineness. A half is fine enough for every quality that can be
-    # asked for. Of "haar" twice a coefficient of level 1 is whole, and what others lose changes no sample.
+    # Coefficients are coded as multiples of 2^-fineness. A half is fine enough for every allowed quality. For
+    # "haar", twice a coefficient of level 1 is an integer, and the loss in others changes no sample.
     if wavelet == "5/3":
         return 0
     largest = float(np.abs(coefficients).max()) * 1.1

@@ -1,4 +1,4 @@
-"""An image as far as its coefficients are known: to whoever decodes it, and to whoever is encoding it."""
+"""An image at the precision of its known coefficients, for decoders and for the encoder itself."""
 
 import math
 from functools import lru_cache
@@ -19,14 +19,14 @@ __all__ = ["ImageDecoder", "PartialImage", "tree_of", "unweight", "window"]
 
 
 class PartialImage:
-    """An image as far as some coefficients are known.
+    """An image at the precision of some known coefficients.
 
     Parameters
     ----------
     header
         The image's header.
     coefficients
-        In the order of `tree_of` this header.
+        The coefficients, in the order of `tree_of` for this header.
     """
 
     def __init__(self, header: ImageHeader, coefficients: Coefficients) -> None:
@@ -34,7 +34,7 @@ class PartialImage:
         self._coefficients = coefficients
 
     def image(self) -> PixelArray:
-        """Return the image as far as it is known: (H, W, C) of the header's dtype."""
+        """Return the image at its current precision: (H, W, C) of the header's dtype."""
         integers = self.integers()
         header = self.header
         if header.dtype != np.float32:
@@ -43,7 +43,7 @@ class PartialImage:
         return (integers * step + header.low).astype(np.float32)
 
     def integers(self) -> NDArray[np.int32]:
-        """Return the samples as the integers that are coded, (H, W, C)."""
+        """Return the samples as the coded integers, (H, W, C)."""
         header = self.header
         shape = (header.height, header.width, header.channels)
         if header.wavelet == "haar":
@@ -52,8 +52,8 @@ class PartialImage:
         nested = np.zeros(shape, np.float64 if real else np.int32)
         for band in self._coefficients.tree.bands:
             part = self._coefficients.values(band) * unweight(header, band)
-            # Reversible transforms want integers: toward zero, which changes nothing once all planes are
-            # there.
+            # Reversible transforms need integers: round toward zero, which changes nothing once all planes
+            # are known.
             nested[window(band, header.height, header.width)] = part if real else np.trunc(part)
         planes = inverse(nested, wavelet=header.wavelet, levels=header.levels)
         del nested
@@ -78,7 +78,7 @@ class PartialImage:
         return self._rounded(planes)
 
     def _means(self) -> list[int]:
-        # What each channel's approximation is expected to be, as it would be coded.
+        # The expected value of each channel's approximation, as it would be coded.
         header = self.header
         means = np.array(header.means) << (header.levels + header.fineness)
         coded = to_coded(np.where(means >> (MAX_PLANE + 1), 0, means), header.thresholds)
@@ -114,22 +114,22 @@ class ImageDecoder(PartialImage):
 
     @property
     def received(self) -> int:
-        """Bytes of the stream taken so far."""
+        """Bytes of the stream read so far."""
         return self._coefficients.received
 
     @property
     def unread(self) -> int:
-        """Bytes behind the end of a complete stream, which mean nothing."""
+        """Bytes after the end of a complete stream, which are ignored."""
         return self._coefficients.unread
 
     @property
     def significant(self) -> int:
-        """How many coefficients are significant so far."""
+        """Number of coefficients that are significant so far."""
         return self._coefficients.significant
 
     @property
     def coefficients(self) -> int:
-        """How many coefficients there are, over all channels."""
+        """Number of coefficients over all channels."""
         return self.header.height * self.header.width * self.header.channels
 
     def feed(self, data: bytes) -> None:
@@ -138,7 +138,7 @@ class ImageDecoder(PartialImage):
 
 
 def tree_of(header: ImageHeader) -> Tree:
-    """Return where the coefficients of an image lie in the coder's memory."""
+    """Return the layout of an image's coefficients in the coder's memory."""
     lowest = None
     if header.wavelet == "5/3":
         lowest = tuple(
@@ -156,7 +156,7 @@ def _shift(wavelet: Wavelet, level: int, kind: int, levels: int) -> int:
 
 
 def unweight(header: ImageHeader, band: Band) -> float:
-    """Return what a coded value is multiplied with to give a coefficient: a multiple of 1/2^20 for "9/7"."""
+    """Return the factor from a coded value to its coefficient: a multiple of 1/2^20 for "9/7"."""
     if header.wavelet == "5/3":
         return 1.0 / 2 ** _shift(header.wavelet, band.level, band.kind, header.levels)
     norm = band_norms(header.wavelet, band.level)[band.kind]
@@ -164,7 +164,7 @@ def unweight(header: ImageHeader, band: Band) -> float:
 
 
 def window(band: Band, height: int, width: int) -> tuple[slice, slice, int]:
-    """Return where a band lies in the nested layout."""
+    """Return the position of a band in the nested layout."""
     top = -(-height // 2**band.level) if band.kind >= 2 else 0
     left = -(-width // 2**band.level) if band.kind % 2 else 0
     return slice(top, top + band.rows), slice(left, left + band.columns), band.channel

@@ -24,7 +24,7 @@ def _stretch(p: int) -> int:
 
 
 def _point(ones: int) -> int:
-    # Where in its interval a value lies on average, if it falls off exponentially and `ones` of 64 lie above
+    # Average position of a value in its interval if values fall off exponentially and `ones` of 64 are above
     # the middle.
     q = min(0.499, (ones + 0.5) / 64)
     r = -2 * math.log(q / (1 - q))

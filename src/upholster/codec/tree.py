@@ -1,10 +1,10 @@
-"""Where coefficients lie in the coder's memory, and which tree each belongs to.
+"""The layout of coefficients in the coder's memory, and the tree that each belongs to.
 
 Every band of every channel is a region of one flat array, padded with two columns on its right and two rows
 above and below, so that neighbours need no bounds checks: padding is never significant. The three detail
-bands of a level have regions of one size, so that the same place in a sibling band, or in another channel,
-lies a fixed distance away. A coefficient's children are the (up to) four of the same band, one level finer,
-at twice its place; those of the approximation are the three detail coefficients at its own place. A
+bands of a level have regions of one size, so that the same position in a sibling band, or in another channel,
+is at a fixed distance. A coefficient's children are the (up to) four of the same band, one level finer, at
+twice its position; those of the approximation are the three detail coefficients at its own position. A
 coefficient without a parent is a root.
 """
 
@@ -20,10 +20,10 @@ from upholster.wavelet import level_shape
 
 __all__ = ["HH", "HL", "LH", "LL", "PADDING", "Band", "Tree", "build_tree", "tree_size"]
 
-# Rows of the coder's memory: links, magnitude as far as known, flags, highest plane plus one at which a
-# descendant became significant, the queues of the likely pass as linked lists, and which queue.
+# Rows of the coder's memory: links, known part of the magnitude, flags, highest plane plus one at which a
+# descendant became significant, the queues of the likely pass as linked lists, and the current queue.
 PARENT, CHILD, BAND, KNOWN, FLAGS, BELOW, FOLLOWING, PRECEDING, WAITING = range(9)
-# The dominant pass's line: the queues are empty when it forms, so it takes their place.
+# The line of the dominant pass reuses the memory of the queues, which are empty when it forms.
 LINE = FOLLOWING
 # Columns of `Tree.table`.
 KIND, LEVEL, CHANNEL, ALONG, ACROSS, COUSIN_A, COUSIN_B, CHILD_STEP, LOWEST, CHANNEL_STEP = range(10)
@@ -114,12 +114,12 @@ def _bands(height: int, width: int, channels: int, levels: int) -> tuple[list[Ba
 
 
 def tree_size(height: int, width: int, channels: int, levels: int) -> int:
-    """Return how many places a tree takes, padding included: thin images of many channels take many."""
+    """Return the number of places of a tree, padding included: thin images of many channels take many."""
     return _bands(height, width, channels, levels)[1]
 
 
 _KEPT_PLACES = 2**20
-"""Trees of more places are not kept: eight of the largest would take 340 MB."""
+"""Larger trees are not cached: eight of the largest would take 340 MB."""
 
 
 def build_tree(

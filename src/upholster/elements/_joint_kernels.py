@@ -13,7 +13,7 @@ __all__ = ["filter_plane", "measure_distances", "measure_ridges", "thin_ridges",
 
 @inline
 def _mirrored(n: int, size: int) -> int:
-    # Beyond its edges a plane is mirrored.
+    # A plane is mirrored beyond its edges.
     if n < 0:
         n = -1 - n
     return min(n, 2 * size - 1 - n)
@@ -23,7 +23,7 @@ def _mirrored(n: int, size: int) -> int:
 def filter_plane(
     plane: FloatArray, down: FloatArray, right: FloatArray, scratch: FloatArray, out: FloatArray
 ) -> None:
-    """Filter a plane (H, W) by `down` (2·n + 1,) along its columns and by `right`, alike, along its rows.
+    """Filter a plane (H, W) by `down` (2·n + 1,) along its columns, and by `right` (2·n + 1,) along its rows.
 
     Both sides are longer than n. Values and taps are whole numbers, so that sums are exact.
     """
@@ -60,25 +60,25 @@ def measure_ridges(
 ) -> None:
     """Measure how strongly a plane bends up, `sign` 1, or down, −1, across a line at each pixel.
 
-    Its second derivatives are given, (H, W): down the rows, along them, and mixed. The strength is the larger
-    eigenvalue of the Hessian, as far as the other is smaller; `across` tells in which of four directions it
-    bends most: to the right (0), to the right and down (1), down (2), to the left and down (3).
+    The inputs are its second derivatives, (H, W): down the rows, along them, and mixed. The strength is the
+    larger eigenvalue of the Hessian minus half the magnitude of the smaller one. `across` is the direction in
+    which the plane bends most: right (0), right and down (1), down (2), left and down (3).
     """
     for i in range(ridges.shape[0]):
         for j in range(ridges.shape[1]):
             mean = 0.5 * sign * (upright[i, j] + level[i, j])
-            apart, beside = 0.5 * sign * (level[i, j] - upright[i, j]), sign * mixed[i, j]
-            length = np.sqrt(apart * apart + beside * beside)
+            apart, mixture = 0.5 * sign * (level[i, j] - upright[i, j]), sign * mixed[i, j]
+            length = np.sqrt(apart * apart + mixture * mixture)
             ridges[i, j] = max(mean + length - 0.5 * abs(mean - length), 0.0)
-            if abs(beside) <= abs(apart):
+            if abs(mixture) <= abs(apart):
                 across[i, j] = 0 if apart > 0.0 else 2
             else:
-                across[i, j] = 1 if beside > 0.0 else 3
+                across[i, j] = 1 if mixture > 0.0 else 3
 
 
 @kernel
 def thin_ridges(ridges: FloatArray, across: NDArray[np.int8], least: float, thin: NDArray[np.uint8]) -> None:
-    """Mark the crests of ridges (H, W): above `least`, and not lower than what is on either side of them."""
+    """Mark the crests of ridges (H, W): above `least`, and not lower than the pixels on either side."""
     height, width = ridges.shape
     for i in range(height):
         for j in range(width):
@@ -93,9 +93,9 @@ def thin_ridges(ridges: FloatArray, across: NDArray[np.int8], least: float, thin
 def trace_lines(
     ridges: FloatArray, thin: NDArray[np.uint8], strong: float, long: int, queue: NDArray[np.int32]
 ) -> None:
-    """Of the lines that touching pixels of `thin` make, mark as 2 those that are long, and 1 the others.
+    """Mark the lines that touching pixels of `thin` make: long ones as 2, the others as 1.
 
-    A line counts that is above `strong` somewhere; it is long that spans `long` pixels, down or across.
+    A line counts if it is above `strong` somewhere; it is long if it spans `long` pixels, down or across.
     `queue` (H · W,) is scratch.
     """
     height, width = thin.shape
@@ -134,7 +134,7 @@ def _nearer(distances: NDArray[np.int32], i: int, j: int, steps: Any) -> None:
 
 @kernel
 def measure_distances(lines: NDArray[np.uint8], distances: NDArray[np.int32]) -> None:
-    """Measure how far each pixel is from the nearest of `lines` (H, W), in thirds of a pixel, to about 5 %.
+    """Measure each pixel's distance from the nearest of `lines` (H, W), in thirds of a pixel, to about 5 %.
 
     References
     ----------

@@ -17,10 +17,10 @@ def add_beats(
     cosines: NDArray[np.int64],
     beats: NDArray[np.int64],
 ) -> None:
-    """Add to `beats` (2, rows, columns) what a plane (H, W) has of a wave, cell by cell.
+    """Add to `beats` (2, rows, columns) the part of a plane (H, W) that matches a wave, cell by cell.
 
-    The wave's phase grows by `step` a row and a column, in 2^-32 of a turn; `cosines` holds one turn in 4096
-    steps. What is added is plane · cos and −plane · sin, over the `cell` × `cell` pixels of each cell.
+    The wave's phase grows by `step` per row and per column, in 2^-32 of a turn; `cosines` holds one turn in
+    4096 steps. The sums of plane · cos and −plane · sin are over the `cell` × `cell` pixels of each cell.
     """
     for i in range(plane.shape[0]):
         for j in range(plane.shape[1]):
@@ -31,7 +31,7 @@ def add_beats(
 
 @kernel
 def smooth_nodes(nodes: FloatArray, taps: FloatArray, scratch: FloatArray, out: FloatArray) -> None:
-    """Filter nodes (2, rows, columns) along both axes by `taps` (2·n + 1,); beyond the borders there is 0.
+    """Filter nodes (2, rows, columns) along both axes by `taps` (2·n + 1,), with 0 beyond the borders.
 
     `scratch` and `out` are of the nodes' shape, and zero.
     """
@@ -55,10 +55,10 @@ def smooth_nodes(nodes: FloatArray, taps: FloatArray, scratch: FloatArray, out: 
 def interpolate_phases(
     nodes: NDArray[np.int16], spacing: int, step: tuple[int, int], out: NDArray[np.int16]
 ) -> None:
-    """Write the phases of a wave at all pixels (H, W): its steady growth, and the nodes' deviation from it.
+    """Write the phases of a wave at all pixels (H, W): its steady growth plus the nodes' deviation from it.
 
-    Node (i, j), in 2^-16 of a turn, stands in the middle of its `spacing` × `spacing` pixels; between nodes
-    the deviation is bilinear, beyond the outermost it holds. `step` is as for `add_beats`.
+    Node (i, j), in 2^-16 of a turn, is in the middle of its `spacing` × `spacing` pixels. Between nodes the
+    deviation is bilinear; beyond the outermost it is constant. `step` is as for `add_beats`.
     """
     rows, columns = nodes.shape
     twice = 2 * spacing
@@ -70,12 +70,12 @@ def interpolate_phases(
         for c in range(out.shape[1]):
             right = min(max(2 * c + 1 - spacing, 0), (columns - 1) * twice)
             j = min(right // twice, max(columns - 2, 0))
-            beside, x = min(j + 1, columns - 1), right - j * twice
+            after, x = min(j + 1, columns - 1), right - j * twice
             base = np.int64(nodes[i, j])
             # Differences of phases wrap.
-            along = (nodes[i, beside] - base + 32768 & 65535) - 32768
+            along = (nodes[i, after] - base + 32768 & 65535) - 32768
             across = (nodes[below, j] - base + 32768 & 65535) - 32768
-            both = across + ((nodes[below, beside] - nodes[below, j] + 32768 & 65535) - 32768)
+            both = across + ((nodes[below, after] - nodes[below, j] + 32768 & 65535) - 32768)
             mixed = (along * (twice - y) + (both - across) * y) * x + across * y * twice
             deviation = base + (2 * mixed + twice * twice) // (2 * twice * twice)
             out[r, c] = np.int16(((r * step[0] + c * step[1] >> 16) + deviation + 32768 & 65535) - 32768)

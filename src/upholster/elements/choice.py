@@ -1,4 +1,4 @@
-"""Which one or two waves all others are made of at which a sample repeats."""
+"""Choosing the one or two waves that all others at which a sample repeats are made of."""
 
 from collections.abc import Sequence
 
@@ -11,44 +11,44 @@ from upholster.types import FloatArray
 __all__ = ["TOLERANCE", "chosen_waves"]
 
 TOLERANCE = 0.75
-"""How far a peak may lie from a multiple, in cycles per sample."""
+"""The farthest that a peak may be from a multiple, in cycles per sample."""
 
 _NOISE = 10.0
 """Prominence at which a peak has no weight; each doubling adds 1 to it."""
 
 _MULTIPLES = 12
-"""Of a wave, that are looked at."""
+"""The most multiples of a wave that are tried."""
 
 _LEAST_SINE = 0.12
-"""Of the angle between two waves."""
+"""Least sine of the angle between two waves."""
 
 _AS_GOOD = 0.02
-"""Of those that explain nearly as much as the best, less by this share of all weight, the strongest count."""
+"""Choices within this share of all weight of the best count as equal; the strongest among them wins."""
 
 _AS_LARGE = 1.4
-"""Of the least area that two waves span in the spectrum; twice as much makes every second wave."""
+"""Ratio to the smallest area that two waves span in the spectrum; a ratio of 2 makes every second wave."""
 
 _BETTER = 1.1
-"""By which two waves must explain more than one."""
+"""Two waves must explain this many times as much as one."""
 
 _LEAST_SHARE = 0.3
-"""Of all peaks' weight, that the chosen waves must explain: otherwise the sample repeats in another way."""
+"""Share of all peaks' weight that the chosen waves must explain; else the sample repeats differently."""
 
 _ALONE = 200.0
-"""Prominence from which a wave counts however little else it explains, as that of unequal planks."""
+"""A wave of this prominence counts however little else it explains, for example that of unequal planks."""
 
 
 def chosen_waves(
     waves: FloatArray, prominences: FloatArray, peaks: Sequence[Peak], shape: tuple[int, int]
 ) -> list[int]:
-    """Choose the one or two waves of which all peaks are whole multiples, or sums of such.
+    """Choose the one or two waves of which all peaks are whole multiples, or sums of whole multiples.
 
-    Two waves that generate only some of the peaks are those of a lattice too fine: places that agree in both
-    phases would look alike in some ways only. So those are taken that explain most, each peak with the
-    logarithm of its prominence; less what they would explain by chance, for the many multiples of slow waves
-    are near everything. Of those that explain equally much, pairs are taken whose lattice has the largest
-    cell, for they explain the others' waves as well; of these, prominent and slow ones: a slow wave tells
-    places apart that are farther from one another.
+    Two waves that generate only some of the peaks belong to a lattice that is too fine: places that agree in
+    both phases would look alike in some respects only. So the chosen waves explain most peaks, each weighted
+    with the logarithm of its prominence. What they would explain by chance is subtracted, because the many
+    multiples of slow waves are near everything. Among choices that explain equally much, pairs whose lattice
+    has the largest cell win, because they explain the other waves as well; among these, prominent and slow
+    ones: a slow wave distinguishes places that are farther apart.
 
     Parameters
     ----------
@@ -57,14 +57,14 @@ def chosen_waves(
     prominences
         (n,).
     peaks
-        Of all planes.
+        The peaks of all planes.
     shape
         (height, width) of the planes.
 
     Returns
     -------
     list of int
-        Indices of one or two waves; none, if too little is explained.
+        Indices of one or two waves; none if too little is explained.
     """
     if not len(waves):
         return []
@@ -108,19 +108,19 @@ def _explained_by_two(pairs: FloatArray, places: FloatArray, weights: FloatArray
 
 
 def _found(away: FloatArray, chance: FloatArray, weights: FloatArray) -> FloatArray:
-    # Weight of the peaks that lie where they should, less what would lie there anyway.
+    # Weight of the peaks that are where they should be, minus the weight expected there by chance.
     near: NDArray[np.bool_] = (away * away).sum(axis=2) <= TOLERANCE**2
     found: FloatArray = (near * weights).sum(axis=1) - chance * weights.sum()
     return found
 
 
 def _areas(pairs: FloatArray) -> FloatArray:
-    # (n,): of the cells of the spectrum that pairs of waves (n, 2, 2) span.
+    # (n,): areas of the cells of the spectrum that pairs of waves (n, 2, 2) span.
     areas: FloatArray = np.abs(pairs[:, 0, 0] * pairs[:, 1, 1] - pairs[:, 0, 1] * pairs[:, 1, 0])
     return areas
 
 
 def _sines(cycles: FloatArray) -> FloatArray:
-    # (n, n): of the angles between all waves, 0 below the diagonal.
+    # (n, n): sines of the angles between all waves, 0 below the diagonal.
     unit = cycles / np.sqrt((cycles * cycles).sum(axis=1))[:, None]
     return np.triu(np.abs(unit[:, None, 0] * unit[:, 1] - unit[:, None, 1] * unit[:, 0]), 1)

@@ -1,4 +1,4 @@
-"""Following a wave over a sample: its own phase everywhere, and how steadily it goes through."""
+"""Following a wave over a sample: its own phase everywhere, and how steady it is."""
 
 from dataclasses import dataclass
 
@@ -13,12 +13,12 @@ __all__ = ["Followed", "follow", "pixel_phases"]
 
 TURN = 2**16
 _FINE = 2**32
-"""Units of phase in a turn: of results, and of a wave's growth from pixel to pixel."""
+"""Units of phase in a turn, for results and for a wave's growth from pixel to pixel."""
 
 _COSINES = np.rint(2**14 * np.cos(2 * np.pi * np.arange(4096) / 4096)).astype(np.int64)
 
 _CELLS = 2
-"""Nodes in a period, at least."""
+"""The least number of nodes in a period."""
 
 _REACH = 3.0
 """Where the Gaussian ends, in standard deviations; one is a period of the wave."""
@@ -26,22 +26,23 @@ _REACH = 3.0
 
 @dataclass(frozen=True, eq=False)
 class Followed:
-    """A wave, followed over a plane.
+    """A wave that was followed over a plane.
 
     Attributes
     ----------
     wave
         (2,) cycles per pixel, rows and columns: its mean over the plane.
     step
-        By which its phase is reckoned to grow a row and a column, in 2^-32 of a turn.
+        The assumed growth of its phase per row and per column, in 2^-32 of a turn.
     cell
         Pixels between nodes.
     nodes
-        (n, m) int16: by how much the wave is ahead of this growth, in 2^-16 of a turn.
+        (n, m) int16: how far the wave is ahead of this growth, in 2^-16 of a turn.
     steadiness
-        Squared mean of its amplitude over the mean of the square: 1 is as strong everywhere; of noise 0.79.
+        Squared mean of its amplitude over the mean of the square: 1 is equally strong everywhere; noise has
+        0.79.
     residues
-        Points round which the phase turns, per square of a period: of noise 0.07.
+        Points that the phase turns around, per square of a period: noise has 0.07.
     """
 
     wave: FloatArray
@@ -53,14 +54,14 @@ class Followed:
 
 
 def follow(plane: Plane, wave: FloatArray) -> Followed:
-    """Follow a wave: what is left of the plane when it is brought to rest, averaged over about a period.
+    """Follow a wave: shift its frequency to zero, then average the plane over about a period.
 
     Parameters
     ----------
     plane
         (H, W).
     wave
-        (2,) cycles per pixel, as a spectrum has it.
+        (2,) cycles per pixel, from a spectrum.
 
     References
     ----------
@@ -92,19 +93,19 @@ def follow(plane: Plane, wave: FloatArray) -> Followed:
 
 
 def pixel_phases(followed: Followed, by: int, shape: tuple[int, int]) -> NDArray[np.int16]:
-    """Return a followed wave's phase at the pixels of a sample: (H, W) int16, in 2^-16 of a turn.
+    """Return the phase of a followed wave at the pixels of a sample: (H, W) int16, in 2^-16 of a turn.
 
     Parameters
     ----------
     followed
-        Of a plane of the sample, reduced.
+        A wave on a reduced plane of the sample.
     by
-        How many pixels of the sample, each way, are one of the plane's.
+        The side in the sample, in pixels, of one pixel of the plane.
     shape
         The sample's (height, width).
     """
     out = np.empty(shape, np.int16)
-    # The middle of the reduced plane's first pixel lies (by − 1)/2 of the sample's pixels further.
+    # The middle of the reduced plane's first pixel is (by − 1)/2 of the sample's pixels farther on.
     step = round(followed.step[0] / by), round(followed.step[1] / by)
     start = -sum(step) * (by - 1) // 2
     nodes = (followed.nodes + (start >> 16)).astype(np.int16)
@@ -117,7 +118,7 @@ def _turns(product: complex) -> float:
 
 
 def _smoothed(nodes: FloatArray, sigma: float) -> NDArray[np.complex128]:
-    # Means of real and imaginary parts, weighted by a Gaussian, of what lies inside.
+    # Means of real and imaginary parts over the nodes inside, weighted by a Gaussian.
     reach = int(_REACH * sigma + 1)
     taps = np.exp(-0.5 * (np.arange(-reach, reach + 1) / sigma) ** 2)
     out = np.zeros_like(nodes)
@@ -134,7 +135,7 @@ def _smoothed(nodes: FloatArray, sigma: float) -> NDArray[np.complex128]:
 
 
 def _residues(nodes: NDArray[np.int16]) -> int:
-    # Differences of int16 wrap to the smaller way round.
+    # Differences of int16 wrap to the shorter way round.
     down, right = np.diff(nodes, axis=0).astype(np.int64), np.diff(nodes, axis=1).astype(np.int64)
     around = down[:, :-1] + right[1:] - down[:, 1:] - right[:-1]
     return int(np.count_nonzero(around))

@@ -1,4 +1,4 @@
-"""The joints of a sample: thin lines that part its elements, and how far each pixel is from them."""
+"""The joints of a sample: thin lines between its elements, and each pixel's distance from them."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -20,30 +20,31 @@ from upholster.types import FloatArray, PixelArray, frozen_array
 __all__ = ["Joints", "find_joints"]
 
 _LOOKED_AT = 192
-"""Pixels of the shorter side that are looked at, and less than twice as many: larger samples are reduced."""
+"""The shorter side is examined at this many pixels, up to twice as many: larger samples are reduced."""
 
 _LEAST_SIDE = 32
 
 _WIDTHS = (1.5, 2.5)
-"""Standard deviations, in pixels, of the Gaussians that joints of different widths are looked for with."""
+"""Standard deviations, in pixels, of the Gaussians that are used to find joints of different widths."""
 
 _UNIT = 256
-"""Of taps, which are whole numbers."""
+"""Scale of taps, which are whole numbers."""
 
 _USUAL, _WEAK, _STRONG = 0.97, 0.25, 0.6
-"""A line is above the second share of what so many pixels are below, and somewhere above the third."""
+"""97 % of pixels are below a usual strength. A line is everywhere above the second share of it, and somewhere
+above the third."""
 
 _LONG = 10
-"""Widths that a line spans, to be a joint."""
+"""Length of a joint at least, in widths."""
 
 _FAR = 0.9
-"""Of all pixels, those nearer to a joint are told apart."""
+"""Share of all pixels, those nearest to a joint, whose distances are distinguished."""
 
 _ON = 40
-"""A pixel whose distance is less lies on a joint."""
+"""A pixel with a smaller distance is on a joint."""
 
 _SURE = 4.5
-"""Certainty from which on joints are told."""
+"""Least certainty of joints."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,13 +54,12 @@ class Joints:
     Attributes
     ----------
     distances
-        (H, W) uint8: how far each pixel is from the nearest joint, 0 to 255: a tenth of all pixels are as
-        far as that or farther.
+        (H, W) uint8: each pixel's distance from the nearest joint, 0 to 255. A tenth of all pixels have 255.
     certainty
         How much stronger joints are than other lines, times the share of lines that are long: 4.5 or more.
     across
-        How many joints a line through the sample crosses in the mean, down or across, whichever are more: as
-        many elements lie in a row.
+        How many joints a line through the sample crosses on average, down or across, whichever are more: the
+        number of elements in a row.
     """
 
     distances: NDArray[np.uint8]
@@ -72,10 +72,10 @@ class Joints:
 
 @stage
 def find_joints(exemplar: PixelArray) -> Joints | None:
-    """Find thin long lines, dark or light, that part a sample's elements: stones, boards, tiles.
+    """Find thin long lines, dark or light, that separate a sample's elements: stones, boards, tiles.
 
     Lines are the crests of the larger eigenvalue of the brightness's Hessian, at two widths, dark and light
-    ones apart; those kind and width are taken whose lines are longest and stand out most.
+    ones separately. The kind and width whose lines are longest and stand out most are taken.
 
     Parameters
     ----------
@@ -85,7 +85,7 @@ def find_joints(exemplar: PixelArray) -> Joints | None:
     Returns
     -------
     Joints or None
-        None where there are no sure ones.
+        None if there are no certain ones.
 
     References
     ----------
@@ -111,13 +111,13 @@ def find_joints(exemplar: PixelArray) -> Joints | None:
 
 
 def _crossed(on: NDArray[np.bool_]) -> float:
-    # How many joints rows or columns cross in the mean.
+    # How many joints rows or columns cross on average.
     down, right = (np.diff(on, axis=axis).sum() / 2 / on.shape[1 - axis] for axis in (0, 1))
     return round(float(max(down, right)), 3)
 
 
 def _below(values: NDArray[Any], share: float) -> float:
-    # What a share of all values is below.
+    # The value that a share of all values is below.
     n = int(share * values.size)
     return float(np.partition(values.reshape(-1), n)[n])
 
@@ -139,7 +139,7 @@ def _derivatives(plane: FloatArray, deviation: float) -> tuple[FloatArray, Float
 def _lines(
     derivatives: tuple[FloatArray, FloatArray, FloatArray], sign: float, deviation: float
 ) -> tuple[float, NDArray[np.int32]]:
-    # How sure lines of one kind are, and how far each pixel is from the nearest.
+    # How certain lines of one kind are, and each pixel's distance from the nearest.
     shape = derivatives[0].shape
     ridges, across, thin = np.empty(shape), np.empty(shape, np.int8), np.empty(shape, np.uint8)
     measure_ridges(*derivatives, sign, ridges, across)

@@ -17,24 +17,24 @@ from upholster.types import FloatArray, PixelArray, frozen_array
 __all__ = ["Lattice", "find_lattice"]
 
 _LOOKED_AT = 160
-"""Pixels of the shorter side that are looked at, and less than twice as many: larger samples are reduced."""
+"""The shorter side is examined at this many pixels, up to twice as many: larger samples are reduced."""
 
 _LEAST_SIDE = 32
 
 _MOST_STEPS, _LEVEL = 4, 0.1
-"""Of an element: how many periods its width may be made of, and how far from level it may run, as a slope."""
+"""Of an element: the most periods in its width, and how far from level it may run, as a slope."""
 
 _LEAST_PROMINENCE = 16.0
-"""Of a peak that counts at all."""
+"""Least prominence of a peak that counts."""
 
 _CANDIDATES = 12
-"""Waves that are followed, at most."""
+"""The most waves that are followed."""
 
 _COMBINED = 6
-"""Of these, the most prominent, sums and differences are looked at too."""
+"""Sums and differences of this many of them, the most prominent, are examined too."""
 
 _MULTIPLES = np.array([-5, -4, -3, -2, -1, 1, 2, 3, 4, 5])
-"""Of a wave: they say nothing that the wave does not."""
+"""Multiples of a wave, which add nothing to the wave itself."""
 
 _SURE = 0.6
 """Certainty below which a wave is left out."""
@@ -42,7 +42,7 @@ _SURE = 0.6
 
 @dataclass(frozen=True, eq=False)
 class Lattice:
-    """One or two waves at which a sample repeats surely.
+    """One or two waves at which a sample repeats with certainty.
 
     Attributes
     ----------
@@ -53,7 +53,7 @@ class Lattice:
         (n, H, W) int16: the sample's own phase at each pixel, in units of a 65,536th of a turn; it wraps as
         int16 does. It grows by `waves` on average, and follows the sample where that is irregular.
     certainty
-        (n,) 0 to 1: how surely the sample repeats. Waves that are not sure are left out.
+        (n,) 0 to 1: how certain it is that the sample repeats. Uncertain waves are left out.
     """
 
     waves: FloatArray
@@ -66,7 +66,7 @@ class Lattice:
 
     @property
     def element(self) -> tuple[float, ...]:
-        """Width and height, in pixels, of what repeats: a brick, a tile. Of one wave its period alone.
+        """Width and height, in pixels, of the repeating element: a brick, a tile. Of one wave its period.
 
         The width is the shortest way along the rows after which both phases are as before; cells of this
         width tile the plane at this height.
@@ -90,7 +90,7 @@ class Lattice:
             return 1.0 / float(np.hypot(*self.waves[0]))
         (a, b), (c, d) = self.waves.tolist()
         area = a * d - b * c
-        # The shortest two shifts that leave both phases as they are (Gauss's reduction).
+        # The shortest two shifts that keep both phases (Gauss's reduction).
         short, long = np.array([d, -c]) / area, np.array([-b, a]) / area
         while True:
             if short @ short > long @ long:
@@ -106,9 +106,9 @@ def find_lattice(exemplar: PixelArray) -> Lattice | None:
     """Find the one or two waves at which a sample repeats.
 
     Peaks that stand out of the spectrum of its brightness, or of its edges, are followed over the sample.
-    Of those that go through it steadily, the two are taken of which all other peaks are whole multiples or
-    sums of such; one, where there are no two. Arithmetic is on whole numbers or in a fixed order: the same
-    sample gives the same lattice on every machine.
+    Among the steady ones, two are taken whose whole multiples, or sums of these, give all other peaks; or
+    one if there are no two. Arithmetic is on whole numbers or in a fixed order: the same sample gives the
+    same lattice on every machine.
 
     Parameters
     ----------
@@ -118,7 +118,7 @@ def find_lattice(exemplar: PixelArray) -> Lattice | None:
     Returns
     -------
     Lattice or None
-        None where nothing repeats surely, at least three times.
+        None if nothing repeats with certainty, at least three times.
     """
     if min(exemplar.shape[:2]) < _LEAST_SIDE:
         return None
@@ -145,7 +145,7 @@ def find_lattice(exemplar: PixelArray) -> Lattice | None:
 
 
 class _Wave(NamedTuple):
-    # A wave that is sure: one that was followed, or a sum or difference of two such.
+    # A certain wave: one that was followed, or a sum or difference of two.
     wave: FloatArray
     prominence: float
     certainty: float
@@ -153,7 +153,7 @@ class _Wave(NamedTuple):
 
 
 def _sure_waves(looked_at: list[Plane], peaks: list[Peak]) -> list[_Wave]:
-    # The most prominent peaks, each followed on the plane that shows it best; none twice, and no multiples.
+    # The most prominent peaks, each followed on the plane that shows it best; no repeats, and no multiples.
     shape = looked_at[0].shape
     taken: list[Peak] = []
     for peak in sorted(peaks, key=lambda peak: -peak.prominence):
@@ -169,7 +169,7 @@ def _sure_waves(looked_at: list[Plane], peaks: list[Peak]) -> list[_Wave]:
 
 
 def _repeats(wave: FloatArray, others: list[FloatArray], shape: tuple[int, int]) -> bool:
-    # Whether a wave is one of others, or a multiple of one.
+    # Whether a wave equals one of the others, or a multiple of one.
     if not others:
         return False
     away = wave * shape - _MULTIPLES[:, None, None] * (np.array(others) * shape)
@@ -177,7 +177,7 @@ def _repeats(wave: FloatArray, others: list[FloatArray], shape: tuple[int, int])
 
 
 def _differences(sure: list[_Wave], shape: tuple[int, int]) -> list[_Wave]:
-    # The lattice's slowest waves are often weak, but the difference of two strong ones.
+    # The lattice's slowest waves are often weak, but are the difference of two strong ones.
     found: list[_Wave] = []
     for a, b in combinations(sure[:_COMBINED], 2):
         for sign in (-1, 1):

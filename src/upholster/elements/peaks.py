@@ -10,13 +10,13 @@ from upholster.types import FloatArray
 __all__ = ["LEAST_PERIODS", "Peak", "periods", "spectrum_peaks"]
 
 LEAST_PERIODS = 2.8
-"""Of a wave in the sample: three, but what is left of one at the edges is hard to tell."""
+"""Least number of periods in the sample: three, with a margin for partial periods at the edges."""
 
 _HIGHEST = 0.3
-"""Cycles per pixel."""
+"""Highest frequency in cycles per pixel."""
 
 _NEAR, _FAR = 3, 10
-"""Between these distances, in steps of the spectrum, lies what a peak is compared with."""
+"""A peak is compared with its surroundings between these distances, in steps of the spectrum."""
 
 _STEADY = 2.0**40
 """Powers are rounded to this part of the highest: the last bits of a transform differ between machines."""
@@ -30,9 +30,9 @@ class Peak(NamedTuple):
     wave
         (2,) cycles per pixel, rows and columns.
     prominence
-        Its power over the mean power round it. In noise it is seldom above 20.
+        Its power over the mean power around it. In noise it is seldom above 20.
     plane
-        Index of the plane that has it.
+        Index of the plane that contains it.
     """
 
     wave: FloatArray
@@ -48,8 +48,8 @@ def periods(wave: FloatArray, shape: tuple[int, int]) -> float:
 def spectrum_peaks(plane: Plane, index: int, least: float) -> list[Peak]:
     """Return peaks of a plane's spectrum, of at least `least` prominence, the most prominent first.
 
-    Power is multiplied by the squared frequency before it is compared: photographs have less of it the higher
-    the frequency.
+    Power is multiplied by the squared frequency before it is compared, because it falls with frequency in
+    photographs.
     """
     height, width = plane.shape
     window = np.hanning(height + 2)[1:-1, None] * np.hanning(width + 2)[1:-1]

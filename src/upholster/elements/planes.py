@@ -1,4 +1,4 @@
-"""What of a sample is looked at: how bright it is, and which way its edges run."""
+"""The planes of a sample in which structure is sought: its brightness, and the directions of its edges."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,19 +11,19 @@ Plane = NDArray[np.int64]
 """(H, W): one whole number per pixel, of mean 0."""
 
 _MOST = 65535
-"""Floats go from 0 to this."""
+"""Floats are scaled to 0 up to this value."""
 
 _UNIT = 4096
-"""An edge of endless strength."""
+"""Value of an edge of infinite strength."""
 
 _USUAL = 3
-"""How many times as strong as usual an edge must be to count half of that."""
+"""An edge this many times as strong as usual counts half of that."""
 
 
 def reduced(exemplar: PixelArray, by: int) -> NDArray[np.int64]:
     """Return sums of `by` × `by` pixels of a sample, in whole numbers: (H // by, W // by, C) int64.
 
-    Floats go from their smallest to their largest.
+    Floats are scaled from their smallest to their largest value.
     """
     low, scale = 0.0, 1.0
     if exemplar.dtype.kind == "f":
@@ -43,9 +43,9 @@ def reduced(exemplar: PixelArray, by: int) -> NDArray[np.int64]:
 def planes(colors: NDArray[np.int64]) -> list[Plane]:
     """Return brightness, and three planes of edges: their strength, and it times cosine and sine of 2·angle.
 
-    A pattern's elements may differ in colour, and a wave of brightness drowns in that; their edges are alike.
-    Elements that lie and stand by turns, as in a herringbone, differ in the angle of their edges alone.
-    Strong edges count little more than those of usual strength.
+    A pattern's elements may differ in colour, which hides a wave of brightness; their edges are alike.
+    Elements that are horizontal and vertical in turn, as in a herringbone, differ in the angle of their
+    edges alone. Strong edges count little more than those of usual strength.
 
     Parameters
     ----------
@@ -60,10 +60,10 @@ def planes(colors: NDArray[np.int64]) -> list[Plane]:
     square = (down * down + right * right).sum(axis=2)
     strength = np.sqrt(square.astype(np.float64))
     usual = max(1, int(np.rint(strength).sum()) // strength.size)
-    # From 0 to 1, ¼ where the strength is usual; divided by the square for the angles' sake.
+    # From 0 to 1, ¼ at the usual strength; divided by the square for the angles.
     scaled = _UNIT * strength / (strength + _USUAL * usual)
     share = scaled / np.maximum(square, 1)
     edges = (np.rint(part).astype(np.int64) for part in (upright * share, slanted * share, scaled))
-    # Of maps that are stacked the colours come first; what a normal map's green is does not count.
+    # In stacked maps the colours come first; the green of a normal map does not count.
     brightness = colors[:, :, :3].sum(axis=2)
     return [plane - int(plane.sum()) // plane.size for plane in (brightness, *edges)]

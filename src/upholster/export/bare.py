@@ -1,4 +1,4 @@
-"""OBJ and PLY of triangles alone, without texture."""
+"""OBJ and PLY with triangles only, without texture."""
 
 import os
 from pathlib import Path
@@ -27,7 +27,7 @@ def write_bare_obj(
     positions, triangles
         (V, 3), of which nine digits are written, and (T, 3): counter-clockwise seen from outside.
     name
-        Of the object.
+        The object's name.
     """
     turned = positions @ np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]]) + 0.0
     with Path(path).open("w", encoding="utf-8", newline="\n") as file:

@@ -42,11 +42,11 @@ def write_glb(
 ) -> None:
     """Write a textured model as GLB.
 
-    glTF's y axis is up: a root node turns our z axis there. Colours lie in the material's base colour,
+    glTF's y axis is up: a root node turns our z axis there. Colours are the material's base colour,
     sRGB-coded. A 16-bit atlas becomes a 16-bit PNG, or 8-bit JPEG or WebP; a float atlas 8-bit, clipped to
-    0…1. Alpha that is not 1 everywhere makes the material blended, or a mask where nearly all is 0 or 1. An
-    atlas of several pages becomes a material for each, and one mesh with a primitive for each; they share
-    their vertices.
+    0…1. If alpha is not 1 everywhere, the material is blended, or a mask if nearly all of it is 0 or 1. An
+    atlas of several pages becomes one material per page, and one mesh with one primitive per page; these
+    share their vertices.
 
     Parameters
     ----------
@@ -59,30 +59,29 @@ def write_glb(
     pixels
         (H, W, C) of the atlas: uint8, uint16 or float32. Or a list, with the image of each page.
     texture
-        How images are coded: "auto" (colours without alpha "jpeg", others "png"), "png" (lossless),
-        "jpeg" (no alpha) or "webp" (small; extension
-        EXT_texture_webp).
+        Image format: "auto" (colours without alpha "jpeg", others "png"), "png" (lossless), "jpeg" (no alpha)
+        or "webp" (small; extension EXT_texture_webp).
     quality
         1 to 100, for jpeg and webp; maps other than colours get at least 90.
     maps
         Atlases of a material's other maps by role: normal (H, W, 3), in the frame that
-        `upholster.quilt.paint_normals` tells; roughness, metallic, ao (H, W, 1), packed in one image;
-        emission. Floats become 16-bit. Each a list where `pixels` is one.
+        `upholster.quilt.paint_normals` defines; roughness, metallic, ao (H, W, 1), packed in one image;
+        emission. Floats become 16-bit. Each is a list if `pixels` is one.
     page
-        (V,) the page that each vertex lies on, one for all vertices of a polygon; by default the first.
+        (V,) the page of each vertex, the same for all vertices of a polygon; by default the first.
     tangents
         (V, 3), as `upholster.model.vertex_tangents` gives: needed with a normal map.
     normal_scale
-        How strong the normal map is, 0 to 100: glTF's ``normalTexture.scale``.
+        Strength of the normal map, 0 to 100: glTF's ``normalTexture.scale``.
     name
-        Of mesh, material and image.
+        Name of mesh, material and image.
 
     Raises
     ------
     InputError
         If `texture` is unknown, cannot hold the alpha, or is too large; if a role is unknown, a map's shape
-        does not fit, or a normal map has no tangents; if there are not as many images as pages; if the file
-        would pass 4 GiB.
+        does not fit, or a normal map has no tangents; if the number of images is not that of pages; if the
+        file would exceed 4 GiB.
 
     References
     ----------

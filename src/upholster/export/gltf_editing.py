@@ -1,4 +1,4 @@
-"""A glTF document that is added to and written as GLB, with all else that it holds.
+"""Additions to a glTF document, which is written as GLB with all its other content.
 
 References
 ----------
@@ -37,19 +37,19 @@ _ALIGNED = 8
 
 
 def mime_type(data: bytes) -> str | None:
-    """Return what kind of image data are, as glTF calls it; None for what it does not take."""
+    """Return the media type of an image's data; None if glTF does not allow it."""
     return next((kind for magic, kind in _MAGIC.items() if data.startswith(magic)), None)
 
 
 class GltfEdit:
-    """A copy of a document: things are appended, none is renumbered, until it is written.
+    """A copy of a document to which objects are appended; none is renumbered until it is written.
 
     Attributes
     ----------
     json
-        The copy, to be changed by whoever holds it.
+        The copy, which callers may change.
     notes
-        What could not be kept.
+        Parts that could not be kept.
     """
 
     def __init__(self, gltf: Gltf) -> None:
@@ -84,7 +84,7 @@ class GltfEdit:
         normalized
             Whether integers stand for numbers up to 1.
         bounds
-            Whether least and greatest values are told, as positions need it.
+            Whether minimum and maximum are stored, as positions need them.
         """
         size = values.itemsize * values.shape[1]
         stride = size + -size % 4
@@ -102,7 +102,7 @@ class GltfEdit:
         return self.append("accessors", entry)
 
     def add_indices(self, triangles: NDArray[Any], vertices: int) -> int:
-        """Add an accessor of triangles' vertices."""
+        """Add an accessor of the vertices of triangles."""
         values = triangles.astype("<u2" if vertices < 65536 else "<u4").reshape(-1)
         view = self.add_view(values.tobytes(), target=_INDICES)
         return self.append("accessors", self._entry(view, values, "SCALAR"))
@@ -114,19 +114,19 @@ class GltfEdit:
         )
 
     def use_extension(self, name: str) -> None:
-        """Say that the document needs an extension."""
+        """Declare that the document uses an extension."""
         for key in ("extensionsUsed", "extensionsRequired"):
             names = self.json.setdefault(key, [])
             if name not in names:
                 names.append(name)
 
     def glb(self) -> list[bytes]:
-        """Return the document as GLB, in parts: without what was used before and is no more.
+        """Return the document as GLB, in parts, without objects that its changes made unused.
 
         Raises
         ------
         InputError
-            If it would pass 4 GiB.
+            If it would exceed 4 GiB.
         """
         prune(self.json, self.gltf.json)
         self._embed_images()
@@ -147,7 +147,7 @@ class GltfEdit:
         return {"bufferView": view, "componentType": code, "count": len(values), "type": kind}
 
     def _drop_extensions(self) -> None:
-        """Take extensions off the document's lists that were used before and are no more."""
+        """Remove extensions that are no longer used from the document's lists."""
         before, now = (
             {name for each in _extensions(d) for name in each} for d in (self.gltf.json, self.json)
         )
@@ -157,7 +157,7 @@ class GltfEdit:
                 self.json[key] = kept
 
     def _embed_images(self) -> None:
-        """Take images in that lie beside the document: the new one may lie elsewhere."""
+        """Embed images in files next to the document, because the new one may be elsewhere."""
         for image in self.json.get("images", []):
             uri = image.get("uri")
             if not isinstance(uri, str) or uri.startswith("data:"):
@@ -166,16 +166,16 @@ class GltfEdit:
                 data = self.gltf.resource(uri)
                 mime = mime_type(data)
                 if mime is None:
-                    raise InputError("it is no image; allowed: PNG, JPEG, WebP, KTX2, DDS")
+                    raise InputError("it is not an image; allowed: PNG, JPEG, WebP, KTX2, DDS")
             except InputError as error:
-                self.notes.append(f"image {uri[:80]!r} stays outside: {error}")
+                self.notes.append(f"image {uri[:80]!r} is not embedded: {error}")
                 continue
             del image["uri"]
             image["bufferView"] = self.add_view(data)
             image["mimeType"] = mime
 
     def _packed(self) -> list[bytes]:
-        """Put the bytes of all views in one buffer, what no view shows left out, and return them in parts."""
+        """Put the bytes of all views in one buffer, without unused bytes, and return them in parts."""
         places = list(_byte_ranges(self.json))
         spans: dict[int, list[tuple[int, int]]] = {}
         for entry in places:
@@ -209,7 +209,7 @@ class GltfEdit:
         return parts
 
     def _bytes(self, buffer: int) -> bytes | None:
-        """Return a buffer's bytes; None for one that only holds the place of decompressed ones."""
+        """Return a buffer's bytes; None for a placeholder of decompressed bytes."""
         extensions = self.gltf.item("buffers", buffer).get("extensions", {})
         if any(extensions.get(name, {}).get("fallback") for name in MESHOPT):
             return None
@@ -217,7 +217,7 @@ class GltfEdit:
 
 
 def _byte_ranges(document: Json) -> Iterator[Json]:
-    """Yield all objects that stand for bytes of a buffer."""
+    """Yield all objects that describe bytes of a buffer."""
     for view in document.get("bufferViews", []):
         yield view
         extensions = view.get("extensions", {})
@@ -239,7 +239,7 @@ def _merged(ranges: list[tuple[int, int]]) -> list[tuple[int, int]]:
 
 
 def _extensions(item: Any) -> Iterator[Json]:
-    """Yield what stands under "extensions" anywhere in a document."""
+    """Yield every "extensions" object anywhere in a document."""
     waiting = [item]
     while waiting:
         item = waiting.pop()

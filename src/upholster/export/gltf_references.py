@@ -1,4 +1,4 @@
-"""What refers to what in a glTF document: so that what is used no more can be left out."""
+"""References within a glTF document, so that unused objects can be left out."""
 
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -24,21 +24,21 @@ _KNOWN = (
 """Extensions whose numbers of buffer views, accessors, images and textures are found below."""
 
 _Reference = tuple[dict[str, Any], str]
-"""An object, and the key under which a number stands."""
+"""An object, and the key of a number in it."""
 
 
 def prune(document: Json, before: Json) -> None:
-    """Leave out materials, textures, images, accessors and views that nothing in a document uses any more.
+    """Remove materials, textures, images, accessors and views that nothing in a document uses any more.
 
-    What was unused before stays. Numbers of what remains are changed where they are used. Where the document
-    uses an extension that is not known, nothing is left out.
+    Objects that were unused before stay. Numbers of the remaining ones are updated wherever they are used. If
+    the document uses an unknown extension, nothing is removed.
 
     Parameters
     ----------
     document
         The document; it is changed.
     before
-        As it was before the changes, of which these lists were appended to.
+        The document before the changes, which only appended to these lists.
     """
     if any(not str(name).startswith(_KNOWN) for name in document.get("extensionsUsed", [])):
         return
@@ -130,7 +130,7 @@ _REFERENCES: tuple[tuple[str, Callable[[Json], Iterator[_Reference]]], ...] = (
     ("accessors", _accessors),
     ("bufferViews", _views),
 )
-"""Each kind after what refers to it."""
+"""Each kind after the kinds that refer to it."""
 
 
 def _extension(item: Json, name: str) -> Json:

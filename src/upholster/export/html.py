@@ -15,7 +15,7 @@ from upholster._version import __version__
 __all__ = ["html_page", "printable", "viewer_page", "write_html"]
 
 _ALPHABET = np.array([code for code in range(33, 127) if chr(code) not in "&<>"], np.uint8)
-"""Printable ASCII without what HTML gives a meaning: 91 characters, two of which say 13 bits (91² > 2¹³)."""
+"""Printable ASCII without HTML's special characters: 91 characters, two of which code 13 bits (91² > 2¹³)."""
 
 _STYLE = """
 :root { color-scheme: light dark; font: 1rem/1.5 system-ui, sans-serif }
@@ -57,25 +57,25 @@ _PAGE = """<!doctype html>
 def write_html(
     path: str | os.PathLike[str], stream: bytes, *, title: str = "upholster", poster: bytes = b""
 ) -> None:
-    """Write a stream, the viewer and all that it needs as one HTML file, which needs no network.
+    """Write a stream, the viewer and everything that it needs as one HTML file, which needs no network.
 
     Parameters
     ----------
     path
         The file to write.
     stream
-        Bytes of a .uph stream, whole or cut, see `upholster.encode_stream`.
+        Bytes of a .uph stream, complete or cut, see `upholster.encode_stream`.
     title
-        Of the page; any text.
+        Title of the page; any text.
     poster
-        Bytes of a WebP picture of the model, which the page shows until the viewer has all of it, or for good
-        where scripts are switched off; none by default.
+        Bytes of a WebP picture of the model, which the page shows until the viewer has loaded it all, or
+        permanently if scripts are switched off; none by default.
     """
     Path(path).write_bytes(viewer_page(stream, title=title, poster=poster))
 
 
 def viewer_page(stream: bytes, *, title: str = "upholster", poster: bytes = b"") -> bytes:
-    """Return the page that `write_html` writes: UTF-8, with the viewer that comes with upholster."""
+    """Return the page that `write_html` writes: UTF-8, with upholster's own viewer."""
     shipped = resources.files("upholster") / "web"
     viewer, worker = ((shipped / name).read_bytes() for name in ("upholster-viewer.js", "uph-worker.js"))
     return html_page(stream, title=title, viewer=viewer, worker=worker, poster=poster)
@@ -85,12 +85,12 @@ def html_page(stream: bytes, *, title: str, viewer: bytes, worker: bytes, poster
     """Return a page of a stream and any viewer: UTF-8, the same bytes for the same input.
 
     The scripts are gzipped, and unpacked by the browser's own ``DecompressionStream``. A content security
-    policy lets just these scripts run, by their digests, and forbids any connection.
+    policy allows only these scripts, by their digests, and forbids any connection.
 
     Parameters
     ----------
     stream, title, poster
-        As there.
+        As for `write_html`.
     viewer
         An ES module without imports, UTF-8, that defines the element ``upholster-viewer``: its attribute
         ``worker`` is the worker's URL, its method ``open`` takes the stream as Uint8Array.
@@ -140,9 +140,9 @@ def _poster(poster: bytes, title: str) -> str:
 def printable(data: bytes) -> str:
     """Return bytes as printable ASCII that HTML takes literally: 16 characters for 13 bytes.
 
-    Base64 would take 17.3. Bits go in groups of 13, most significant first, the last one filled up with
-    zeros. Group v becomes the characters number v // 91 and v % 91 of those from ``!`` to ``~`` that are none
-    of ``&``, ``<``, ``>``.
+    Base64 would take 17.3. Bits are grouped by 13, most significant first; the last group is padded with
+    zeros. Group v becomes the characters number v // 91 and v % 91 out of those from ``!`` to ``~`` except
+    ``&``, ``<``, ``>``.
     """
     bits = np.unpackbits(np.frombuffer(data, np.uint8))
     groups = np.pad(bits, (0, -len(bits) % 13)).reshape(-1, 13) @ (1 << np.arange(12, -1, -1))
@@ -151,5 +151,5 @@ def printable(data: bytes) -> str:
 
 
 def _digest(script: bytes) -> str:
-    """Return how a content security policy names a script or style."""
+    """Return the digest by which a content security policy identifies a script or style."""
     return f"'sha256-{base64.b64encode(hashlib.sha256(script).digest()).decode()}'"

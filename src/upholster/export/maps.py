@@ -1,4 +1,4 @@
-"""A material's maps as image files of their own, named by role beside the base colour's."""
+"""A material's maps as image files of their own, named by role, next to the base colour's file."""
 
 import os
 from pathlib import Path
@@ -15,9 +15,9 @@ __all__ = ["map_companion", "write_map"]
 
 
 def map_companion(path: str | os.PathLike[str], role: str) -> Path:
-    """Return where a map lies whose base colour lies at `path`: ``wall_normal.png`` beside ``wall.png``.
+    """Return the file of a map for the base colour's file `path`: ``wall_normal.png`` for ``wall.png``.
 
-    Beside ``wall.<UDIM>.png`` it is ``wall_normal.<UDIM>.png``.
+    For ``wall.<UDIM>.png`` it is ``wall_normal.<UDIM>.png``.
     """
     target = Path(path)
     before, tile, after = target.name.partition(UDIM)
@@ -28,20 +28,20 @@ def map_companion(path: str | os.PathLike[str], role: str) -> Path:
 
 
 def write_map(path: str | os.PathLike[str], role: str, pixels: PixelArray, *, quality: int = 90) -> None:
-    """Write a map as an image file, so that plain numbers pass through no colour curve.
+    """Write a map as an image file, without applying a colour curve to plain numbers.
 
     Parameters
     ----------
     path
         As for `upholster.image.write_image`.
     role
-        Albedo and emission are colours and are written as any image; of the others the stored numbers count.
+        Albedo and emission are colours, written like any image; for the others the stored numbers count.
     pixels
-        (H, W, C) uint8, uint16 or float32, see `upholster.image.material.Material`. Numbers from float
-        become 16-bit where the format holds integers, all of them float32 in EXR, where 1 stands for the
-        largest integer.
+        (H, W, C) uint8, uint16 or float32, see `upholster.image.material.Material`. Plain numbers in float
+        become 16-bit if the format holds integers. All of them become float32 in EXR, where 1 stands for
+        the largest integer.
     quality
-        1 to 100, for JPEG and WebP; maps that hold no colours get at least 90.
+        1 to 100, for JPEG and WebP; maps other than colours get at least 90.
 
     Raises
     ------

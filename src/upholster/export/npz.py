@@ -17,17 +17,17 @@ def write_npz(
 ) -> None:
     """Write texels as an ``.npz`` file, for `numpy.load`.
 
-    It holds ``chart_000``, ``chart_001`` … ((height, width, C), of the exemplar's dtype), and of the layout
-    ``face`` ((N,) int32, the face that each chart lies on), ``size`` ((N, 2) int32, height and width in
-    texels) and ``rectangle`` ((N, 4) float64, the parameters s0, s1, t0, t1 that it covers). Of a
-    material these are the base colour; its other maps are ``normal_000``, ``roughness_000`` … by role.
+    It holds ``chart_000``, ``chart_001`` … ((height, width, C), of the exemplar's dtype), and for the layout
+    ``face`` ((N,) int32, the face of each chart), ``size`` ((N, 2) int32, height and width in texels) and
+    ``rectangle`` ((N, 4) float64, the parameters s0, s1, t0, t1 that it covers). For a material the charts
+    are the base colour; its other maps are ``normal_000``, ``roughness_000`` … by role.
 
     Parameters
     ----------
     path
         The file to write.
     texels
-        What painting gave.
+        The painted texels.
     maps
         A material's other maps, by role, on the same charts.
     """
@@ -40,6 +40,6 @@ def write_npz(
     }
     for name, painted in {"chart": texels, **(maps or {})}.items():
         content |= {f"{name}_{index:0{digits}d}": array for index, array in enumerate(painted.arrays)}
-    # An open file, for given a name NumPy would add a suffix to one that has none.
+    # An open file, because NumPy would add a suffix to a name without one.
     with Path(path).open("wb") as file:
         np.savez(file, **content)

@@ -1,4 +1,4 @@
-"""Wavefront OBJ with its material and texture: what any modelling program reads."""
+"""Wavefront OBJ with its material and texture, which any modelling program reads."""
 
 import os
 from collections.abc import Collection, Iterator, Mapping, Sequence
@@ -23,14 +23,14 @@ _LINES = {
     "metallic": ("Pm 1", "map_Pm"),
     "emission": ("Ke 1 1 1", "map_Ke"),
 }
-"""How MTL names maps, the last word of each, and the factors that go with them."""
+"""MTL's names for maps, of which the last word is used, and the factors that go with them."""
 
 _ROWS = 1 << 15
-"""Lines that are formatted at a time."""
+"""Lines formatted at a time."""
 
 
 class ObjPart(NamedTuple):
-    """How a part of a model and its material are called; '' without a name."""
+    """The names of a part of a model and of its material; '' if it has none."""
 
     name: str
     material: str = ""
@@ -56,8 +56,8 @@ def write_obj(
     """Write a textured model as OBJ, MTL and an image, or an image and a material for each page of its atlas.
 
     The y axis is up, as importers expect: (x, y, z) is written as (x, z, -y). Quadrilaterals stay
-    quadrilaterals, but where an edge is a point they become triangles. Vertices at one place are one ``v``,
-    so the model is welded, whatever its texture coordinates. v of ``vt`` points up.
+    quadrilaterals, but become triangles if one of their edges is a point. Vertices at one place are one
+    ``v``, so the model is welded, whatever its texture coordinates. v of ``vt`` points up.
 
     Parameters
     ----------
@@ -66,20 +66,21 @@ def write_obj(
     mesh, uv, pixels, page
         As for `upholster.export.write_glb`; whole numbers may have been added to `uv`, as UDIM does.
     stem
-        The files refer to each other as ``stem.mtl`` and ``stem_texture`` with the suffix of `texture`; of
+        The files refer to each other as ``stem.mtl`` and ``stem_texture`` with the suffix of `texture`; with
         several pages as ``stem_texture_1`` …
     maps
-        Roles of a material's other maps. The caller writes them, as `map_companion` of the texture names
-        them; here MTL refers to them, in the common extension for physically based rendering. Height and
-        occlusion, for which it has no word that programs agree on, are named in comments.
+        Roles of a material's other maps. The caller writes them, under the texture's names from
+        `map_companion`; here MTL refers to them, in the common extension for physically based rendering.
+        Height and occlusion, for which programs agree on no keyword, are named in comments.
     parts, part
-        Of a mesh of triangles alone: what its parts are called, and which of them each triangle belongs to,
-        (T,). Each becomes an object; materials of other names get these, all with the same texture.
+        For a mesh of triangles alone: the names of its parts, and the part of each triangle, (T,). Each part
+        becomes an object; each different material name becomes a material, all with the same texture.
 
     Raises
     ------
     InputError
-        If the texture's format is unknown or cannot hold the image, or the textures are not as many as pages.
+        If the texture's format is unknown or cannot hold the image, or the number of textures is not that of
+        pages.
 
     References
     ----------
@@ -116,16 +117,16 @@ def write_tiled_obj(
     stem: str,
     alpha: bool = False,
 ) -> None:
-    """Write a model as OBJ and MTL that refers to UDIM tiles, which somebody else writes.
+    """Write a model as OBJ and MTL that refers to UDIM tiles, which the caller writes.
 
     Parameters
     ----------
     path, material, mesh, stem
-        As of `write_obj`.
+        As for `write_obj`.
     uv
         (V, 2), whole numbers added as UDIM does.
     files
-        What MTL calls the tiles of each map, with ``<UDIM>`` for their numbers, as Blender, Maya and others
+        MTL's names for the tiles of each map, with ``<UDIM>`` for their numbers, as Blender, Maya and others
         read it; the base colour's under "albedo".
     alpha
         Whether the base colour has an alpha channel.
@@ -146,7 +147,7 @@ def _write_mesh(
     parts: Sequence[ObjPart] = (),
     part: IntArray | None = None,
 ) -> None:
-    """Write the OBJ file: each part has a material for each page that it lies on."""
+    """Write the OBJ file: each part has one material per page that it uses."""
     turned = np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])  # applied from the right
     places, place_of = np.unique(mesh.positions @ turned + 0.0, axis=0, return_inverse=True)
     place_of = place_of.reshape(-1)  # + 0.0 made -0.0 equal to 0.0
@@ -169,15 +170,15 @@ def _write_mesh(
 
 
 def _names(material: str, pages: int) -> list[str]:
-    """Return what the materials of an atlas' pages are called."""
-    name = "_".join(material.split()) or "material"  # spaces would end it
+    """Return the names of the materials of an atlas's pages."""
+    name = "_".join(material.split()) or "material"  # a space would end the name
     return [name] if pages == 1 else [f"{name}_{number + 1}" for number in range(pages)]
 
 
 def _by_part(
     mesh: Mesh, place_of: NDArray[np.integer], parts: Sequence[ObjPart], part: IntArray | None
 ) -> Iterator[tuple[ObjPart, list[IntArray]]]:
-    """Yield the polygons of each part; all of them as one where no parts are told."""
+    """Yield the polygons of each part; all of them together if no parts are given."""
     if part is None:
         yield _WHOLE, list(whole_polygons(mesh, place_of))
         return
@@ -189,7 +190,7 @@ def _by_part(
 
 
 def _material(name: str, files: Mapping[str, str], *, alpha: bool) -> list[str]:
-    """Return what MTL says of a material whose maps are these files, by role."""
+    """Return the MTL lines of a material whose maps are these files, by role."""
     looks = ["Kd 1 1 1", "Ks 0 0 0", "illum 1"]
     looks += [
         default for role, default in (("roughness", "Pr 0.8"), ("metallic", "Pm 0")) if role not in files
@@ -205,17 +206,17 @@ def _material(name: str, files: Mapping[str, str], *, alpha: bool) -> list[str]:
 
 
 def whole_polygons(mesh: Mesh, place_of: NDArray[np.integer]) -> Iterator[IntArray]:
-    """Yield a mesh's polygons, (N, 4) and (N, 3), so that none has two corners at one place.
+    """Yield a mesh's polygons, (N, 4) and (N, 3), so that no two corners of one are at the same place.
 
     Parameters
     ----------
     mesh
         The mesh.
     place_of
-        (V,) a number for each vertex: equal for those at one place.
+        (V,) a number for each vertex: equal for vertices at the same place.
     """
     corners = place_of[mesh.quads]
-    doubled = corners == np.roll(corners, -1, axis=1)  # corner k lies where k + 1 does
+    doubled = corners == np.roll(corners, -1, axis=1)  # corner k is at the place of corner k + 1
     whole = ~doubled.any(axis=1)
     yield mesh.quads[whole]
     for corner in range(4):
@@ -225,7 +226,7 @@ def whole_polygons(mesh: Mesh, place_of: NDArray[np.integer]) -> Iterator[IntArr
 
 
 def _rows(file: TextIO, form: str, values: NDArray[np.generic]) -> None:
-    """Write one line per row: many rows in one formatting are ten times as fast as one by one."""
+    """Write one line per row: formatting many rows at once is ten times as fast as one by one."""
     for start in range(0, len(values), _ROWS):
         part = values[start : start + _ROWS]
         file.write(form * len(part) % tuple(part.ravel().tolist()))

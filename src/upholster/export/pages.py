@@ -1,4 +1,4 @@
-"""Pages of an atlas in files: their names, and which polygons lie on which."""
+"""Pages of an atlas in files: their names, and the polygons on each."""
 
 import os
 from collections.abc import Mapping, Sequence
@@ -20,15 +20,15 @@ _TILES_IN_ROW = 10
 
 
 def images_of(images: PageImages) -> Sequence[PixelArray]:
-    """Return the images of an atlas's pages, also where there is but one."""
+    """Return the images of an atlas's pages, as a list even if there is only one."""
     return [images] if isinstance(images, np.ndarray) else images
 
 
 def page_files(path: str | os.PathLike[str], pages: int) -> tuple[Path, ...]:
-    """Return the files of an atlas that is to lie at `path`.
+    """Return the files of an atlas to be written to `path`.
 
-    One page lies there; of several, those of ``wall.png`` are ``wall_1.png``, ``wall_2.png`` … In a name with
-    ``<UDIM>`` the tiles' numbers take its place: 1001, 1002 …
+    A single page uses that name; several pages of ``wall.png`` are ``wall_1.png``, ``wall_2.png`` … In a name
+    with ``<UDIM>`` it is replaced by the tiles' numbers: 1001, 1002 …
     """
     target = Path(path)
     if UDIM in target.name:
@@ -46,7 +46,7 @@ def udim_tile(page: NDArray[np.integer]) -> NDArray[np.integer]:
 
 
 def check_pages(count: int, page: IntArray | None, maps: Mapping[str, PageImages]) -> None:
-    """Raise InputError unless there are `count` images of every map, and one for each vertex's page."""
+    """Raise InputError unless every map has `count` images, and there is one for each vertex's page."""
     last = 0 if page is None else int(page.max(initial=0))
     if not last < count:
         raise InputError(f"vertices lie on page {last}; there are images of {count}")
@@ -56,7 +56,7 @@ def check_pages(count: int, page: IntArray | None, maps: Mapping[str, PageImages
 
 
 def polygons_by_page(polygons: IntArray, page: IntArray | None, count: int) -> list[IntArray]:
-    """Return the polygons of each page: those of the page that their first corners lie on."""
+    """Return the polygons of each page: a polygon's page is that of its first corner."""
     if page is None or count == 1:
         return [polygons]
     on = page[polygons[:, 0]]

@@ -15,14 +15,14 @@ from upholster.types import PixelArray
 __all__ = ["PbrMaterial", "TextureFormat", "alpha_mode", "build_material"]
 
 DATA_QUALITY = 90
-"""JPEG and WebP of maps that hold no colours are at least as good: from here on JPEG keeps all its colour."""
+"""Least quality of JPEG and WebP for maps other than colours: from here on JPEG keeps its full colour."""
 
 _ROLES = ("normal", "roughness", "metallic", "ao", "emission", "height", "opacity")
 
 
 @dataclass
 class PbrMaterial:
-    """A material as glTF has it.
+    """A material in glTF's terms.
 
     Attributes
     ----------
@@ -47,7 +47,7 @@ def build_material(
     mode: str,
     first: int = 0,
 ) -> PbrMaterial:
-    """Code a material's images, and describe it.
+    """Encode a material's images, and describe it.
 
     Parameters
     ----------
@@ -55,11 +55,11 @@ def build_material(
         (H, W, C) of the base colour.
     maps
         Other maps by role, (H, W, 1) or (H, W, 3), see `upholster.image.material.Material`; height and
-        opacity, which glTF has no place for, are left out.
+        opacity, which glTF does not support, are left out.
     texture, quality, normal_scale, name
         As for `write_glb`.
     mode
-        What alpha does: see `alpha_mode`.
+        Use of alpha: see `alpha_mode`.
     first
         Index of the first of the material's textures in the file.
 
@@ -70,7 +70,7 @@ def build_material(
     """
     if texture not in get_args(TextureFormat):
         raise InputError(f"texture {texture!r} is unknown; {nearest(str(texture), get_args(TextureFormat))}")
-    # By itself no data as JPEG: what that does to a normal is seen in highlights.
+    # By default, data is not JPEG: its effect on normals is visible in highlights.
     data: ImageFormat = "png" if texture == "auto" else texture
     colours: ImageFormat = "jpeg" if texture == "auto" and mode == "OPAQUE" else data
     for role, part in maps.items():
@@ -122,7 +122,7 @@ def _check_map(role: str, part: PixelArray) -> None:
 
 
 def _packed(maps: Mapping[str, PixelArray]) -> PixelArray:
-    """Return red: occlusion, green: roughness, blue: metallic; 1 where there is none, so factors decide."""
+    """Return red: occlusion, green: roughness, blue: metallic; 1 for missing maps, so that factors decide."""
     parts = [_data(maps[role]) if role in maps else None for role in ("ao", "roughness", "metallic")]
     known = [part for part in parts if part is not None]
     if len({part.shape for part in known}) > 1:
@@ -144,9 +144,9 @@ def _data(pixels: PixelArray) -> PixelArray:
 
 
 def alpha_mode(pages: Sequence[PixelArray]) -> str:
-    """Return glTF's alphaMode, the cheapest one that shows the images' alpha: one for all pages of an atlas.
+    """Return glTF's alphaMode, the cheapest one that shows the images' alpha, for all pages of an atlas.
 
-    Alpha that is not 1 everywhere is blended, or a mask where nearly all is 0 or 1.
+    Alpha that is not 1 everywhere is blended, or a mask if nearly all of it is 0 or 1.
     """
     channel = alpha_channel(pages[0].shape[2])
     if channel is None:

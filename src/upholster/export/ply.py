@@ -1,4 +1,4 @@
-"""PLY with texture coordinates: what MeshLab, Blender and programs for scans read."""
+"""PLY with texture coordinates, which MeshLab, Blender and programs for scans read."""
 
 import os
 from collections.abc import Sequence
@@ -30,10 +30,10 @@ def write_ply(
 ) -> None:
     """Write a textured model as binary PLY and an image, or an image for each page of its atlas.
 
-    z is up, as in the model. Texture coordinates, v upward, stand at the vertices (``s``, ``t``: Blender) and
-    at the corners of faces (``texcoord``: MeshLab); of several pages, a face tells its own (``texnumber``).
-    The vertices of charts that meet lie at one place and are not shared. Quadrilaterals stay quadrilaterals,
-    but where an edge is a point they become triangles.
+    z is up, as in the model. Texture coordinates, v upward, are stored at the vertices (``s``, ``t``:
+    Blender) and at the corners of faces (``texcoord``: MeshLab); with several pages, each face stores its
+    page (``texnumber``). Charts that meet do not share vertices, even at the same place. Quadrilaterals stay
+    quadrilaterals, but become triangles if one of their edges is a point.
 
     Parameters
     ----------
@@ -42,13 +42,14 @@ def write_ply(
     mesh, uv, pixels, page
         As for `upholster.export.write_glb`.
     stem
-        The file refers to ``stem_texture`` with the suffix of `texture`; of several pages to
+        The file refers to ``stem_texture`` with the suffix of `texture`; with several pages to
         ``stem_texture_1`` …
 
     Raises
     ------
     InputError
-        If the texture's format is unknown or cannot hold the image, or the textures are not as many as pages.
+        If the texture's format is unknown or cannot hold the image, or the number of textures is not that of
+        pages.
 
     References
     ----------

@@ -1,4 +1,4 @@
-"""The same glTF file with other textures: all that it holds stays, but for materials of what is covered."""
+"""A copy of a glTF file with other textures: only materials of covered parts change."""
 
 import json
 import os
@@ -44,13 +44,13 @@ class Cover:
     images
         The base colour (H, W, C) as for `write_glb`; or a list, with the image of each page.
     triangles
-        (n,) which triangles of `ModelFile.mesh`; by default all.
+        (n,) indices of triangles of `ModelFile.mesh`; by default all.
     page
-        (n,) which page each lies on; by default the first.
+        (n,) the page of each; by default the first.
     maps
         Other maps by role, as for `write_glb`.
     name
-        Of its material; by default the model's.
+        The material's name; by default the model's.
     """
 
     uv: FloatArray
@@ -74,35 +74,35 @@ def write_retextured_glb(
 
     Everything else stays as it is, in its own type and to the bit: nodes, names, animations, skins, morph
     targets, cameras, lights, other materials, extensions. Vertices are split only where texture coordinates
-    need it; the new ones follow the old. Triangles that no cover has keep their material and texture
-    coordinates. What the file had compressed with Draco is written plain where it is covered; quantised
-    numbers stay quantised. Vertex colours, which would tint the texture, become the attribute ``_COLOR_0``.
+    need it; the new ones follow the old. Triangles without a cover keep their material and texture
+    coordinates. Data compressed with Draco is written uncompressed if it is covered; quantised numbers stay
+    quantised. Vertex colours, which would tint the texture, become the attribute ``_COLOR_0``.
 
     Parameters
     ----------
     path
         The file to write.
     model
-        What `read_model` gave.
+        The result of `read_model`.
     covers
-        The textures; no triangle has two.
+        The textures; no triangle has more than one.
     texture, quality, normal_scale
         As for `write_glb`.
 
     Returns
     -------
     tuple
-        What could not be kept, a line each.
+        Parts that could not be kept, one line each.
 
     Raises
     ------
     InputError
         If the model is no glTF file, shapes do not fit, or a triangle is covered twice; as for `write_glb`.
     FormatError
-        If the document breaks the format where it had not been read.
+        If a part of the document that was not read before breaks the format.
     """
     if model.gltf is None:
-        raise InputError(f"{model.path} is no glTF file; allowed: .glb or .gltf")
+        raise InputError(f"{model.path} is not a glTF file; allowed: .glb or .gltf")
     uv, group = _groups(model, covers)
     edit = GltfEdit(model.gltf)
     try:
@@ -110,14 +110,14 @@ def write_retextured_glb(
         notes = _rewrite(edit, model, uv, group, materials)
         parts = edit.glb()
     except (AttributeError, IndexError, KeyError, StopIteration, TypeError, ValueError) as error:
-        # The reader checked what it read; what else is in the file may be anything.
-        raise FormatError(f"{model.path}: its JSON is not as glTF has it: {error!r}") from None
+        # The reader checked the parts that it read; the rest of the file may hold anything.
+        raise FormatError(f"{model.path}: its JSON is not valid glTF: {error!r}") from None
     write_parts(Path(path), parts)
     return (*notes, *edit.notes)
 
 
 def _groups(model: ModelFile, covers: Sequence[Cover]) -> tuple[FloatArray, IntArray]:
-    """Return texture coordinates of all triangles, and which of all covers' pages each has, -1 for none."""
+    """Return texture coordinates of all triangles, and the page of each among all covers' pages, -1: none."""
     count = len(model.mesh.triangles)
     uv = np.zeros((count, 3, 2))
     group = np.full(count, _PLAIN, np.int32)
@@ -154,7 +154,7 @@ def _add_materials(
     quality: int,
     normal_scale: float,
 ) -> list[tuple[int, bool]]:
-    """Add a material for each page of each cover; return their numbers, and which have normal maps."""
+    """Add a material for each page of each cover; return their numbers, and whether they have normal maps."""
     if not 0 <= normal_scale <= 100:
         raise InputError(f"normal_scale is {normal_scale}; allowed: 0 to 100")
     sampler = edit.append("samplers", dict(_SAMPLER))
@@ -181,7 +181,7 @@ def _add_materials(
                 if texture == "webp":
                     entry = {"sampler": sampler, "extensions": {"EXT_texture_webp": {"source": source}}}
                 edit.append("textures", entry)
-            # A copy of its own, in which no object stands twice: numbers may be changed in it.
+            # A deep copy, in which no object occurs twice, because its numbers may be changed.
             document = json.loads(json.dumps(made.document))
             if len(out) not in sides:
                 document.pop("doubleSided", None)
@@ -192,7 +192,7 @@ def _add_materials(
 
 
 def _two_sided(model: ModelFile, group: IntArray) -> set[int]:
-    """Return the pages on which something lies whose old material shows both sides, or that had none."""
+    """Return the pages with any triangle whose old material shows both sides, or that had none."""
     assert model.gltf is not None
     out: set[int] = set()
     for number, part in enumerate(model.gltf_parts):
@@ -206,7 +206,7 @@ def _two_sided(model: ModelFile, group: IntArray) -> set[int]:
 def _rewrite(
     edit: GltfEdit, model: ModelFile, uv: FloatArray, group: IntArray, materials: list[tuple[int, bool]]
 ) -> list[str]:
-    """Put primitives with the new coordinates and materials in place of those that are covered."""
+    """Replace covered primitives with ones that have the new coordinates and materials."""
     assert model.gltf is not None
     accessors = Accessors(model.gltf)
     starts = np.searchsorted(model.mesh.part, np.arange(len(model.parts) + 1))
@@ -231,25 +231,25 @@ def _rewrite(
         ]
     notes = []
     if colours:
-        told = number_of(colours, "part")
-        notes.append(f"vertex colours of {told}, which would tint the texture, are kept as _COLOR_0")
+        shown = number_of(colours, "part")
+        notes.append(f"vertex colours of {shown}, which would tint the texture, are kept as _COLOR_0")
     if variants:
-        told = number_of(variants, "part has lost its", "parts have lost their")
-        notes.append(f"{told} variants, which would bring the old materials back")
+        shown = number_of(variants, "part has lost its", "parts have lost their")
+        notes.append(f"{shown} variants, which would bring the old materials back")
     if tangents:
         notes.append(
-            f"tangents of {number_of(tangents, 'part')} are made anew, for they follow texture coordinates"
+            f"tangents of {number_of(tangents, 'part')} are recomputed for the new texture coordinates"
         )
     if lost:
         notes.append(
-            f"tangents of {number_of(lost, 'part')} are left out: morph targets', or there are no normals"
+            f"tangents of {number_of(lost, 'part')} are left out: of morph targets, or without normals"
         )
     return notes
 
 
 @dataclass(eq=False)
 class _Primitive:
-    """A primitive that is covered, whole or in part."""
+    """A primitive that is covered entirely or partly."""
 
     edit: GltfEdit
     accessors: Accessors
@@ -265,12 +265,12 @@ class _Primitive:
 
     @property
     def loses_tangents(self) -> bool:
-        """Whether it has tangents that can not be made anew: without normals, or of morph targets."""
+        """Whether it has tangents that cannot be recomputed: without normals, or of morph targets."""
         alone = "TANGENT" in self.arrays and "NORMAL" not in self.arrays
         return alone or any("TANGENT" in target for target in self.primitive.get("targets", []))
 
     def replaced(self, uv: FloatArray, group: IntArray, materials: list[tuple[int, bool]]) -> list[Json]:
-        """Return the primitives in its place: one for each page, and one for triangles without a cover."""
+        """Return the primitives that replace it: one for each page, and one for triangles without a cover."""
         present = np.unique(group)
         out = []
         for each in present:
@@ -290,7 +290,7 @@ class _Primitive:
     ) -> Json:
         vertices = self.part.vertices[mine]
         if material is None:
-            uv = np.zeros_like(uv)  # no reason to split
+            uv = np.zeros_like(uv)  # so that nothing is split
         split = split_vertices(vertices, uv, len(self.arrays["POSITION"].values), all_vertices=whole)
         made: Json = json.loads(json.dumps(self.primitive))
         made["mode"] = 4
@@ -311,7 +311,7 @@ class _Primitive:
         return made
 
     def _attributes(self, made: Json, split: SplitVertices, *, covered: bool) -> None:
-        """Let all attributes and morph targets follow their vertices."""
+        """Move all attributes and morph targets to the new vertices."""
         attributes: Json = made["attributes"]
         targets: list[Json] = made.get("targets", [])
         old_names: dict[str, str] = {}
@@ -338,7 +338,7 @@ class _Primitive:
         return compressed is not None and name in compressed["attributes"]
 
     def _followed(self, number: Any, values: Accessor, split: SplitVertices, *, bounds: bool) -> int:
-        """Add an accessor of what an attribute has at the new vertices."""
+        """Add an accessor with the values of an attribute at the new vertices."""
         entry = self.edit.json["accessors"][number]
         kind = COMPONENTS[entry["componentType"]]
         chosen = values.values.astype(kind)[split.source]
@@ -355,11 +355,11 @@ class _Primitive:
         positions = as_floats(self.arrays["POSITION"])[split.source]
         tangents = mesh_tangents(positions, normals, split.triangles, uv)
         if self.part.mirrored:
-            tangents[:, 3] *= -1  # where the model stands, the other side of the texture is seen
+            tangents[:, 3] *= -1  # the node mirrors the model, so the other side of the texture is seen
         return self.edit.add_attribute(tangents.astype("<f4"))
 
     def _indices(self, made: Json, split: SplitVertices) -> None:
-        """Say which vertices the triangles have: as before, where nothing has changed."""
+        """Store the vertices of the triangles: the old accessor if nothing has changed."""
         triangles = split.triangles[:, [0, 2, 1]] if self.part.mirrored else split.triangles
         count = len(split.source)
         if not self.indexed and np.array_equal(triangles.reshape(-1), np.arange(count)):

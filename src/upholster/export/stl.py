@@ -1,4 +1,4 @@
-"""STL: triangles alone, for slicers."""
+"""STL with triangles only, for slicers."""
 
 import os
 from pathlib import Path
@@ -15,9 +15,9 @@ _BATCH = 1 << 18
 
 
 def write_stl(path: str | os.PathLike[str], positions: FloatArray, triangles: IntArray) -> None:
-    """Write triangles as binary STL: z is up, and programs take the numbers for millimetres.
+    """Write triangles as binary STL: z is up, and programs read the numbers as millimetres.
 
-    Vertices that triangles share are the same to the bit in each of them.
+    Vertices that triangles share are identical to the bit in each of them.
 
     Parameters
     ----------
@@ -32,7 +32,7 @@ def write_stl(path: str | os.PathLike[str], positions: FloatArray, triangles: In
     """
     points = positions.astype(np.float32)
     with Path(path).open("wb") as file:
-        # Its first word must not be "solid", by which programs know the text form.
+        # Its first word must not be "solid", which marks the text form.
         file.write(f"upholster {__version__}".encode("ascii").ljust(80))
         file.write(np.uint32(len(triangles)).astype("<u4").tobytes())
         for start in range(0, len(triangles), _BATCH):

@@ -42,7 +42,7 @@ def write_3mf(
     triangles
         (T, 3): counter-clockwise seen from outside, of three vertices each.
     name
-        Of the object.
+        The object's name.
 
     References
     ----------
@@ -57,7 +57,7 @@ def write_3mf(
 
 
 def _entry(name: str) -> zipfile.ZipInfo:
-    entry = zipfile.ZipInfo(name)  # its date is fixed: the same model gives the same file
+    entry = zipfile.ZipInfo(name)  # with a fixed date: the same model gives the same file
     entry.compress_type = zipfile.ZIP_DEFLATED
     return entry
 

@@ -1,12 +1,12 @@
-"""USDZ of a GLB: what iPhones and programs for film open, by Pixar's own library (extra ``usd``).
+"""USDZ made from a GLB, for iPhones and film programs, by Pixar's own library (extra ``usd``).
 
-Each mesh of the scene is a prim at each place where it stands, with its materials as UsdPreviewSurface. Skins
-stand as their joints do when nothing plays; animations are left out.
+Each instance of a mesh in the scene becomes a prim, with its materials as UsdPreviewSurface. Skins are in the
+pose of their joints when no animation plays; animations are left out.
 
 References
 ----------
 Pixar: UsdPreviewSurface specification; Usdz file format specification.
-PKWARE: .ZIP file format specification, 4.3.7 and 4.3.12 (where an entry's date stands).
+PKWARE: .ZIP file format specification, 4.3.7 and 4.3.12 (the fields for an entry's date).
 """
 
 import os
@@ -36,7 +36,7 @@ _ZIP_EPOCH = (0, 33)  # time and date of 1 January 1980, 0:00
 
 
 def check_usd() -> None:
-    """Raise InputError where Pixar's library is not installed."""
+    """Raise InputError if Pixar's library is not installed."""
     try:
         import pxr  # noqa: F401  # only to see whether it is installed
     except ModuleNotFoundError:
@@ -44,21 +44,21 @@ def check_usd() -> None:
 
 
 def write_usdz(path: str | os.PathLike[str], glb: bytes, *, metres: float = 1.0) -> tuple[str, ...]:
-    """Write what a GLB shows as USDZ, y up as there.
+    """Write the scene of a GLB as USDZ, also with y up.
 
     Parameters
     ----------
     path
         The file to write.
     glb
-        With textures in PNG or JPEG.
+        A GLB with textures in PNG or JPEG.
     metres
-        Length of its unit in metres.
+        Length of the GLB's unit in metres.
 
     Returns
     -------
     tuple
-        What could not be kept, a line each.
+        Parts that could not be kept, one line each.
 
     Raises
     ------
@@ -69,7 +69,7 @@ def write_usdz(path: str | os.PathLike[str], glb: bytes, *, metres: float = 1.0)
     from pxr import Sdf, UsdUtils
 
     gltf = parse_gltf(glb, "model.glb")
-    # What Pixar's library warns of goes to this, and not to the terminal.
+    # Collects the warnings of Pixar's library, which would otherwise go to the terminal.
     heard = UsdUtils.CoalescingDiagnosticDelegate()
     with tempfile.TemporaryDirectory(prefix="upholster-") as folder:
         scene = _Scene(gltf, Path(folder), metres)
@@ -95,7 +95,7 @@ def _undated(package: bytes) -> bytes:
 
 
 class _Scene:
-    """A stage as it grows, in a folder of its own beside its textures."""
+    """A stage under construction, in a folder of its own with its textures."""
 
     def __init__(self, gltf: Gltf, folder: Path, metres: float) -> None:
         from pxr import Usd, UsdGeom
@@ -126,11 +126,11 @@ class _Scene:
                 form.AddTransformOp().Set(Gf.Matrix4d(np.ascontiguousarray(place.T).tolist()))
                 self._add_mesh(str(form.GetPath()), stand)
         if self._gltf.items("animations"):
-            self.notes.append("animations are left out of .usdz: the model stands as when nothing plays")
+            self.notes.append("animations are left out of .usdz: the model keeps its pose at rest")
         self._stage.GetRootLayer().Save()
 
     def _free(self, parent: str, name: str) -> str:
-        """Return a path below another that is not taken."""
+        """Return an unused path below another."""
         from pxr import Tf
 
         own = Tf.MakeValidIdentifier(name) or "part"
@@ -185,7 +185,7 @@ class _Scene:
         return turned
 
     def _material(self, entry: Json) -> Any:
-        """Return a material, as UsdPreviewSurface has it."""
+        """Return a material as a UsdPreviewSurface."""
         from pxr import Sdf, UsdShade
 
         name = str(entry.get("name") or "material")
@@ -225,7 +225,7 @@ class _Scene:
         return material
 
     def image(self, index: int) -> str | None:
-        """Write an image beside the stage, once; return its name, None where its format is not for USDZ."""
+        """Write an image next to the stage, once; return its name, None if USDZ does not allow its format."""
         if index not in self._images:
             entry = self._gltf.item("images", index)
             suffix = _SUFFIXES.get(str(entry.get("mimeType")))
@@ -238,7 +238,7 @@ class _Scene:
         return self._images[index]
 
     def source(self, reference: Json) -> tuple[str | None, str]:
-        """Return the image of a texture, and how it goes on beyond its edge."""
+        """Return the image of a texture, and its wrapping beyond the edge."""
         texture = self._gltf.item("textures", reference.get("index"))
         if "source" not in texture:
             self.notes.append("a texture of another format than PNG and JPEG is left out of .usdz")
@@ -270,7 +270,7 @@ class _Textures:
         scale: list[float],
         bias: list[float] | None = None,
     ) -> Any:
-        """Return a shader that reads a texture: value · scale + bias; None where there is none."""
+        """Return a shader that reads a texture: value · scale + bias; None if there is no texture."""
         from pxr import Gf, Sdf
 
         if reference is None:
@@ -294,7 +294,7 @@ class _Textures:
         return shader
 
     def put(self, name: str, kind: Any, texture: Any, output: str, value: object) -> None:
-        """Set an input of the surface: to what a texture gives, or else to a value."""
+        """Set an input of the surface to a texture's output, or else to a value."""
         from pxr import Sdf
 
         own = self._shader.CreateInput(name, kind)

@@ -1,4 +1,4 @@
-"""Vertices of a primitive with new texture coordinates: split where one has to have several."""
+"""Splitting vertices of a primitive that need several texture coordinates."""
 
 from dataclasses import dataclass
 
@@ -32,7 +32,7 @@ class SplitVertices:
 def split_vertices(
     corners: IntArray, uv: NDArray[np.floating], count: int, *, all_vertices: bool
 ) -> SplitVertices:
-    """Give vertices texture coordinates; those that need several become several.
+    """Assign texture coordinates to vertices; a vertex that needs several is split.
 
     Parameters
     ----------
@@ -41,15 +41,15 @@ def split_vertices(
     uv
         (n, 3, 2) texture coordinates there.
     count
-        How many old vertices there are.
+        Number of old vertices.
     all_vertices
-        Whether every old vertex stays where it is, used or not, and further ones follow. Otherwise only those
-        remain that the triangles use, in their order.
+        Whether every old vertex stays where it is, used or not, and further ones follow. Otherwise only the
+        vertices that triangles use remain, in their order.
 
     Returns
     -------
     SplitVertices
-        Corners share a vertex where they did before and have equal texture coordinates in single precision.
+        Corners share a vertex if they did before and have equal texture coordinates in single precision.
     """
     old = corners.reshape(-1).astype(np.int64)
     single = np.ascontiguousarray(uv.reshape(-1, 2), np.float32) + np.float32(0)  # -0 is 0

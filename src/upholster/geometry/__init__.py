@@ -1,4 +1,4 @@
-"""Surfaces: rational Bézier patches, faces, how their edges meet, builders, files; and triangle meshes."""
+"""Surfaces: rational Bézier patches, faces, adjacency of edges, builders, files; and triangle meshes."""
 
 from upholster.geometry.adjacency import BorderInterval, SharedEdge
 from upholster.geometry.catalog import (
@@ -25,7 +25,7 @@ from upholster.geometry.surface import BuiltIn, Surface
 from upholster.geometry.triangle_mesh import MeshSurface, TriangleMesh, welded
 
 AnySurface = Surface | MeshSurface
-"""What charts can lie on: faces of patches, or a mesh's islands."""
+"""Surfaces that charts can be on: faces of patches, or a mesh's islands."""
 
 __all__ = [
     "SURFACES",

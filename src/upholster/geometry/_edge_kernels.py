@@ -1,4 +1,4 @@
-"""Which edges of triangles are the same, and which two triangles meet at one."""
+"""Numbering the edges of triangles, and finding the two triangles that meet at each."""
 
 from typing import Any, NamedTuple
 
@@ -12,7 +12,7 @@ __all__ = ["EdgeScratch", "mark_seams", "number_edges", "pair_sides", "triangle_
 
 
 class EdgeScratch(NamedTuple):
-    """Room for `number_edges` of some edges of so many vertices."""
+    """Scratch space of `number_edges` for a number of edges and vertices."""
 
     starts: IntArray
     listed: IntArray
@@ -21,7 +21,7 @@ class EdgeScratch(NamedTuple):
 
     @classmethod
     def of(cls, edges: int, vertices: int) -> "EdgeScratch":
-        """Return it."""
+        """Return scratch space of that size."""
         return cls(
             np.empty(vertices + 1, np.int32),
             np.empty(edges, np.int32),
@@ -34,11 +34,11 @@ class EdgeScratch(NamedTuple):
 def number_edges(
     first: IntArray, last: IntArray, scratch: EdgeScratch, numbers: IntArray, examples: IntArray
 ) -> Any:
-    """Give edges between the same two vertices one number; return how many there are.
+    """Assign one number to all edges between the same two vertices; return how many numbers there are.
 
     `first` and `last` (E,) are the vertices at their ends; edges whose `first` is negative get −1. `numbers`
-    (E,) receives the numbers, which rise with the lower vertex, then as edges come; and `examples` (E,) the
-    first edge of each number.
+    (E,) receives the numbers, which increase with the lower vertex, then in the order of edges. `examples`
+    (E,) receives the first edge of each number.
     """
     edges, vertices = len(first), len(scratch.stamps)
     starts, listed = scratch.starts, scratch.listed
@@ -72,10 +72,10 @@ def number_edges(
 def pair_sides(
     numbers: IntArray, first: IntArray, last: IntArray, sides: IntArray, counts: IntArray, across: IntArray
 ) -> Any:
-    """Write to `across` (E,) the other side of edges that have two, which run opposite ways; else −1.
+    """Write the other side of each edge to `across` (E,) if it has two sides in opposite directions; else −1.
 
-    `numbers`, `first` and `last` (E,) are those of `number_edges`; `sides` (edges, 2) is scratch. Returns the
-    most sides of any edge; `counts` (edges,) receives each one's.
+    `numbers`, `first` and `last` (E,) are those of `number_edges`; `sides` (edges, 2) is scratch space.
+    `counts` (edges,) receives the number of sides of each edge; the largest one is returned.
     """
     counts[:], across[:] = 0, -1
     most = int64(0)
@@ -98,7 +98,7 @@ def pair_sides(
 def triangle_normals(
     positions: FloatArray, triangles: IntArray, normals: FloatArray, areas: NDArray[np.float64]
 ) -> None:
-    """Write triangles' unit normals (T, 3), outward, zero where they have no area, and areas (T,)."""
+    """Write triangles' unit normals (T, 3), outward, zero for degenerate triangles, and areas (T,)."""
     for t in range(triangles.shape[0]):
         a, b, c = positions[triangles[t, 0]], positions[triangles[t, 1]], positions[triangles[t, 2]]
         x1, y1, z1 = b[0] - a[0], b[1] - a[1], b[2] - a[2]
@@ -114,10 +114,10 @@ def triangle_normals(
 
 @kernel
 def mark_seams(across: IntArray, places: FloatArray, part: IntArray, seams: NDArray[np.bool_]) -> None:
-    """Mark edges of triangles, (T, 3), over which something else of a plane lies than in space.
+    """Mark edges of triangles, (T, 3), whose neighbour across is at another place in the plane.
 
-    `across` (T, 3) is what `edge_pairs` returns; `places` (T, 3, 2) of corners in the plane, and `part` (T,)
-    which plane: −1 for none, at whose edges nothing is marked.
+    `across` (T, 3) is the result of `edge_pairs`; `places` (T, 3, 2) are the corners' places in the plane,
+    and `part` (T,) is the plane of each triangle: −1 for none, whose edges are not marked.
     """
     for t in range(across.shape[0]):
         for k in range(3):

@@ -1,11 +1,11 @@
-"""Hot loops of patch evaluation. The net is contracted row by row: a grid point costs n + 1 products."""
+"""Hot loops of patch evaluation. The net is contracted row by row, so a grid point costs n + 1 products."""
 
 import numpy as np
 
 from upholster.jit import allocating_kernel, inline
 from upholster.types import FloatArray
 
-TILE = 256  # columns done at a time: the sums stay in the first-level cache
+TILE = 256  # columns per block: the sums stay in the L1 cache
 
 
 @allocating_kernel

@@ -1,4 +1,4 @@
-"""Joining what belongs together on a mesh."""
+"""Union-find over items of a mesh."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +19,7 @@ def _root(parent: IntArray, n: int) -> int:
 
 @kernel
 def join(pairs: NDArray[np.int64], parent: IntArray) -> None:
-    """Make one set of both of each pair's (n, 2); then `parent` names each member's set by its least one."""
+    """Join the items of each pair (n, 2) into one set; `parent` becomes the lowest item of each set."""
     for n in range(parent.shape[0]):
         parent[n] = n
     for n in range(pairs.shape[0]):

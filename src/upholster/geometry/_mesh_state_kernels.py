@@ -1,4 +1,4 @@
-"""Loops over triangles: what hangs together, and where texture coordinates overlap."""
+"""Loops over triangles: connected components, and overlaps of texture coordinates."""
 
 from typing import Any
 
@@ -13,14 +13,14 @@ __all__ = ["count_covers", "join_pairs"]
 
 @kernel
 def join_pairs(pairs: IntArray, parent: IntArray) -> None:
-    """Join items that hang together.
+    """Find the connected components of items.
 
     Parameters
     ----------
     pairs
-        (P, 2) items that do.
+        (P, 2) connected items.
     parent
-        (n,) each item's own number; filled with the least item that it hangs together with.
+        (n,) each item's own number on entry; filled with the lowest item of its component.
     """
     for k in range(len(pairs)):
         a, b = pairs[k, 0], pairs[k, 1]
@@ -42,14 +42,14 @@ def join_pairs(pairs: IntArray, parent: IntArray) -> None:
 def count_covers(triangles: FloatArray, counts: NDArray[Any]) -> None:
     """Count how many triangles cover the centre of each cell of a raster.
 
-    A centre on an edge belongs to one of the two triangles that have it.
+    A centre on an edge counts for one of the edge's two triangles.
 
     Parameters
     ----------
     triangles
         (T, 3, 2) corners (x, y) in cells, of any orientation.
     counts
-        (height, width) uint8, to which is added; up to 255.
+        (height, width) uint8, incremented in place, up to 255.
     """
     height, width = counts.shape
     for t in range(len(triangles)):
@@ -81,7 +81,7 @@ def count_covers(triangles: FloatArray, counts: NDArray[Any]) -> None:
 
 @inline
 def _span(x0: float, y0: float, x1: float, y1: float, x2: float, y2: float, y: float) -> tuple[float, float]:
-    """Return the least and greatest x of a triangle on a line."""
+    """Return the least and greatest x of a triangle at a height y."""
     low, high = np.inf, -np.inf
     for k in range(3):
         ax, ay, bx, by = x0, y0, x1, y1
@@ -100,9 +100,9 @@ def _span(x0: float, y0: float, x1: float, y1: float, x2: float, y2: float, y: f
 
 @inline
 def _inside(ax: float, ay: float, bx: float, by: float, x: float, y: float) -> bool:
-    """Return whether a point lies to the left of an edge; on it, of one of its two directions only.
+    """Return whether a point is to the left of an edge; a point on it counts for only one of its directions.
 
-    The edge is looked at in the same direction from both its sides, so that rounding is the same.
+    Both sides evaluate the edge in the same direction, so that rounding is the same.
     """
     rising = ay < by or (ay == by and ax < bx)
     if not rising:

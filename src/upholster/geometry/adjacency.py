@@ -1,4 +1,4 @@
-"""Which edges of a surface's patches meet: as their face has it, else found by position."""
+"""Which edges of a surface's patches meet: from the face's grid inside a face, otherwise by position."""
 
 from collections import defaultdict
 from collections.abc import Sequence
@@ -20,13 +20,13 @@ CHECKS = np.linspace(0.0, 1.0, 9)
 """Parameters at which two edges are compared."""
 
 LOOSEST = -3
-"""Power of ten, relative to the surface's size, up to which edges nearly meet."""
+"""Greatest tolerance, as a power of ten relative to the surface's size, at which edges nearly meet."""
 
 LOOSE_GRID = 1e-6
-"""Gaps up to this part of the size are forgiven inside a face, whatever the tolerance."""
+"""Gaps inside a face are accepted up to this share of the size, whatever the tolerance."""
 
 EPS = 1e-6
-"""Parts of an edge shorter than this, in its parameter, are neither border nor overlap."""
+"""Shorter parts of an edge, in its parameter, count neither as border nor as overlap."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,11 +38,11 @@ class SharedEdge:
     Attributes
     ----------
     patch, edge
-        Whose interval it is.
+        The patch and edge that the interval is on.
     start, stop
         The interval, 0 ≤ start < stop ≤ 1, in the edge's own parameter.
     other_patch, other_edge
-        Who is on the other side.
+        The patch and edge on the other side.
     other_start, other_stop
         Parameters on the other edge that meet `start` and `stop`: other_start > other_stop where the two
         edges run in opposite directions.
@@ -59,7 +59,7 @@ class SharedEdge:
 
     @property
     def whole(self) -> bool:
-        """Whether both edges meet over their whole length."""
+        """Whether both edges meet over their full length."""
         ends = {self.other_start, self.other_stop}
         return (self.start, self.stop) == (0.0, 1.0) and ends == {0.0, 1.0}
 
@@ -89,16 +89,16 @@ class BorderInterval:
 
 @dataclass(frozen=True, slots=True)
 class Adjacency:
-    """How the edges of a surface meet.
+    """The adjacency of a surface's edges.
 
     Attributes
     ----------
     shared
-        Each shared interval once, (patch, edge) ≤ (other_patch, other_edge), sorted.
+        Each shared interval once, with (patch, edge) ≤ (other_patch, other_edge), sorted.
     border
-        Intervals that nothing meets, sorted.
+        Intervals without a neighbour, sorted.
     degenerate
-        (patch, edge) of the edges that are a point.
+        (patch, edge) of the edges that are points.
     """
 
     shared: tuple[SharedEdge, ...]
@@ -108,16 +108,16 @@ class Adjacency:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FaceEdges:
-    """All edges of the faces' patches, and how the patches of one face hang together.
+    """All edges of the faces' patches, and the connections inside faces.
 
     Attributes
     ----------
     edges
         Every patch's edges: number 4·patch + edge.
     inner
-        (N, 2): pairs of edges that are one line inside a face, run alike.
+        (N, 2): pairs of edges that are one line inside a face, in the same direction.
     rim
-        Whether an edge lies on its face's edge.
+        Whether an edge is on its face's edge.
     """
 
     edges: Edges
@@ -126,7 +126,7 @@ class FaceEdges:
 
     @classmethod
     def of(cls, faces: Sequence[Face]) -> "FaceEdges":
-        """Return the edges of all faces, numbered patch after patch."""
+        """Return the edges of all faces, numbered patch by patch."""
         edges = Edges([patch for face in faces for row in face.patches for patch in row])
         pairs, first = [np.zeros((0, 2), np.int64)], 0
         for face in faces:
@@ -141,16 +141,16 @@ class FaceEdges:
 
 
 _NEIGHBOURS = 8
-"""With how many others an edge is compared, of those between the same junctions."""
+"""Number of candidates with which an edge is compared, among edges between the same junctions."""
 
 
 def find_adjacency(parts: FaceEdges, tolerance: float) -> Adjacency:
     """Find which edges of patches meet.
 
-    Inside a face the grid tells. Elsewhere two edges, or parts of them, meet if their points at corresponding
-    parameters, the map linear, are nowhere farther apart than the tolerance: whole edges first, whose ends
-    meet in the same two junctions, then parts. An edge whose control points are all that close is a point:
-    degenerate, without neighbours.
+    Inside a face the grid defines this. Elsewhere two edges, or parts of them, meet if their points at
+    corresponding parameters, under a linear map, are nowhere farther apart than the tolerance. Complete edges
+    whose ends are at the same two junctions are matched first, then parts. An edge whose control points are
+    all within the tolerance is a point: degenerate, without neighbours.
 
     Parameters
     ----------
@@ -162,7 +162,8 @@ def find_adjacency(parts: FaceEdges, tolerance: float) -> Adjacency:
     Raises
     ------
     InputError
-        If more than two edges claim one interval: names them; or patches of one face do not join.
+        If more than two edges claim one interval (the message names them), or patches of one face do not
+        join.
     """
     degenerate = parts.edges.degenerate(tolerance)
     shared = _inside_faces(parts, degenerate, tolerance)
@@ -175,28 +176,28 @@ def find_adjacency(parts: FaceEdges, tolerance: float) -> Adjacency:
 
 
 def nearly_meeting(parts: FaceEdges, found: Adjacency, tolerance: float, size: float) -> tuple[int, float]:
-    """Return how many more edges would meet with a larger tolerance, and with which one.
+    """Return how many more edges would meet with a larger tolerance, and that tolerance.
 
-    Tried are the powers of ten above the tolerance, up to a thousandth of the size: the smallest of those
-    that join most.
+    Tries the powers of ten above the tolerance, up to a thousandth of the size. Returns the smallest of those
+    that join most edges.
 
     Parameters
     ----------
     parts
         All edges.
     found
-        What `find_adjacency` found.
+        The result of `find_adjacency`.
     tolerance
-        That it used, relative to the size.
+        The tolerance that it used, relative to the size.
     size
-        Of the surface, in the model's units.
+        The surface's size, in the model's units.
 
     Returns
     -------
     int
-        Edges, counted once for both sides: 0 if no tolerance joins more.
+        Number of edges, counted once for both sides: 0 if no tolerance joins more.
     float
-        Relative to the size; the one given if it is 0.
+        The tolerance, relative to the size; the given one if the number is 0.
     """
     met = {(one.patch, one.edge) for seam in found.shared for one in (seam, seam.flipped())}
     lone = [(one.patch, one.edge) for one in found.border if (one.patch, one.edge) not in met]
@@ -218,7 +219,7 @@ def nearly_meeting(parts: FaceEdges, found: Adjacency, tolerance: float, size: f
 
 
 def _inside_faces(parts: FaceEdges, degenerate: NDArray[np.bool_], tolerance: float) -> list[SharedEdge]:
-    """Return the meetings that grids tell; raise where patches do not join."""
+    """Return the shared edges inside faces; raise where patches do not join."""
     inner = parts.inner
     if not len(inner):
         return []
@@ -244,31 +245,31 @@ def _order(seam: SharedEdge) -> tuple[int, int, float]:
 
 
 def _meetings(edges: Edges, live: NDArray[np.int64], tolerance: float) -> list[SharedEdge]:
-    """Return which of the edges `live` meet, by position: whole ones, then parts of those left alone."""
+    """Return which of the edges `live` meet, by position: complete ones, then parts of the remaining ones."""
     shared = _whole_edges(edges, live, tolerance)
     lone = np.zeros(len(edges), dtype=np.bool_)
     lone[live] = True
     for one in shared:
         lone[[4 * one.patch + one.edge, 4 * one.other_patch + one.other_edge]] = False
     if lone.any():
-        covered: dict[int, tuple[float, int]] = {}  # how much of an edge, and by which one last
+        covered: dict[int, tuple[float, int]] = {}  # covered length of an edge, and the last cover
         for a, b, ends in overlapping_parts(edges, live, lone, tolerance):
             meeting = SharedEdge(a // 4, a % 4, ends[0], ends[1], b // 4, b % 4, ends[2], ends[3])
             shared.append(min(meeting, meeting.flipped(), key=_order))
             for edge, other, length in ((a, b, ends[1] - ends[0]), (b, a, abs(ends[3] - ends[2]))):
                 before, last = covered.get(edge, (0.0, other))
-                if before + length > 2.0:  # some place is claimed three times, whatever the tolerance
+                if before + length > 2.0:  # at least three edges claim some place
                     raise _too_many([edge, last, other])
                 covered[edge] = before + length, other
     return shared
 
 
 def _whole_edges(edges: Edges, live: NDArray[np.int64], tolerance: float) -> list[SharedEdge]:
-    """Pair up the edges that coincide over their whole length: their ends are in the same two junctions."""
+    """Pair up the edges that coincide completely: their ends are at the same two junctions."""
     if len(live) == 0:
         return []
     samples = edges.points(live, np.broadcast_to(CHECKS, (len(live), len(CHECKS))))
-    # Middles tell apart what runs between the same junctions: meridians between two poles.
+    # Midpoints distinguish edges between the same junctions, such as meridians between two poles.
     places = samples[:, [0, len(CHECKS) // 2, -1]]
     first, middle, last = _junctions(places.reshape(-1, 3), tolerance).reshape(-1, 3).T
     keys = np.stack([np.minimum(first, last), np.maximum(first, last), middle], axis=1)
@@ -296,11 +297,11 @@ def _whole(a: int, b: int, turned: bool) -> SharedEdge:
 
 
 def _crowd(index: NDArray[np.int64], samples: FloatArray, tolerance: float) -> list[SharedEdge]:
-    """Pair up edges between the same junctions, nearest ones first; raise where a third one is as near."""
+    """Pair up edges between the same junctions, nearest first; raise if a third edge is as near."""
     _, number, copies = np.unique(
         samples.reshape(len(index), -1), axis=0, return_inverse=True, return_counts=True
     )
-    if copies.max() > 2:  # at once: a file may have very many alike
+    if copies.max() > 2:  # checked early, because a file may have very many copies
         raise _too_many(index[np.flatnonzero(number.reshape(-1) == copies.argmax())[:3]].tolist())
     a, b = _near_pairs(samples)
     straight, opposed = _gaps(samples[a], samples[b])
@@ -317,16 +318,16 @@ def _crowd(index: NDArray[np.int64], samples: FloatArray, tolerance: float) -> l
             partner[one], partner[other] = (other, float(gaps[n])), (one, float(gaps[n]))
             shared.append(_whole(int(index[one]), int(index[other]), bool(opposed[n] < straight[n])))
         for mine, (before, gap) in claimed:
-            # Two that all but coincide are a pair, whatever else the tolerance reaches.
+            # Two edges that almost coincide are a pair, even if the tolerance reaches more edges.
             if gaps[n] <= 10.0 * gap + rounding:
                 raise _too_many(index[[mine, before, other if mine == one else one]].tolist())
     return shared
 
 
 def _near_pairs(samples: FloatArray) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return each edge with those beside it in an order in which edges that coincide are neighbours.
+    """Return pairs of edges that are close in an order in which coincident edges are neighbours.
 
-    The order is that of a mean of an edge's points, the same either way round.
+    The order is by a mean of an edge's points that does not depend on the edge's direction.
     """
     count = len(samples)
     either_way = (samples + samples[:, ::-1]).reshape(count, -1)
@@ -339,22 +340,22 @@ def _near_pairs(samples: FloatArray) -> tuple[NDArray[np.int64], NDArray[np.int6
 
 
 def _gaps(a: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the greatest distances between edges (N, K, 3), run alike and run in opposite directions."""
+    """Return the greatest distances between edges (N, K, 3), in the same and in opposite directions."""
     straight = np.linalg.norm(a - b, axis=2).max(axis=1)
     opposed = np.linalg.norm(a - b[:, ::-1], axis=2).max(axis=1)
     return straight, opposed
 
 
 def _junctions(points: FloatArray, tolerance: float) -> NDArray[np.int64]:
-    """Merge points (N, 3) within the tolerance of each other: equal numbers for those of one junction.
+    """Merge points (N, 3) within the tolerance of each other: points of one junction get equal numbers.
 
-    What lies up to a few tolerances apart may be merged too, so that edges have to be compared afterwards.
+    Points up to a few tolerances apart may be merged too, so edges have to be compared afterwards.
     """
     cell = 2.0 * max(tolerance, 1e-300)
     scaled = (points - points.min(axis=0)) / max(cell, 1e-15 * float(np.ptp(points, axis=0).max()))
     primes = np.array([73_856_093, 19_349_663_000_003, 83_492_791_000_000_027], dtype=np.int64)
     groups = []
-    # Eight grids, shifted by half a cell each way: two points so near are in one cell of one of them.
+    # Eight grids, shifted by half a cell each way: two points this close share a cell in one of them.
     for shift in product((0.0, 0.5), repeat=3):
         cells = np.floor(scaled + shift).astype(np.int64)
         groups.append(np.unique((cells * primes).sum(axis=1), return_inverse=True)[1].reshape(-1))
@@ -372,7 +373,7 @@ def _junctions(points: FloatArray, tolerance: float) -> NDArray[np.int64]:
 def _border(
     edges: Edges, live: NDArray[np.int64], shared: list[SharedEdge], tolerance: float
 ) -> list[BorderInterval]:
-    """Return what no meeting covers; raise if two meetings cover the same part of an edge."""
+    """Return the intervals that no shared edge covers; raise if two cover the same part of an edge."""
     parts: dict[int, list[SharedEdge]] = defaultdict(list)
     for meeting in shared:
         for one in (meeting, meeting.flipped()):
@@ -383,7 +384,7 @@ def _border(
         before: SharedEdge | None = None
         for one in sorted(parts[e], key=lambda m: m.start):
             if before is not None and covered - one.start > EPS:
-                # a loose tolerance lets neighbours overlap by about as much
+                # with a loose tolerance, neighbours overlap by about that much
                 ends = edges.points(np.array([e]), np.array([[one.start, covered]]))[0]
                 if np.linalg.norm(ends[0] - ends[1]) > 4.0 * tolerance:
                     claims = [
@@ -402,7 +403,7 @@ def _border(
 
 
 def _too_many(claims: list[int]) -> InputError:
-    """Say which edges lie in one place."""
+    """Name the edges that share one place."""
     names = ", ".join(f"patch {e // 4} edge {e % 4}" for e in claims)
     return InputError(
         f"more than two edges meet in one place ({names}); allowed: at most two edges along any line"

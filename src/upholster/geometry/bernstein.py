@@ -1,4 +1,4 @@
-"""Bernstein polynomials, and two things done to control nets: splitting and raising the degree."""
+"""Bernstein polynomials, and two operations on control nets: splitting and degree elevation."""
 
 import numpy as np
 
@@ -10,7 +10,8 @@ __all__ = ["bernstein", "bernstein_derivative", "elevate_axis", "split_axis"]
 def bernstein(degree: int, t: FloatArray) -> FloatArray:
     """Return the Bernstein polynomials of one degree: ``B[..., j] = C(degree, j)·t^j·(1 - t)^(degree - j)``.
 
-    Built up degree by degree, which on [0, 1] only adds positive numbers: as exact at degree 32 as at 2.
+    Built up degree by degree, which on [0, 1] only adds non-negative numbers: as accurate at degree 32 as at
+    2.
 
     Parameters
     ----------
@@ -50,18 +51,18 @@ def bernstein_derivative(degree: int, t: FloatArray) -> FloatArray:
 
 
 def split_axis(net: FloatArray, at: float) -> tuple[FloatArray, FloatArray]:
-    """Split along the first axis at parameter `at` by de Casteljau's algorithm: the nets of both parts."""
+    """Split along the first axis at parameter `at` by de Casteljau's algorithm; return both parts' nets."""
     level = np.array(net)
-    before, behind = np.empty_like(level), np.empty_like(level)
+    before, after = np.empty_like(level), np.empty_like(level)
     degree = len(level) - 1
     for k in range(degree + 1):
-        before[k], behind[degree - k] = level[0], level[-1]
+        before[k], after[degree - k] = level[0], level[-1]
         level = (1.0 - at) * level[:-1] + at * level[1:]
-    return before, behind
+    return before, after
 
 
 def elevate_axis(net: FloatArray, degree: int) -> FloatArray:
-    """Raise the degree along the first axis to `degree`: another net of the same polynomial."""
+    """Raise the degree along the first axis to `degree`: a different net for the same polynomial."""
     for d in range(len(net), degree + 1):
         share = (np.arange(d + 1) / d).reshape(-1, *[1] * (net.ndim - 1))
         raised = np.zeros((d + 1, *net.shape[1:]))

@@ -29,7 +29,7 @@ UNIT = "model units"
 
 @dataclass(frozen=True, slots=True)
 class SurfaceParameter:
-    """A parameter of a built-in surface, as texts for people.
+    """A parameter of a built-in surface, as texts for users.
 
     Attributes
     ----------
@@ -37,11 +37,11 @@ class SurfaceParameter:
         As written in ``name=value``; the default has the type of the value: float, int, a pair of ints, or
         text.
     allowed
-        Which values.
+        The allowed values.
     unit
         ``"model units"`` or empty.
     meaning
-        What it is.
+        Its meaning.
     """
 
     name: str
@@ -82,16 +82,16 @@ class SurfaceKind:
     name, description
         Its name, and one line about it.
     parameters
-        All of them.
+        All its parameters.
     patches
-        How many it has at the defaults.
+        Number of patches with the defaults.
     build
         The builder.
     number
-        Under which streams tell it by name [SPEC.md, 2]: never another's, nor 0 or 9, which are control nets
-        and meshes. None: streams hold its control nets.
+        The number that stands for it in streams [SPEC.md, 2]. Numbers are never reused; 0 and 9 are control
+        nets and meshes. None: streams store its control nets.
     biquadratic
-        Other defaults, by which its patches are bi-quadratic at most; empty where there are none.
+        Other defaults that make its patches at most bi-quadratic; empty where there are none.
     """
 
     name: str
@@ -108,7 +108,7 @@ def _length(name: str, default: float, meaning: str, allowed: str = LENGTH) -> S
 
 
 _RING_SPANS = SurfaceParameter(
-    "spans", (4, 4), "two even numbers from 4 to 256, as 4x4", "", "patches round the ring x round the tube"
+    "spans", (4, 4), "two even numbers from 4 to 256, like 4x4", "", "patches round the ring x round the tube"
 )
 _ROUND_SPANS = SurfaceParameter("spans", 4, "3 to 256", "", "patches round the axis")
 
@@ -165,7 +165,7 @@ SURFACES: dict[str, SurfaceKind] = {
                 _length("width", 1.0, "extent along x"),
                 _length("height", 1.0, "extent along y"),
                 SurfaceParameter(
-                    "spans", (1, 1), "two numbers from 1 to 256, as 1x1", "", "patches along y x along x"
+                    "spans", (1, 1), "two numbers from 1 to 256, like 1x1", "", "patches along y x along x"
                 ),
             ),
             1,
@@ -219,18 +219,18 @@ SURFACES: dict[str, SurfaceKind] = {
 
 
 SurfaceLike = Surface | str | os.PathLike[str]
-"""A surface, its text form, or the file that it is in."""
+"""A surface, its text form, or a surface's file."""
 
 
 def as_surface(surface: SurfaceLike, *, biquadratic: bool = False) -> Surface:
-    """Return the surface that is meant.
+    """Return the surface that a value stands for.
 
     Parameters
     ----------
     surface
         A surface; its text form, see `surface_from_spec`; or the path of a surface's file.
     biquadratic
-        As there.
+        As for `surface_from_spec`.
 
     Raises
     ------
@@ -241,7 +241,7 @@ def as_surface(surface: SurfaceLike, *, biquadratic: bool = False) -> Surface:
 
 
 def surface_file(surface: SurfaceLike) -> str | None:
-    """Return the file that a surface is to be read from, None where that is none."""
+    """Return the file that a surface is read from, None without one."""
     if isinstance(surface, os.PathLike):
         return os.fspath(surface)
     text = surface if isinstance(surface, str) else ""
@@ -259,12 +259,12 @@ def surface_from_spec(text: str | os.PathLike[str], *, biquadratic: bool = False
         ``.bpt.txt``, as text or as a path.
     biquadratic
         Whether to take bi-quadratic patches, as the paper does, where the text leaves the choice open: the
-        sphere is then of eight octants, not of six bi-quartic patches.
+        sphere then consists of eight octants, not of six bi-quartic patches.
 
     Raises
     ------
     InputError
-        If the surface, a parameter or a value is unknown or outside its range: names the nearest known name.
+        If the surface, a parameter or a value is unknown or out of range; names the nearest known name.
     FormatError
         If the file is damaged.
     """
@@ -281,7 +281,7 @@ def surface_from_spec(text: str | os.PathLike[str], *, biquadratic: bool = False
     name, colon, rest = text.partition(":")
     name = name.strip()
     if name not in SURFACES:
-        # a name with a dot or a slash is meant as a file's: its suffix is what is wrong
+        # A name with a dot or a slash is meant as a file's; the error is in its suffix.
         if "." in name or "/" in text or "\\" in text:
             return read_surface(text)
         raise InputError(f"unknown surface {name[:40]!r}; {nearest(name, SURFACES)}")

@@ -12,8 +12,8 @@ __all__ = ["circle_arcs", "unit_circle"]
 def unit_circle(steps: int) -> FloatArray:
     """Return (cos, sin) of the angles 2π·k/steps, shape (steps + 1, 2).
 
-    Exact at multiples of a quarter turn, and the last row is the first: what is built from it closes to the
-    bit.
+    Exact at multiples of a quarter turn, and the last row equals the first: shapes built from it close
+    exactly.
     """
     table = np.empty((steps + 1, 2))
     for k in range(steps):

@@ -1,4 +1,4 @@
-"""Normals of a mesh's corners: smooth where it is smooth, each side's own at a crease."""
+"""Normals of a mesh's corners: shared where the mesh is smooth, separate on the two sides of a crease."""
 
 import numpy as np
 
@@ -9,18 +9,18 @@ from upholster.types import FloatArray, IntArray, frozen_array
 __all__ = ["CREASE", "corner_normals", "smooth_corners"]
 
 CREASE = 40.0
-"""Degrees between two triangles' normals from which on their edge is a crease."""
+"""Degrees between two triangles' normals from which their edge is a crease."""
 
 
 def smooth_corners(mesh: TriangleMesh, crease: float = CREASE) -> IntArray:
-    """Tell which corners share a normal: those of one vertex that hang together without crossing a crease.
+    """Return which corners share a normal: those of one vertex that are connected without crossing a crease.
 
     Parameters
     ----------
     mesh
         The triangles.
     crease
-        Degrees between normals from which on an edge is a crease.
+        Degrees between normals from which an edge is a crease.
 
     Returns
     -------
@@ -45,9 +45,9 @@ def smooth_corners(mesh: TriangleMesh, crease: float = CREASE) -> IntArray:
 
 
 def corner_normals(mesh: TriangleMesh, crease: float = CREASE) -> FloatArray:
-    """Return unit normals of the triangles' corners, (T, 3, 3): the file's, else those of smooth parts.
+    """Return unit normals of the triangles' corners, (T, 3, 3): the file's, or else those of smooth parts.
 
-    Of a smooth part at a vertex it is the mean of the triangles' normals, weighted by their angles there.
+    For a smooth part at a vertex it is the mean of the triangles' normals, weighted by their angles there.
     """
     if mesh.normals is not None:
         return _unit(mesh.normals, mesh)

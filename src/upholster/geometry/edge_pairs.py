@@ -1,4 +1,4 @@
-"""Which triangles go on from each other over the edges of a mesh, also where several share an edge."""
+"""Pairing triangles across the edges of a mesh, also where several share an edge."""
 
 from collections.abc import Iterator
 
@@ -11,7 +11,7 @@ from upholster.types import FloatArray, IntArray
 __all__ = ["edge_pairs", "numbered_edges", "seams_of"]
 
 _MOST = 64
-"""Triangles at one edge up to which they are paired; more are no surface, and would take long."""
+"""Greatest number of triangles at an edge that are paired; more do not form a surface and would take long."""
 
 _STEP = 1e-6
 """Radians: bends that differ by less count as equal."""
@@ -20,13 +20,13 @@ _TURN = 2 * np.pi
 
 
 def edge_pairs(positions: FloatArray, triangles: IntArray) -> IntArray:
-    """Return what lies across each triangle's edges, (T, 3) int32: triangle · 3 + its edge, or −1.
+    """Return the neighbour across each triangle's edges, (T, 3) int32: triangle · 3 + its edge, or −1.
 
-    Edge k runs from corner k to corner (k + 1) mod 3. Across is a triangle that has the same edge the other
-    way round. Where an edge has three triangles or more, those two are paired first that lie most nearly in
-    one plane, so that a surface goes through another one that meets it there; of two pairs that bend alike
-    the one that bends outward, which stays on its own solid. What is left over lies at a border there.
-    Triangles that name a vertex twice count as if they were not there.
+    Edge k runs from corner k to corner (k + 1) mod 3. The neighbour has the same edge in the opposite
+    direction. Where three or more triangles share an edge, the two most nearly coplanar ones are paired
+    first, so that a surface continues through another one that meets it there. Of two pairs that bend alike,
+    the one that bends outward is chosen, which stays on its own solid. Triangles left over have a border
+    there. Triangles that name a vertex twice are ignored.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ def edge_pairs(positions: FloatArray, triangles: IntArray) -> IntArray:
         (T, 3).
     """
     start, stop = triangles, np.roll(triangles, -1, axis=1)
-    # A line or a point parts nothing.
+    # Triangles collapsed to a line or a point separate nothing.
     sound = ~(start == stop).any(axis=1, keepdims=True)
     first, last = np.where(sound, start, -1).astype(np.int32).ravel(), stop.astype(np.int32).ravel()
     numbers, examples = numbered_edges(first, last, len(positions))
@@ -48,19 +48,19 @@ def edge_pairs(positions: FloatArray, triangles: IntArray) -> IntArray:
 
 
 def numbered_edges(first: IntArray, last: IntArray, vertices: int) -> tuple[IntArray, IntArray]:
-    """Give edges between the same two vertices one number.
+    """Assign one number to all edges between the same two vertices.
 
     Parameters
     ----------
     first, last
-        (E,) int32, the vertices at their ends; −1 for `first`: an edge that does not count.
+        (E,) int32, the vertices at their ends; −1 in `first` marks an edge to ignore.
     vertices
-        How many there are.
+        Number of vertices.
 
     Returns
     -------
     numbers
-        (E,) int32: 0 to n − 1, −1 for those that do not count.
+        (E,) int32: 0 to n − 1, −1 for ignored edges.
     examples
         (n,) int32: the first edge of each number.
     """
@@ -70,19 +70,19 @@ def numbered_edges(first: IntArray, last: IntArray, vertices: int) -> tuple[IntA
 
 
 def seams_of(across: IntArray, places: FloatArray, part: IntArray) -> NDArray[np.bool_]:
-    """Return over which edges of triangles, (T, 3), something lies that is at another place in the plane.
+    """Return the edges of triangles, (T, 3), whose neighbour is at another place in the plane.
 
     Parameters
     ----------
     across
-        (T, 3) what lies across edges, as `edge_pairs` tells it.
+        (T, 3) the neighbours across edges, from `edge_pairs`.
     places
         (T, 3, 2) of corners in the plane.
     part
-        (T,) which plane each triangle lies in, −1 for none: at its edges is no seam.
+        (T,) the plane of each triangle, −1 for none: its edges are not seams.
     """
     seams = np.empty(across.shape, np.bool_)
-    mark_seams(across.copy(), places.copy(), part.copy(), seams)  # some can not be written to, some can
+    mark_seams(across.copy(), places.copy(), part.copy(), seams)  # some are read-only, some are not
     return seams
 
 
@@ -93,7 +93,7 @@ def _crowded(
     counts: IntArray,
     rising: NDArray[np.bool_],
 ) -> Iterator[tuple[NDArray[np.int64], NDArray[np.int64]]]:
-    # Pairs of sides of edges, by number, that have more than two.
+    # Pairs of sides, by number, at edges that have more than two sides.
     some = np.flatnonzero(np.append(counts, 0)[numbers] > 2)
     order = some[np.argsort(numbers[some], kind="stable")]
     starts = np.flatnonzero(np.diff(numbers[order], prepend=-1))
@@ -110,8 +110,8 @@ def _paired(
     """Return pairs (P, 2) of the sides (E, n) of E edges that n triangles share each: the flattest first."""
     count = sides.shape[1]
     angle = _angles(positions, triangles, sides, rising)
-    # A rising side has its inside at smaller angles, a falling one at greater: from this to that through the
-    # solid is half a turn where both lie in a plane.
+    # A rising side has its inside at smaller angles, a falling one at greater: from the former to the latter,
+    # through the solid, is half a turn where both are in a plane.
     inside = (angle[:, :, None] - angle[:, None, :]) % _TURN
     bend = np.rint(np.abs(inside - np.pi) / _STEP) + np.where(inside < np.pi, 0.0, 0.5)
     bend[~(rising[:, :, None] & ~rising[:, None, :])] = np.inf
@@ -130,7 +130,7 @@ def _paired(
 def _angles(
     positions: FloatArray, triangles: IntArray, sides: NDArray[np.int64], rising: NDArray[np.bool_]
 ) -> FloatArray:
-    """Return the angles (E, n), in radians, at which triangles stand round their edges, seen along them."""
+    """Return the angles (E, n), in radians, of triangles around their edges, seen along the edges."""
     triangle, edge = sides // 3, sides % 3
     corners = [triangles[triangle, (edge + k) % 3] for k in range(3)]
     low, high = (np.where(rising, corners[k], corners[1 - k])[:, :1] for k in (0, 1))

@@ -14,12 +14,12 @@ __all__ = ["Edges"]
 
 
 class Edges:
-    """The curves round the patches, grouped by degree so that they are evaluated in few calls.
+    """The boundary curves of patches, grouped by degree so that they are evaluated in few calls.
 
     Attributes
     ----------
     low, high
-        Corners of the boxes round each edge's control points, shape (E, 3): the edge lies inside.
+        Corners of the bounding boxes of each edge's control points, shape (E, 3): they contain the edge.
     """
 
     def __init__(self, patches: Sequence[RationalPatch]) -> None:
@@ -52,7 +52,7 @@ class Edges:
         return len(self._degree)
 
     def degenerate(self, tolerance: float) -> NDArray[np.bool_]:
-        """Return which edges are a point: their control points lie within the tolerance (model units)."""
+        """Return which edges are points: their control points are within the tolerance (model units)."""
         small: NDArray[np.bool_] = np.linalg.norm(self.high - self.low, axis=1) <= tolerance
         return small
 
@@ -67,7 +67,7 @@ class Edges:
     def across(self, index: NDArray[np.int64], u: FloatArray) -> FloatArray:
         """Return the patches' derivatives across the edges `index` (N,) at parameters u (N, K): (N, K, 3).
 
-        Along growing s for edges 0 and 2, along growing t for edges 1 and 3.
+        In the direction of growing s for edges 0 and 2, of growing t for edges 1 and 3.
         """
         out = np.empty((*u.shape, 3))
         degrees = self._degree[index]
@@ -82,7 +82,7 @@ class Edges:
     def _sum(
         self, index: NDArray[np.int64], u: FloatArray, *, derivatives: bool
     ) -> tuple[FloatArray, FloatArray]:
-        """Evaluate, degree by degree."""
+        """Evaluate the edges, degree by degree."""
         points, slopes = np.empty((*u.shape, 3)), np.empty((*u.shape, 3) if derivatives else (0, 3))
         degrees = self._degree[index]
         for d in np.unique(degrees).tolist():

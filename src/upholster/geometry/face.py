@@ -15,13 +15,13 @@ from upholster.types import FloatArray
 __all__ = ["Face", "grid_face"]
 
 INSIDE = np.linspace(0.1, 0.9, 5)
-"""Where along two edges derivatives are compared: not at their ends, which may be poles."""
+"""Places along two edges at which derivatives are compared: not at their ends, which may be poles."""
 
 JUMP = 0.05
-"""Derivatives jump if they differ by more than this part of the longer one."""
+"""Derivatives jump if they differ by more than this share of the longer one."""
 
 Evaluate = Callable[[RationalPatch, FloatArray, FloatArray], tuple[FloatArray, ...]]
-"""``evaluate(patch, s, t)``: some of points, derivatives, normals, on the patch's own parameters."""
+"""``evaluate(patch, s, t)``: some of points, derivatives and normals, at the patch's own parameters."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,20 +29,20 @@ class Face:
     """A tensor grid of patches: a NURBS surface in Bézier form, or a single patch.
 
     Its parameters run over [0, rows] × [0, columns]; patch (i, j) covers s from i to i + 1 and t from j to
-    j + 1. What lies on the border of two patches is taken from the one behind it, with the greater s or t.
-    Beyond the rectangle the outermost patches' own functions go on. Edge 0 is s = 0, edge 1 t = columns, edge
-    2 s = rows, edge 3 t = 0, along parameters as for a patch (CONVENTIONS.md). The patches should join within
-    the surface's tolerance; two faces are equal only if they are the same object.
+    j + 1. On the border of two patches the one after it, with the greater s or t, is used. Beyond the
+    rectangle the outermost patches' functions continue. Edge 0 is s = 0, edge 1 t = columns, edge 2 s = rows,
+    edge 3 t = 0, with parameters along them as for a patch (CONVENTIONS.md). The patches should join within
+    the surface's tolerance. Two faces are equal only if they are the same object.
 
     Attributes
     ----------
     patches
-        Rows of patches, all of one length, 1 or more each way.
+        Rows of patches, all of the same length, 1 or more each way.
 
     Raises
     ------
     InputError
-        If rows are empty or of different lengths, or something is no patch.
+        If rows are empty or of different lengths, or an entry is not a patch.
     """
 
     patches: Sequence[Sequence[RationalPatch]]
@@ -62,12 +62,12 @@ class Face:
 
     @property
     def rows(self) -> int:
-        """How many patches along s: the face's s runs from 0 to it."""
+        """Number of patches along s; the face's s runs from 0 to this."""
         return len(self.patches)
 
     @property
     def columns(self) -> int:
-        """How many patches along t: the face's t runs from 0 to it."""
+        """Number of patches along t; the face's t runs from 0 to this."""
         return len(self.patches[0])
 
     def line(self, edge: int) -> float:
@@ -142,23 +142,23 @@ class Face:
 
     @cached_property
     def breaks(self) -> tuple[tuple[int, ...], tuple[int, ...]]:
-        """Lines s = k and t = k inside the face across which derivatives jump, by more than a twentieth."""
+        """Lines s = k and t = k inside the face across which derivatives jump by more than a twentieth."""
         if self.rows == self.columns == 1:
             return (), ()
         edges = Edges([patch for row in self.patches for patch in row])
         number = np.arange(self.rows * self.columns).reshape(self.rows, self.columns)
         found = []
-        for before, behind, axis, edge in (
+        for before, after, axis, edge in (
             (number[:-1], number[1:], 1, 0),
             (number[:, :-1], number[:, 1:], 0, 3),
         ):
-            jumps = _jumps(edges, 4 * before.ravel() + (edge + 2) % 4, 4 * behind.ravel() + edge)
+            jumps = _jumps(edges, 4 * before.ravel() + (edge + 2) % 4, 4 * after.ravel() + edge)
             lines = np.flatnonzero(jumps.reshape(before.shape).any(axis=axis)) + 1
             found.append(tuple(lines.tolist()))
         return found[0], found[1]
 
     def reverse(self, axis: int) -> "Face":
-        """Return the face with s (axis 0) or t (axis 1) running the other way; its normals turn round.
+        """Return the face with s (axis 0) or t (axis 1) reversed; its normals flip.
 
         Raises
         ------
@@ -205,27 +205,27 @@ def grid_face(patches: Sequence[RationalPatch], columns: int) -> Face:
     Raises
     ------
     InputError
-        If they do not fill whole rows of so many columns.
+        If they do not fill complete rows of this many columns.
     """
     return Face([patches[k : k + columns] for k in range(0, len(patches), columns)])
 
 
-def _jumps(edges: Edges, before: NDArray[np.intp], behind: NDArray[np.intp]) -> NDArray[np.bool_]:
+def _jumps(edges: Edges, before: NDArray[np.intp], after: NDArray[np.intp]) -> NDArray[np.bool_]:
     """Return whether the derivatives across edges (n,) differ on the two sides."""
     u = np.broadcast_to(INSIDE, (len(before), len(INSIDE)))
-    a, b = edges.across(before, u), edges.across(behind, u)
+    a, b = edges.across(before, u), edges.across(after, u)
     longer = np.maximum(np.linalg.norm(a, axis=2), np.linalg.norm(b, axis=2))
     jumps: NDArray[np.bool_] = (np.linalg.norm(a - b, axis=2) > JUMP * longer).any(axis=1)
     return jumps
 
 
 def _index(values: FloatArray, count: int) -> NDArray[np.intp]:
-    """Return which of the patches along one axis parameters lie on; the outermost go on without end."""
+    """Return the patch that each parameter along one axis is on; the outermost patches extend without end."""
     return np.clip(np.floor(values), 0, count - 1).astype(np.intp)
 
 
 def _groups(numbers: NDArray[np.intp]) -> Iterator[NDArray[np.intp]]:
-    """Yield the places of each number that occurs, rising."""
+    """Yield the places of each number that occurs, in increasing order."""
     order = np.argsort(numbers, kind="stable")
     for group in np.split(order, np.flatnonzero(np.diff(numbers[order])) + 1):
         if len(group):

@@ -1,4 +1,4 @@
-"""Where edges of faces meet: the intervals at which edges of patches meet, joined along the faces' edges."""
+"""Where edges of faces meet: intervals at which edges of patches meet, joined along the faces' edges."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -8,23 +8,23 @@ from upholster.geometry.adjacency import SharedEdge
 __all__ = ["FaceSeam", "join_seams"]
 
 EPS = 1e-6
-"""Places on an edge closer than this, in its parameter, are one."""
+"""Places on an edge closer than this, in its parameter, count as one."""
 
 
 @dataclass(frozen=True, slots=True)
 class FaceSeam:
-    """An interval of a face's edge, and the interval of another one's (or of the same face's) that meets it.
+    """An interval of a face's edge, and the interval of another face's edge (or its own) that meets it.
 
     The map between the two is linear. Edge numbers and parameters: `Face`.
 
     Attributes
     ----------
     face, edge
-        Whose interval it is.
+        The face and edge that the interval is on.
     start, stop
         The interval, start < stop, in the edge's own parameter: 0 to the face's rows or columns.
     other_face, other_edge
-        Who is on the other side.
+        The face and edge on the other side.
     other_start, other_stop
         Parameters on the other edge that meet `start` and `stop`: other_start > other_stop where the two
         edges run in opposite directions.
@@ -56,19 +56,19 @@ class FaceSeam:
 def join_seams(
     shared: Sequence[SharedEdge], place: Callable[[int], tuple[int, int, int]]
 ) -> tuple[FaceSeam, ...]:
-    """Join what edges of patches share along the edges of their faces, as far as one linear map goes.
+    """Join the shared intervals of patches along the edges of their faces, where one linear map covers both.
 
     Parameters
     ----------
     shared
-        As `Surface.outer_shared`: on edges of faces.
+        As in `Surface.outer_shared`: on edges of faces.
     place
         Patch number to (face, row, column).
 
     Returns
     -------
     tuple of FaceSeam
-        Each once, (face, edge) ≤ (other_face, other_edge), sorted.
+        Each once, with (face, edge) ≤ (other_face, other_edge), sorted.
     """
     found = []
     for one in shared:
@@ -101,7 +101,7 @@ def _order(seam: FaceSeam) -> tuple[int, int, float]:
 
 
 def _joined(a: FaceSeam, b: FaceSeam) -> FaceSeam | None:
-    """Return two seams as one, if the second goes on where the first ends, by the same linear map."""
+    """Return two seams as one if the second continues where the first ends, by the same linear map."""
     same = (a.face, a.edge, a.other_face, a.other_edge) == (b.face, b.edge, b.other_face, b.other_edge)
     if not same or abs(a.stop - b.start) > EPS or abs(a.other_stop - b.other_start) > EPS:
         return None

@@ -48,13 +48,13 @@ def read_surface(path: PathLike) -> Surface:
 def read_nets(path: PathLike) -> Surface:
     """Read control nets with weights, of any degree, from a JSON file.
 
-    Normals are turned outward if the signed volume is negative. Patches are faces as the file says; if it
-    does not, those that go on smoothly into each other are joined (`join_patches`).
+    Normals are turned outward if the signed volume is negative. The file may group patches into faces; if it
+    does not, patches that continue smoothly into each other are joined (`join_patches`).
 
     Raises
     ------
     FormatError
-        If the file is no JSON (says line and column) or not built as docs/surfaces.md says (names the place).
+        If the file is not JSON (gives line and column) or violates docs/surfaces.md (names the place).
     InputError
         If the file cannot be read or a number is outside what is allowed (names patch and index).
     """
@@ -107,7 +107,7 @@ def read_nets(path: PathLike) -> Surface:
 
 
 def write_nets(path: PathLike, surface: Surface) -> None:
-    """Write control nets as JSON; `read_nets` gives the same faces, points, but for rounding, and weights.
+    """Write control nets as JSON; `read_nets` restores faces, weights, and points up to rounding.
 
     Raises
     ------
@@ -133,15 +133,15 @@ def write_nets(path: PathLike, surface: Surface) -> None:
 
 
 def read_bpt(path: PathLike) -> Surface:
-    """Read the classic list of polynomial patches, with point indices or with the points in place.
+    """Read the classic list of polynomial patches, with point indices or with the points themselves.
 
-    Normals are turned outward if the signed volume is negative, and patches that go on smoothly into each
+    Normals are turned outward if the signed volume is negative, and patches that continue smoothly into each
     other are joined into faces (`join_patches`).
 
     Raises
     ------
     FormatError
-        If the file breaks the format (docs/surfaces.md): says the line.
+        If the file violates the format (docs/surfaces.md); gives the line.
     InputError
         If the file cannot be read or a coordinate is outside what is allowed.
     """
@@ -156,7 +156,7 @@ def read_bpt(path: PathLike) -> Surface:
 
 
 def _indexed_nets(lines: "_Lines", count: int) -> list[FloatArray]:
-    """Read bi-cubic nets as 16 one-based indices a line, then the points."""
+    """Read bi-cubic nets as 16 one-based indices per line, then the points."""
     rows, at = [], []
     for _ in range(count):
         rows.append(lines.whole("16 point numbers", 16, 1, MAX_POINTS))
@@ -172,7 +172,7 @@ def _indexed_nets(lines: "_Lines", count: int) -> list[FloatArray]:
 
 
 def _listed_nets(lines: "_Lines", count: int) -> list[FloatArray]:
-    """Read nets as a line of two degrees and the points, a line each."""
+    """Read nets, each as a line of two degrees and the points, one per line."""
     nets = []
     for _ in range(count):
         m, n = lines.whole("two degrees", 2, 1, MAX_DEGREE)
@@ -182,7 +182,7 @@ def _listed_nets(lines: "_Lines", count: int) -> list[FloatArray]:
 
 
 class _Lines:
-    """The non-empty lines of a text file, read one after the other as numbers."""
+    """The non-empty lines of a text file, read one by one as numbers."""
 
     def __init__(self, name: str, text: str) -> None:
         self.name = name
@@ -203,7 +203,7 @@ class _Lines:
         return self._next
 
     def whole(self, what: str, count: int, least: int, most: int) -> list[int]:
-        """Read a line of `count` whole numbers from `least` to `most`."""
+        """Read a line of `count` integers from `least` to `most`."""
         values: list[int] = self._read(what, count, lambda text: int(text) if len(text) < 12 else most + 1)
         for value in values:
             if not least <= value <= most:
@@ -227,12 +227,12 @@ class _Lines:
             raise FormatError(f"{self._place()}: {len(fields)} numbers; allowed: {count} ({what})")
         self._next = None
         try:
-            if any("_" in text for text in fields):  # which Python would take for a separator
+            if any("_" in text for text in fields):  # Python would accept it as a separator
                 raise ValueError
             return [convert(text) for text in fields]
         except ValueError:
             raise FormatError(
-                f"{self._place()}: {_short(' '.join(fields))} are no numbers ({what})"
+                f"{self._place()}: {_short(' '.join(fields))} are not numbers ({what})"
             ) from None
 
     def _place(self) -> str:
@@ -240,10 +240,10 @@ class _Lines:
 
 
 def _text(path: PathLike) -> str:
-    """Return a file's text, its size checked first."""
+    """Return a file's text, after checking its size."""
     try:
         if not os.path.isfile(path):
-            reason = "is no file" if os.path.exists(path) else "does not exist"
+            reason = "is not a file" if os.path.exists(path) else "does not exist"
             raise InputError(f"{path}: {reason}; allowed: a surface file")
         size = os.path.getsize(path)
         if not 1 <= size <= MAX_FILE_BYTES:
@@ -321,7 +321,7 @@ def _is_number(value: object) -> bool:
 
 
 def _patch(where: str, points: FloatArray, weights: FloatArray | None) -> RationalPatch:
-    """Make a patch; its errors say which it is."""
+    """Make a patch; its errors name the patch."""
     try:
         return RationalPatch.from_points(points, weights)
     except InputError as error:
@@ -329,7 +329,7 @@ def _patch(where: str, points: FloatArray, weights: FloatArray | None) -> Ration
 
 
 def _short(value: object) -> str:
-    """Write a wrong value for an error message: a list by its length, the rest in 40 characters."""
+    """Format a wrong value for an error message: a list by its length, other values in 40 characters."""
     if isinstance(value, list | dict):
         return f"{'a list' if isinstance(value, list) else 'an object'} of {len(value)}"
     if type(value) is int and abs(value) >= 2**64:

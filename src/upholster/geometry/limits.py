@@ -1,4 +1,4 @@
-"""Checks of the builders' parameters: one line with name, value and limits."""
+"""Checks of the builders' parameters: one-line errors with name, value and limits."""
 
 from numbers import Integral, Real
 

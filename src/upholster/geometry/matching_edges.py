@@ -1,4 +1,4 @@
-"""Whether two surfaces consist of the same patches that meet in the same way, whatever their shape."""
+"""Whether two surfaces consist of the same patches that meet in the same way, regardless of shape."""
 
 from collections.abc import Iterable
 
@@ -9,18 +9,18 @@ from upholster.geometry.surface import Surface
 __all__ = ["check_same_edges"]
 
 EPS = 1e-6
-"""Parameters of an edge closer than this are one."""
+"""Parameters of an edge closer than this count as equal."""
 
 
 def check_same_edges(surface: Surface, model: Surface) -> None:
-    """Check that what lies on one surface can lie on another: the same faces, whose edges meet alike.
+    """Check that a quilt on one surface also fits another: the same faces, whose edges meet alike.
 
-    Texels on both sides of an edge that fit each other on the one surface then do so on the other.
+    Texels that match across an edge on one surface then do so on the other.
 
     Parameters
     ----------
     surface
-        The other surface. An edge that is a point counts as one that nothing meets.
+        The other surface. An edge that is a point counts as an edge without neighbours.
     model
         The surface to compare with.
 
@@ -28,7 +28,7 @@ def check_same_edges(surface: Surface, model: Surface) -> None:
     ------
     InputError
         If the number of faces or a face's patches differ, or an edge meets another edge, or along another
-        interval, or in the other direction. The first one that differs is named.
+        interval, or in the other direction. The message names the first difference.
     """
     if len(surface.faces) != len(model.faces):
         raise InputError(f"it has {len(surface.faces)} faces; allowed: {len(model.faces)}, as before")
@@ -43,7 +43,7 @@ def check_same_edges(surface: Surface, model: Surface) -> None:
             now, then = surface.neighbours(patch, edge), model.neighbours(patch, edge)
             if not _alike(now, then):
                 raise InputError(
-                    f"edge {edge} of patch {patch} {_told(now)}; allowed: {_told(then)}, as before"
+                    f"edge {edge} of patch {patch} {_described(now)}; allowed: {_described(then)}, as before"
                 )
 
 
@@ -61,7 +61,7 @@ def _alike(now: tuple[SharedEdge, ...], then: tuple[SharedEdge, ...]) -> bool:
     )
 
 
-def _told(neighbours: Iterable[SharedEdge]) -> str:
+def _described(neighbours: Iterable[SharedEdge]) -> str:
     parts = []
     for one in neighbours:
         along = "" if one.whole else f" from {one.start:.3g} to {one.stop:.3g}"

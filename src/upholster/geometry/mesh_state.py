@@ -1,4 +1,4 @@
-"""What state a mesh is in, part by part: holes, edges of several triangles, slivers, texture coordinates."""
+"""The state of a mesh, part by part: holes, edges of several triangles, slivers, texture coordinates."""
 
 from dataclasses import dataclass
 
@@ -12,11 +12,11 @@ from upholster.types import FloatArray, IntArray
 __all__ = ["PartState", "UvState", "mesh_states", "uv_state"]
 
 SLIVER = 50.0
-"""A sliver's longest edge is longer than its height by this factor."""
+"""A sliver's longest edge is more than this many times its height."""
 
 _NO_AREA = 1e6
 _SAMPLES = 64
-"""Cells of the raster on which overlaps are counted, for each triangle."""
+"""Cells per triangle in the raster on which overlaps are counted."""
 
 _SIDES = (256, 2048)
 
@@ -28,13 +28,13 @@ class UvState:
     Attributes
     ----------
     overlapping
-        Share of the area that they cover which more than one triangle covers; sampled.
+        Share of the covered area that more than one triangle covers; sampled.
     mirrored
-        Share of their area that is seen mirrored from outside.
+        Share of their area that is mirrored when seen from outside.
     outside
         Share of triangles with a corner outside 0 to 1.
     collapsed
-        Share of triangles that have an area in space and none here.
+        Share of triangles that have an area in space but none here.
     """
 
     overlapping: float
@@ -50,25 +50,26 @@ class PartState:
     Attributes
     ----------
     triangles, vertices
-        How many it has.
+        Their numbers.
     area
-        In square model units.
+        Area in square model units.
     box
         (2, 3) least and greatest coordinates.
     components
-        Pieces that hang together by edges.
+        Number of pieces connected by edges.
     holes, border_edges
-        Loops of edges that have one triangle in the whole mesh, and those edges.
+        Numbers of loops of edges that have a single triangle in the complete mesh, and of those edges.
     crowded_edges
-        Edges with more than two triangles.
+        Number of edges with more than two triangles.
     turned_edges
-        Edges whose two triangles turn against each other.
+        Number of edges whose two triangles have opposite orientations.
     inside_out
-        Whether it is closed, and its triangles face inward.
+        Whether it is closed and its triangles face inward.
     degenerate, slivers
-        Triangles without area, and other ones whose longest edge is more than 50 times their height.
+        Numbers of triangles without area, and of others whose longest edge is more than 50 times their
+        height.
     uv
-        Of its texture coordinates; None without.
+        State of its texture coordinates; None without any.
     """
 
     triangles: int
@@ -93,13 +94,13 @@ class _Edges:
     Attributes
     ----------
     order
-        (3T,) triangle · 3 + edge, those of one edge together.
+        (3T,) triangle · 3 + edge, grouped by edge.
     edge
-        (3T,) which edge each of them is, numbered.
+        (3T,) the number of each one's edge.
     uses
-        How many triangles each edge has.
+        Number of triangles at each edge.
     rising
-        (3T,) whether the triangle runs along it to the higher vertex.
+        (3T,) whether the triangle traverses it towards the higher vertex.
     """
 
     order: NDArray[np.int64]
@@ -124,7 +125,7 @@ def mesh_states(mesh: TriangleMesh, uv: FloatArray | None = None) -> list[PartSt
     owner = mesh.part[edges.order // 3]
     uses = edges.uses[edges.edge]
     border = uses == 1
-    # Two triangles that run along an edge the same way.
+    # Two triangles that traverse an edge in the same direction.
     along = np.bincount(edges.edge[edges.rising], minlength=len(edges.uses))
     turned = (edges.uses == 2) & (along != 1)
     firsts = np.flatnonzero(np.diff(edges.edge, prepend=-1))
@@ -181,7 +182,7 @@ def uv_state(uv: FloatArray, flat: NDArray[np.bool_] | None = None) -> UvState:
     Parameters
     ----------
     uv
-        (T, 3, 2) of triangles' corners, v downward; the triangles turn to the left seen from outside.
+        (T, 3, 2) at triangles' corners, v downward; seen from outside, triangles are counter-clockwise.
     flat
         (T,) triangles without area in space.
     """
@@ -225,7 +226,7 @@ def _edges_of(mesh: TriangleMesh) -> _Edges:
 
 
 def _components(mesh: TriangleMesh, edges: _Edges) -> NDArray[np.int64]:
-    """Return one triangle of each piece; triangles of two parts hang together in none."""
+    """Return one triangle of each piece; pieces do not extend over several parts."""
     triangle = edges.order // 3
     same = (edges.edge[1:] == edges.edge[:-1]) & (mesh.part[triangle[1:]] == mesh.part[triangle[:-1]])
     pairs = np.stack([triangle[:-1], triangle[1:]], axis=1)[same]

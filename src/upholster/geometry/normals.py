@@ -1,4 +1,4 @@
-"""Unit normals, also where the two derivatives do not span a plane: at a pole, an apex, a collapsed edge."""
+"""Unit normals, also where the derivatives do not span a plane: at a pole, an apex, a collapsed edge."""
 
 from collections.abc import Callable
 
@@ -10,13 +10,13 @@ from upholster.types import FloatArray
 __all__ = ["derivative_bounds", "unit_normals"]
 
 Frames = Callable[[FloatArray, FloatArray], FloatArray]
-"""``frames(s, t)``: (N,) parameters to (N, 3, 3) points and derivatives."""
+"""``frames(s, t)``: maps (N,) parameters to (N, 3, 3) points and derivatives."""
 
 FLAT = 1e-5
 """Below this sine-like ratio the cross product has lost so many digits that extrapolation is better."""
 
 LOST = 1e-10
-"""Below this one it holds nothing but rounding."""
+"""Below this ratio it holds nothing but rounding errors."""
 
 STEPS = 2.0 ** -np.arange(5.0, 12.0)
 """Distances in parameter at which the limit is sampled: 1/32 down to 1/2048."""
@@ -37,8 +37,8 @@ def unit_normals(
     """Return the unit normals S_s × S_t; where that vanishes, the limit along the patch.
 
     The limit is taken inward along the parameter that leaves the collapsed edge, at steps h, h/2, h/4, …, and
-    extrapolated to 0 by Neville's scheme: good to about 1e-11 where the patch is smooth. A patch without any
-    area gets (0, 0, 1).
+    extrapolated to 0 by Neville's scheme: accurate to about 1e-11 where the patch is smooth. A patch without
+    any area gets (0, 0, 1).
 
     Parameters
     ----------
@@ -49,7 +49,7 @@ def unit_normals(
     net
         The patch's homogeneous control net.
     frames
-        Evaluates the patch elsewhere.
+        Evaluates the patch at other parameters.
 
     Returns
     -------
@@ -67,7 +67,7 @@ def unit_normals(
 def _cross(
     values: FloatArray, bounds: tuple[float, float], least: float
 ) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Return S_s × S_t normalised, and where its length is trustworthy."""
+    """Return S_s × S_t normalized, and where its length is reliable."""
     a, b = values[:, 1], values[:, 2]
     normals = np.empty((len(values), 3))
     for c in range(3):
@@ -84,7 +84,7 @@ def _cross(
 def _limits(
     values: FloatArray, s: FloatArray, t: FloatArray, bounds: tuple[float, float], frames: Frames
 ) -> FloatArray:
-    """Return the limits of the normals, trying the way across the collapsed edge first, then the others."""
+    """Return the limits of the normals; try the way across the collapsed edge first, then the others."""
     inward_s, inward_t = np.where(s <= 0.5, 1.0, -1.0), np.where(t <= 0.5, 1.0, -1.0)
     size_s = np.linalg.norm(values[:, 1], axis=1) * bounds[1]
     size_t = np.linalg.norm(values[:, 2], axis=1) * bounds[0]

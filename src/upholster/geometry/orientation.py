@@ -1,4 +1,4 @@
-"""Turn a surface so that its normals point outward."""
+"""Orienting a surface so that its normals point outward."""
 
 import numpy as np
 
@@ -10,8 +10,9 @@ __all__ = ["pointing_outward", "signed_volume"]
 def signed_volume(surface: Surface) -> float:
     """Return the volume that a surface encloses, in cubic units: negative if its normals point inward.
 
-    The flux of (x − centre)/3 through the patches, by 8 × 8 Gauss points each; on an open surface, the volume
-    of the cone from the centre of the bounding box, which is positive where most of it faces outward.
+    Computed as the flux of (x − centre)/3 through the patches, with 8 × 8 Gauss points on each. For an open
+    surface it is the volume of the cone from the centre of the bounding box, positive if most of the surface
+    faces outward.
     """
     nodes, weights = np.polynomial.legendre.leggauss(8)
     u, w = (nodes + 1.0) / 2.0, weights / 2.0
@@ -25,8 +26,8 @@ def signed_volume(surface: Surface) -> float:
 
 
 def pointing_outward(surface: Surface) -> Surface:
-    """Return the surface; if its signed volume is negative, with the columns of every patch reversed.
+    """Return the surface, with the columns of every patch reversed if its signed volume is negative.
 
-    Reversing columns, not transposing, keeps rows running downward where they do.
+    Columns are reversed rather than transposed, so that rows that run downward still do.
     """
     return surface.turned() if signed_volume(surface) < 0.0 else surface

@@ -1,4 +1,4 @@
-"""Parts of edges that coincide: T-junctions, as split patches and CAD files have them."""
+"""Parts of edges that coincide: T-junctions, as in split patches and CAD files."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -15,7 +15,7 @@ __all__ = ["overlapping_parts"]
 COARSE = np.linspace(0.0, 1.0, 33)
 CHECKS = np.linspace(0.0, 1.0, 9)
 SHORTEST = 1e-6
-"""An overlap shorter than this, in the parameter of either edge, is none."""
+"""Shorter overlaps, in the parameter of either edge, are ignored."""
 
 CHUNK = 4096
 SWEPT = 1_000_000
@@ -29,22 +29,22 @@ Part = tuple[int, int, tuple[float, float, float, float]]
 def overlapping_parts(
     edges: Edges, live: NDArray[np.int64], lone: NDArray[np.bool_], tolerance: float
 ) -> Iterator[Part]:
-    """Find the pairs of edges, one of them lone, that coincide over a part, the map linear.
+    """Find the pairs of edges, at least one of them lone, that coincide over a part under a linear map.
 
     A part must be several tolerances long, and two edges of one patch with a common corner have none: edges
-    that only share an end are no seam.
+    that only share an end are not a seam.
 
-    The ends of the common part are ends of one edge or the other; so the ends of each are projected onto the
-    other, and every pair of hits proposes a part, which is then compared at several points.
+    The ends of the common part are ends of one edge or the other. So the ends of each edge are projected onto
+    the other, every pair of hits proposes a part, and the part is then compared at several points.
 
     Parameters
     ----------
     edges
         All edges.
     live
-        Numbers of the edges that are no points.
+        Numbers of the edges that are not points.
     lone
-        Per edge, whether it has found no partner for its whole length.
+        For each edge, whether it has no partner over its complete length.
     tolerance
         In the model's units.
 
@@ -54,8 +54,8 @@ def overlapping_parts(
         If more than ten million pairs would have to be compared.
     """
     pairs = _near_pairs(edges, live, lone, tolerance)
-    beside = (pairs[:, 0] // 4 == pairs[:, 1] // 4) & ((pairs[:, 0] + pairs[:, 1]) % 2 == 1)
-    pairs = pairs[~beside]
+    adjacent = (pairs[:, 0] // 4 == pairs[:, 1] // 4) & ((pairs[:, 0] + pairs[:, 1]) % 2 == 1)
+    pairs = pairs[~adjacent]
     for first in range(0, len(pairs), CHUNK):
         yield from _compare(edges, pairs[first : first + CHUNK], tolerance)
 
@@ -63,21 +63,21 @@ def overlapping_parts(
 def _near_pairs(
     edges: Edges, live: NDArray[np.int64], lone: NDArray[np.bool_], tolerance: float
 ) -> NDArray[np.int64]:
-    """Return the pairs (N, 2), each once, sorted, that may have a part in common, one at least lone."""
+    """Return the pairs (N, 2), each once, sorted, that may share a part; at least one of each is lone."""
     low, high = edges.low[live] - tolerance, edges.high[live] + tolerance
     ends = edges.points(live, np.tile([0.0, 1.0], (len(live), 1)))
     found, total = [np.empty((0, 2), dtype=np.int64)], 0
     for a, b in _sweep(low, high, lone[live]):
         meet = (a != b) & (low[a] <= high[b]).all(axis=1) & (low[b] <= high[a]).all(axis=1)
         a, b = a[meet], b[meet]
-        # both ends of a common part are ends of an edge that lie in the other's box
+        # Both ends of a common part are ends of an edge inside the other's box.
         hits = _inside(low[b], high[b], ends[a]).sum(axis=1) + _inside(low[a], high[a], ends[b]).sum(axis=1)
         pairs = np.sort(np.stack([a, b], axis=1)[hits >= 2], axis=1)
         found.append(pairs)
         total += len(pairs)
         if total > MAX_PAIRS:
             raise InputError(
-                f"{int(lone.sum())} edges without a whole partner lie too close together to be joined; "
+                f"{int(lone.sum())} edges without a complete partner are too close together to be joined; "
                 f"allowed: {MAX_PAIRS} pairs of them that nearly touch"
             )
     return live[np.unique(np.concatenate(found), axis=0)]
@@ -86,12 +86,12 @@ def _near_pairs(
 def _sweep(
     low: FloatArray, high: FloatArray, alone: NDArray[np.bool_]
 ) -> Iterator[tuple[NDArray[np.int64], NDArray[np.int64]]]:
-    """Yield, some at a time, the pairs whose boxes overlap along one axis, that of the fewest pairs."""
+    """Yield, in batches, the pairs whose boxes overlap along one axis, the one with the fewest pairs."""
     every, single, paired = np.arange(len(alone)), np.flatnonzero(alone), np.flatnonzero(~alone)
     best: list[tuple[NDArray[Any], NDArray[Any], NDArray[Any], NDArray[Any]]] = []
     fewest = -1
     for axis in range(3):
-        # an edge meets those that begin while it lasts
+        # An edge is compared with those that begin within its extent.
         sweeps = []
         for left, right in ((single, every), (paired, single)):
             right = right[np.argsort(low[right, axis], kind="stable")]
@@ -114,7 +114,7 @@ def _sweep(
 
 
 def _inside(low: FloatArray, high: FloatArray, points: FloatArray) -> NDArray[np.bool_]:
-    """Return whether points (N, K, 3) lie in boxes (N, 3): (N, K)."""
+    """Return whether points (N, K, 3) are in boxes (N, 3): (N, K)."""
     inside: NDArray[np.bool_] = np.all((points >= low[:, None]) & (points <= high[:, None]), axis=2)
     return inside
 
@@ -124,7 +124,7 @@ def _compare(edges: Edges, pairs: NDArray[np.int64], tolerance: float) -> Iterat
     ends = np.tile([0.0, 1.0], (len(pairs), 1))
     hits_a, near_b = _project(edges, pairs[:, 0], edges.points(pairs[:, 1], ends), tolerance)
     hits_b, near_a = _project(edges, pairs[:, 1], edges.points(pairs[:, 0], ends), tolerance)
-    # four places where an end of one may lie on the other: parameters on a, on b, and whether it does
+    # Four places where an end of one edge may be on the other: parameters on a, on b, and whether it is.
     on_a = np.concatenate([hits_a, ends], axis=1)
     on_b = np.concatenate([ends, hits_b], axis=1)
     hit = np.concatenate([near_b, near_a], axis=1)
@@ -160,7 +160,7 @@ def _between(start: FloatArray, stop: FloatArray) -> FloatArray:
 def _project(
     edges: Edges, index: NDArray[np.int64], points: FloatArray, tolerance: float
 ) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Return where on edges `index` (N,) points (N, K, 3) lie, and whether they do: (N, K) each."""
+    """Return parameters of points (N, K, 3) on edges `index` (N,), and whether they are on them: (N, K)."""
     inside = _inside(edges.low[index] - tolerance, edges.high[index] + tolerance, points)
     u, near = np.zeros(inside.shape), np.zeros(inside.shape, dtype=np.bool_)
     row, column = np.nonzero(inside)
@@ -169,7 +169,7 @@ def _project(
     spacing = np.linalg.norm(np.diff(samples, axis=1), axis=2).max(axis=1)
     distances = np.linalg.norm(points[row, column, None] - samples[place], axis=2)
     nearest = distances.argmin(axis=1)
-    # what lies on the edge lies near a sample: the rest, nearly all, needs no closer look
+    # A point on the edge is near a sample; the others, nearly all, need no further check.
     maybe = np.flatnonzero(distances[np.arange(len(row)), nearest] <= 2.0 * spacing[place] + tolerance)
     row, column = row[maybe], column[maybe]
     edge, target, v = index[row], points[row, column][:, None], COARSE[nearest[maybe]][:, None]
@@ -178,7 +178,7 @@ def _project(
         length = np.einsum("nkc,nkc->nk", slope, slope)
         step = np.einsum("nkc,nkc->nk", target - at, slope) / np.where(length > 0.0, length, 1.0)
         v = np.clip(v + step, 0.0, 1.0)
-    # halves and their like come out as they were meant, so that breaks of both sides can agree
+    # Restore halves and similar fractions exactly, so that breaks of both sides can agree.
     plain = np.round(v * 2.0**20) / 2.0**20
     v = np.where(np.abs(v - plain) < 1e-10, plain, v)
     u[row, column] = v[:, 0]

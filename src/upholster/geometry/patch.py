@@ -20,19 +20,19 @@ __all__ = ["MAX_DEGREE", "RationalPatch", "parameter_list", "parameter_pairs"]
 MAX_DEGREE = 32
 
 LARGEST = 1e30
-"""Limit of coordinates and weights, and of 1/weight: products of five of them stay finite."""
+"""Limit of coordinates, weights and 1/weight: products of five of them stay finite."""
 
 MANY = 100_000
-"""From this many points on, evaluation is shared among the threads."""
+"""From this many points on, threads share the evaluation."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RationalPatch:
     """A rational Bézier patch of degree (m, n).
 
-    The point at (s, t) is the Bernstein sum ``Σ B_i(s)·B_j(t)·net[i, j]``, its first three numbers divided by
-    the fourth. (s, t) in [0, 1]² is the patch; beyond, the same rational functions go on. The normal is along
-    S_s × S_t. Two patches are equal only if they are the same object.
+    The point at (s, t) is the Bernstein sum ``Σ B_i(s)·B_j(t)·net[i, j]``, its first three components divided
+    by the fourth. The patch covers (s, t) in [0, 1]²; beyond, the same rational functions continue. The
+    normal is along S_s × S_t. Two patches are equal only if they are the same object.
 
     Attributes
     ----------
@@ -43,7 +43,7 @@ class RationalPatch:
     Raises
     ------
     InputError
-        If the shape, the degree or a number is outside what is allowed: names the index [i, j].
+        If the shape, the degree or a number is out of range; names the index [i, j].
 
     References
     ----------
@@ -69,7 +69,7 @@ class RationalPatch:
                 f"a control net has {net.shape[0]} x {net.shape[1]} points; "
                 f"allowed: 2 to {MAX_DEGREE + 1} each way"
             )
-        # In two numbers first, for there may be very many patches; a NaN is in both.
+        # Two comparisons first, for there may be very many patches; both fail for a NaN.
         if not (np.abs(net).max() <= LARGEST and net[..., 3].min() >= 1 / LARGEST):
             raise _outside(net)
         object.__setattr__(self, "net", frozen_array(net))
@@ -100,7 +100,7 @@ class RationalPatch:
                 raise InputError(
                     f"weights have shape {w.shape}; allowed: {xyz.shape[:2]}, one per control point"
                 )
-            with np.errstate(invalid="ignore", over="ignore"):  # what comes of wrong numbers is refused below
+            with np.errstate(invalid="ignore", over="ignore"):  # results of wrong numbers are refused below
                 net *= w[..., None]
         return cls(net)
 
@@ -129,7 +129,7 @@ class RationalPatch:
         """
         s, t = parameter_list("s", s), parameter_list("t", t)
         out = np.empty((len(s), len(t), 3))
-        # writeable as all the kernels' arrays: one compiled version serves all callers
+        # Writeable like all the kernels' arrays, so that one compiled version serves all callers.
         net = np.array(self.net)
         bs = bernstein(self.degree[0], s)
         bt = np.ascontiguousarray(bernstein(self.degree[1], t).T)
@@ -224,7 +224,7 @@ class RationalPatch:
     def split(
         self, *, s: float | None = None, t: float | None = None
     ) -> tuple["RationalPatch", "RationalPatch"]:
-        """Split in two at ``s=…`` or at ``t=…`` (one of them, inside (0, 1)): the parts before and behind it.
+        """Split at ``s=…`` or at ``t=…`` (one of them, inside (0, 1)) into the parts before and after it.
 
         Raises
         ------
@@ -236,18 +236,18 @@ class RationalPatch:
         name, at = ("s", s) if s is not None else ("t", t)
         if not (isinstance(at, int | float) and 0.0 < at < 1.0):
             raise InputError(f"split at {name}={at}; allowed: a number inside (0, 1)")
-        before, behind = split_axis(self.net if name == "s" else self.net.swapaxes(0, 1), float(at))
+        before, after = split_axis(self.net if name == "s" else self.net.swapaxes(0, 1), float(at))
         if name == "t":
-            before, behind = before.swapaxes(0, 1), behind.swapaxes(0, 1)
-        return RationalPatch(before), RationalPatch(behind)
+            before, after = before.swapaxes(0, 1), after.swapaxes(0, 1)
+        return RationalPatch(before), RationalPatch(after)
 
     def part(self, s0: float, s1: float, t0: float, t1: float) -> "RationalPatch":
-        """Return the part of the patch over s0 ≤ s ≤ s1, t0 ≤ t ≤ t1, as a patch: the same points, exactly.
+        """Return the part of the patch over s0 ≤ s ≤ s1, t0 ≤ t ≤ t1, as a patch: exactly the same points.
 
         Raises
         ------
         InputError
-            If this is no rectangle inside [0, 1]².
+            If this is not a rectangle inside [0, 1]².
         """
         if not (0.0 <= s0 < s1 <= 1.0 and 0.0 <= t0 < t1 <= 1.0):
             raise InputError(f"part from s={s0}, t={t0} to s={s1}, t={t1}; allowed: rising, within 0 to 1")
@@ -274,7 +274,7 @@ class RationalPatch:
         return RationalPatch(elevate_axis(elevate_axis(self.net, m).swapaxes(0, 1), n).swapaxes(0, 1))
 
     def reverse(self, axis: int) -> "RationalPatch":
-        """Return the patch with s (axis 0) or t (axis 1) running the other way; its normals turn round.
+        """Return the patch with s (axis 0) or t (axis 1) reversed; its normals flip.
 
         Raises
         ------
@@ -286,7 +286,7 @@ class RationalPatch:
         return RationalPatch(np.flip(self.net, axis))
 
     def transpose(self) -> "RationalPatch":
-        """Return the patch with s and t exchanged; its normals turn round."""
+        """Return the patch with s and t exchanged; its normals flip."""
         return RationalPatch(self.net.swapaxes(0, 1))
 
     def edge(self, edge: int) -> FloatArray:
@@ -304,9 +304,7 @@ class RationalPatch:
     def _grid(self, s: FloatArray, t: FloatArray) -> FloatArray:
         """Return points and derivatives on a grid, shape (S, T, 3, 3)."""
         out = np.empty((len(s), len(t), 3, 3))
-        net = np.array(
-            self.net
-        )  # writeable as all the kernel's arrays: one compiled version serves all callers
+        net = np.array(self.net)  # writeable as above
         _in_parts(len(s), len(s) * len(t), lambda a, b: evaluate(net, s[a:b], t, True, out[a:b]))
         return out
 
@@ -319,7 +317,7 @@ class RationalPatch:
 
 
 def _in_parts(length: int, points: int, work: Callable[[int, int], None]) -> None:
-    """Call ``work(first, last)`` over 0…length: at once, or shared among threads if there are many points."""
+    """Call ``work(first, last)`` over 0…length: at once, or in several threads if there are many points."""
     if points < MANY:
         work(0, length)
         return
@@ -329,18 +327,18 @@ def _in_parts(length: int, points: int, work: Callable[[int, int], None]) -> Non
 
 
 def parameter_list(name: str, values: ArrayLike) -> FloatArray:
-    """Return a list of parameters as a fresh float64 array (n,).
+    """Return a list of parameters as a new float64 array (n,).
 
     Raises
     ------
     InputError
-        If it is no list of finite numbers: says its name.
+        If it is not a list of finite numbers; names it.
     """
     return _parameters(name, values, 1)
 
 
 def _parameters(name: str, values: ArrayLike, ndim: int | None = None) -> FloatArray:
-    """Return `values` as a fresh contiguous float64 array, checked to be finite numbers."""
+    """Return `values` as a new contiguous float64 array, checked to be finite numbers."""
     try:
         array = np.array(values, dtype=np.float64, order="C")
     except (TypeError, ValueError) as error:
@@ -355,7 +353,7 @@ def _parameters(name: str, values: ArrayLike, ndim: int | None = None) -> FloatA
 
 
 def parameter_pairs(s: ArrayLike, t: ArrayLike) -> tuple[FloatArray, FloatArray]:
-    """Return s and t as fresh float64 arrays of one shape.
+    """Return s and t as new float64 arrays of one shape.
 
     Raises
     ------
@@ -369,7 +367,7 @@ def parameter_pairs(s: ArrayLike, t: ArrayLike) -> tuple[FloatArray, FloatArray]
 
 
 def _outside(net: FloatArray) -> InputError:
-    # The error of a net with a number that is not allowed: names the first.
+    # The error for a net with an invalid number: names the first one.
     weights = net[..., 3]
     ok = (weights >= 1 / LARGEST) & (weights <= LARGEST)  # false for NaN too
     if not ok.all():

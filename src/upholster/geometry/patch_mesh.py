@@ -1,4 +1,4 @@
-"""A surface of patches as triangles that hang together over shared edges and at poles."""
+"""Converting a surface of patches to triangles that are connected over shared edges and at poles."""
 
 import numpy as np
 
@@ -11,33 +11,33 @@ from upholster.types import IntArray
 __all__ = ["can_be_mesh", "patch_mesh"]
 
 _DEVIATION = 1 / 1000
-"""Of the surface's size, that triangles may lie from polynomial patches, by a bound that is mostly twice as
-large as what they do."""
+"""Greatest distance of triangles from polynomial patches, as a share of the surface's size, by an upper bound
+that is usually about twice the true distance."""
 
 _FEWEST, _MOST = 4, 32
-"""Parts of a patch each way."""
+"""Least and greatest number of parts of a patch, each way."""
 
 
 def can_be_mesh(surface: Surface) -> bool:
-    """Return whether all edges that meet do so over their whole length, so that `patch_mesh` has no gaps."""
+    """Return whether all edges that meet do so over their full length, so that `patch_mesh` has no gaps."""
     return all(seam.whole for seam in surface.shared)
 
 
 def patch_mesh(surface: Surface) -> TriangleMesh:
     """Return a surface as triangles, with the patches' own normals.
 
-    All patches have as many parts each way, so that vertices meet where edges do. What lies between two
-    edges that nearly meet stays open.
+    All patches are divided into the same number of parts each way, so that vertices meet where edges do. Gaps
+    between edges that nearly meet stay open.
 
     Parameters
     ----------
     surface
-        Its shared edges meet over their whole length.
+        A surface whose shared edges meet over their complete length.
 
     Raises
     ------
     InputError
-        If some meet over a part.
+        If some edges meet only over a part.
     """
     if not can_be_mesh(surface):
         raise InputError("edges of the surface meet over parts; allowed: patches that share whole edges")
@@ -65,7 +65,7 @@ def patch_mesh(surface: Surface) -> TriangleMesh:
 
 
 def _parts(surface: Surface) -> int:
-    """Return parts of a patch each way: by the second derivatives' bounds, from the nets' differences."""
+    """Return the parts of a patch each way, from bounds on second derivatives by the nets' differences."""
     bend = 0.0
     for patch in surface.patches:
         for axis, degree in enumerate(patch.degree):
@@ -78,7 +78,7 @@ def _parts(surface: Surface) -> int:
 
 
 def _pairs(surface: Surface, numbers: IntArray) -> IntArray:
-    """Return the pairs of vertices that are one, (P, 2): on shared edges and on degenerate ones."""
+    """Return the pairs of vertices that coincide, (P, 2): on shared edges and on degenerate ones."""
     lines = (
         lambda k: numbers[k, 0],
         lambda k: numbers[k, :, -1],

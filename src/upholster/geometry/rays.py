@@ -1,4 +1,4 @@
-"""What a ray hits first, of many triangles."""
+"""The first triangle that a ray hits."""
 
 import numpy as np
 
@@ -11,19 +11,19 @@ __all__ = ["first_hit"]
 def first_hit(
     positions: FloatArray, triangles: IntArray, origin: FloatArray, direction: FloatArray
 ) -> tuple[int, FloatArray] | None:
-    """Return the triangle that a ray hits first, from either side, and where (Möller and Trumbore 1997).
+    """Return the triangle that a ray hits first, from either side, and the point (Möller and Trumbore 1997).
 
     Parameters
     ----------
     positions, triangles
-        (V, 3) and (T, 3), as of `upholster.geometry.TriangleMesh`.
+        (V, 3) and (T, 3), as in `upholster.geometry.TriangleMesh`.
     origin, direction
-        (3,) finite; what lies behind the origin counts as well as nothing.
+        (3,) finite; hits in the opposite direction do not count.
 
     Raises
     ------
     InputError
-        If the ray is not three finite numbers each.
+        If either is not three finite numbers.
     """
     for name, vector in (("origin", origin), ("direction", direction)):
         if vector.shape != (3,) or not np.isfinite(vector).all():

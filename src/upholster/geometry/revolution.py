@@ -42,8 +42,7 @@ def revolve(profile: Profile, *, spans: int = 4) -> Surface:
     Raises
     ------
     InputError
-        If a curve or the spans are outside what is allowed, or a curve does not begin where the one before it
-        ends.
+        If a curve or the spans are out of range, or a curve does not begin where the previous one ends.
 
     References
     ----------

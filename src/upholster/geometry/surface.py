@@ -1,4 +1,4 @@
-"""`Surface`: faces and how their edges meet."""
+"""`Surface`: faces and the adjacency of their edges."""
 
 from bisect import bisect_right
 from collections import defaultdict
@@ -34,7 +34,7 @@ Value = float | int | str | tuple[int, int]
 
 @dataclass(frozen=True, slots=True)
 class BuiltIn:
-    """What a built-in surface was made from.
+    """The origin of a built-in surface.
 
     Attributes
     ----------
@@ -50,7 +50,7 @@ class BuiltIn:
 
 @dataclass(frozen=True, eq=False, init=False)
 class Surface(Shown):
-    """Faces and how their edges meet; what meets is found when first asked for, and kept.
+    """Faces and the adjacency of their edges, which is computed on first use and cached.
 
     Attributes
     ----------
@@ -58,16 +58,16 @@ class Surface(Shown):
         Grids of patches, 1 to 65,536 patches in all; a single patch stands for a face of one. Normals should
         all point outward.
     name
-        What to call it in reports and files.
+        Name in reports and files.
     tolerance
-        How far apart edges may lie and still meet, relative to `size`: 0 to 0.01, by default 1e-9.
+        Greatest distance at which edges still meet, relative to `size`: 0 to 0.01, by default 1e-9.
     source
-        The built-in surface that it is, if a builder made it: what a stream tells instead of control nets.
+        For a built-in surface, the builder and its values, which a stream stores instead of control nets.
 
     Raises
     ------
     InputError
-        If there are no patches or too many, something is no face, or the tolerance is outside its range.
+        If there are no patches or too many, an entry is not a face, or the tolerance is out of range.
     """
 
     faces: tuple[Face, ...]
@@ -143,7 +143,7 @@ class Surface(Shown):
 
     @cached_property
     def patches(self) -> tuple[RationalPatch, ...]:
-        """All patches: face after face, each face's row by row."""
+        """All patches, face by face, each face's row by row."""
         return tuple(patch for face in self.faces for row in face.patches for patch in row)
 
     @cached_property
@@ -153,7 +153,7 @@ class Surface(Shown):
         return tuple(accumulate(sizes[:-1], initial=0))
 
     def place(self, patch: int) -> tuple[int, int, int]:
-        """Return (face, row, column) of a patch, told by its number.
+        """Return (face, row, column) of the patch with a number.
 
         Raises
         ------
@@ -166,14 +166,14 @@ class Surface(Shown):
         return face, *divmod(patch - self.first_patches[face], self.faces[face].columns)
 
     def whole_patch(self, face: int, s0: float, s1: float, t0: float, t1: float) -> int | None:
-        """Return the number of the patch that a rectangle of a face's parameters is, None if it is none."""
+        """Return the number of the patch that covers exactly a rectangle of a face's parameters, or None."""
         row, column = int(s0), int(t0)
         if (s0, s1, t0, t1) != (row, row + 1, column, column + 1):
             return None
         return self.patch_number(face, row, column)
 
     def patch_number(self, face: int, row: int, column: int) -> int:
-        """Return the number of a patch, the other way round than `place`.
+        """Return the number of a patch: the inverse of `place`.
 
         Raises
         ------
@@ -212,9 +212,9 @@ class Surface(Shown):
 
     @cached_property
     def face_shared(self) -> tuple[FaceSeam, ...]:
-        """What the edges of faces share, each once, sorted: `outer_shared`, joined along them.
+        """The seams between faces, each once, sorted: `outer_shared`, joined along the faces' edges.
 
-        A face may meet itself: a closed ring does.
+        A face may have a seam with itself: a closed ring does.
 
         Raises
         ------
@@ -224,13 +224,13 @@ class Surface(Shown):
         return join_seams(self.outer_shared, self.place)
 
     def sharing(self, seams: tuple[FaceSeam, ...]) -> "Surface":
-        """Return the surface, with `face_shared` as a file tells it: it is not found any more."""
+        """Return the surface with `face_shared` from a file; it is not computed again."""
         vars(self)["face_shared"] = seams
         return self
 
     @cached_property
     def outer_shared(self) -> tuple[SharedEdge, ...]:
-        """What of `shared` lies on the edges of faces, not inside one.
+        """The intervals in `shared` that are on the edges of faces, not inside one.
 
         Raises
         ------
@@ -242,7 +242,7 @@ class Surface(Shown):
 
     @property
     def border(self) -> tuple[BorderInterval, ...]:
-        """Intervals of edges that nothing meets, sorted; empty on a closed surface.
+        """Intervals of edges without a neighbour, sorted; empty on a closed surface.
 
         Raises
         ------
@@ -253,7 +253,7 @@ class Surface(Shown):
 
     @property
     def degenerate(self) -> frozenset[tuple[int, int]]:
-        """(patch, edge) of the edges that are a point; they have no neighbours and are no border.
+        """(patch, edge) of the edges that are points; they have no neighbours and are not borders.
 
         Raises
         ------
@@ -264,9 +264,9 @@ class Surface(Shown):
 
     @cached_property
     def nearly_meeting(self) -> tuple[int, float]:
-        """How many edges would meet besides `shared` with a larger tolerance, and the tolerance that does it.
+        """The number of edges that would also meet with a larger tolerance, and that tolerance.
 
-        The tolerance is a power of ten, at most 0.001; with none to join it is the surface's own.
+        The tolerance is a power of ten, at most 0.001; it is the surface's own if no edges would join.
 
         Raises
         ------
@@ -276,7 +276,7 @@ class Surface(Shown):
         return nearly_meeting(self._edges, self._adjacency, self.tolerance, self.size)
 
     def neighbours(self, patch: int, edge: int) -> tuple[SharedEdge, ...]:
-        """Return what meets an edge, seen from it (`patch` and `edge` are those asked for), sorted along it.
+        """Return the neighbours of an edge, seen from it (with `patch` and `edge` as given), sorted along it.
 
         A border or degenerate edge has none; an edge at a T-junction has several.
 
@@ -292,7 +292,7 @@ class Surface(Shown):
         return self._by_edge.get((patch, edge), ())
 
     def turned(self) -> "Surface":
-        """Return the surface with all its normals turned round: its columns run the other way."""
+        """Return the surface with all its normals flipped: its columns run the other way."""
         return Surface([face.reverse(1) for face in self.faces], self.name, self.tolerance)
 
     @cached_property
@@ -302,12 +302,12 @@ class Surface(Shown):
 
     @cached_property
     def _adjacency(self) -> Adjacency:
-        """What meets what."""
+        """The adjacency of all edges."""
         return find_adjacency(self._edges, self.tolerance * self.size)
 
     @cached_property
     def _by_edge(self) -> dict[tuple[int, int], tuple[SharedEdge, ...]]:
-        """Both views of every shared interval, by the edge they are seen from."""
+        """Both views of every shared interval, grouped by the edge from which it is seen."""
         views: dict[tuple[int, int], list[SharedEdge]] = defaultdict(list)
         for meeting in self.shared:
             for view in (meeting, meeting.flipped()):

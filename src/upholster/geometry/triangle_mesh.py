@@ -1,8 +1,8 @@
-"""Triangle meshes: `TriangleMesh` as people's files have them, `MeshSurface` cut into islands for charts.
+"""Triangle meshes: `TriangleMesh` as in files, and `MeshSurface`, which is cut into islands for charts.
 
-An *island* is to a mesh what a face is to a surface of patches: a piece of it laid out flat. Its parameters
-(s, t) are lengths in model units, as true as the layout can make them: s runs down, t to the right, seen from
-outside. Charts lie on rectangles of an island's parameters as they lie on a face's.
+An *island* is to a mesh what a face is to a surface of patches: a flattened piece of it. Its parameters (s,
+t) are lengths in model units, as accurate as the layout allows: seen from outside, s runs down and t to the
+right. Charts are rectangles of an island's parameters as they are of a face's.
 """
 
 from dataclasses import dataclass, field
@@ -23,12 +23,12 @@ __all__ = ["MAX_TRIANGLES", "MeshSurface", "TriangleMesh", "welded"]
 MAX_TRIANGLES = 4_000_000
 
 _LARGEST = 1e18
-"""Largest coordinate: its square still is a number of single precision's range."""
+"""Largest coordinate: its square is still within single precision's range."""
 
 
 @dataclass(frozen=True, eq=False)
 class TriangleMesh(Shown):
-    """Triangles in space. Two that use the same vertex meet there; make vertices so with `welded`.
+    """Triangles in space. Two that use the same vertex meet there; make shared vertices with `welded`.
 
     Attributes
     ----------
@@ -37,24 +37,24 @@ class TriangleMesh(Shown):
     triangles
         (T, 3) int32, read-only: vertices, counter-clockwise seen from outside.
     part
-        (T,) int32, read-only: which of `parts` a triangle belongs to; by default all to the first.
+        (T,) int32, read-only: the index in `parts` of each triangle's part; by default all the first.
     parts
         Names of the parts, as users choose them.
     uv
-        Texture coordinates that its file has, (T, 3, 2) float64 of each triangle's corners, u to the right
-        and v downward; None where it has none.
+        The file's texture coordinates, (T, 3, 2) float64 at each triangle's corners, u to the right and v
+        downward; None where it has none.
     normals
-        Normals that its file has, (T, 3, 3) float64, of each triangle's corners; None where it has none.
+        The file's normals, (T, 3, 3) float64, at each triangle's corners; None where it has none.
     name
-        What to call it in reports and files.
+        Name in reports and files.
     metres
-        Length of a model unit in metres; None where the file does not tell.
+        Length of a model unit in metres; None where the file does not state it.
 
     Raises
     ------
     InputError
-        For no triangles or too many, other shapes, vertices or parts that are not there, or positions that
-        are not finite numbers within ±1e18.
+        For no triangles or too many, other shapes, vertices or parts that do not exist, or positions that are
+        not finite numbers within ±1e18.
     """
 
     positions: FloatArray
@@ -107,7 +107,7 @@ class TriangleMesh(Shown):
 
     @cached_property
     def flat_normals(self) -> FloatArray:
-        """Unit normals of the triangles, (T, 3), outward; zero where a triangle has no area."""
+        """Unit normals of the triangles, (T, 3), outward; zero for degenerate triangles."""
         return self._measured[0]
 
     @cached_property
@@ -118,32 +118,32 @@ class TriangleMesh(Shown):
 
     @cached_property
     def neighbours(self) -> IntArray:
-        """What lies across each triangle's edges, (T, 3) int32: triangle · 3 + its edge, or −1.
+        """The neighbour across each triangle's edges, (T, 3) int32: triangle · 3 + its edge, or −1.
 
-        Edge k runs from corner k to corner (k + 1) mod 3. Across is a triangle that has the same edge the
-        other way round: the one that there is, or of several the one that lies most nearly in one plane; see
-        `edge_pairs`. At borders, and where two run along an edge the same way, there is none. Triangles that
-        name a vertex twice count as if they were not there.
+        Edge k runs from corner k to corner (k + 1) mod 3. The neighbour has the same edge in the opposite
+        direction; among several it is the most nearly coplanar one, see `edge_pairs`. There is none at
+        borders and where two triangles traverse an edge in the same direction. Triangles that name a vertex
+        twice are ignored.
         """
         return frozen_array(edge_pairs(self.positions, self.triangles))
 
 
 @dataclass(frozen=True, eq=False)
 class MeshSurface(Shown):
-    """A mesh cut into islands: what charts of a mesh lie on.
+    """A mesh cut into islands, for charts.
 
     Attributes
     ----------
     mesh
         The triangles.
     island
-        (T,) int32, read-only: the island that each triangle lies on, 0 to their number less 1; −1 for those
-        that are left plain.
+        (T,) int32, read-only: the island of each triangle, 0 to their number − 1; −1 for triangles that are
+        left plain.
     parameters
         (T, 3, 2) float64, read-only: (s, t) of each triangle's corners on its island, in model units. Two
-        triangles of an island that share an edge with the same parameters at both its ends go on from each
-        other there; any other shared edge is a seam. Triangles turn the same way as in space:
-        ``(s1 − s0)·(t2 − t0) − (t1 − t0)·(s2 − s0) > 0`` but for those without area.
+        triangles of an island are connected over a common edge if it has the same parameters at both ends;
+        any other common edge is a seam. Triangles have the same orientation as in space:
+        ``(s1 − s0)·(t2 − t0) − (t1 − t0)·(s2 − s0) > 0`` except for degenerate ones.
 
     Raises
     ------
@@ -179,7 +179,7 @@ class MeshSurface(Shown):
 
     @property
     def name(self) -> str:
-        """What to call it in reports and files."""
+        """Name in reports and files."""
         return self.mesh.name
 
     @property
@@ -188,7 +188,7 @@ class MeshSurface(Shown):
         return self.mesh.size
 
     def is_like(self, other: object) -> bool:
-        """Whether another has as many triangles, and islands as large, to a thousandth of its size."""
+        """Whether another has as many triangles, and islands of the same size to a thousandth of its size."""
         if self is other:
             return True
         if not isinstance(other, MeshSurface):
@@ -199,7 +199,7 @@ class MeshSurface(Shown):
 
     @cached_property
     def islands(self) -> int:
-        """How many islands it has."""
+        """Number of islands."""
         return int(self.island.max()) + 1
 
     @cached_property
@@ -215,7 +215,7 @@ class MeshSurface(Shown):
 
 
 def welded(positions: ArrayLike) -> tuple[FloatArray, IntArray]:
-    """Make one vertex of all that lie at exactly the same place.
+    """Merge vertices at exactly the same place.
 
     Parameters
     ----------
@@ -227,7 +227,7 @@ def welded(positions: ArrayLike) -> tuple[FloatArray, IntArray]:
     positions
         (W, 3) float64, in the order in which they first occur.
     vertex
-        (V,) int32: which of them each one became.
+        (V,) int32: the new number of each given vertex.
     """
     points = np.ascontiguousarray(positions, np.float64) + 0.0  # −0 is 0
     _, first, inverse = np.unique(

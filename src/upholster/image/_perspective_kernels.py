@@ -18,7 +18,7 @@ def pencil_contrast(
     counts: IntArray,
     out: FloatArray,
 ) -> None:
-    """Tell how far lines through a vanishing point differ from each other, for many such points.
+    """Measure how far lines through a vanishing point differ from each other, for many such points.
 
     Parameters
     ----------
@@ -29,11 +29,11 @@ def pencil_contrast(
     pencils
         (M, 3): the point (x, y, w) in homogeneous coordinates, x² + y² = 1.
     lines, counts
-        (P, L) float64 and (L,) int32: room to sum in. L lines cover 1.6 to either side of the
-        middle.
+        (P, L) float64 and (L,) int32: scratch space for sums. L lines cover up to 1.6 on either side of
+        the middle.
     out
-        (M,) to be filled: the variance between lines over that of single pixels, the mean of the planes;
-        0 where the vanishing point is too near.
+        (M,) to be filled: the variance between lines divided by that of single pixels, as a mean over
+        the planes; 0 where the vanishing point is too near.
     """
     count, bins = places.shape[0], counts.shape[0]
     for m in range(pencils.shape[0]):

@@ -10,7 +10,7 @@ __all__ = ["project_bicubic"]
 
 @inline
 def _cubic_weight(tap: int, part: float) -> float:
-    # Catmull and Rom: the weight of sample tap − 1, where the point lies `part` behind sample 0.
+    # Catmull and Rom: the weight of sample tap − 1, for a point that is `part` after sample 0.
     x = abs(part - (tap - 1))
     if x < 1.0:
         return (1.5 * x - 2.5) * x * x + 1.0
@@ -26,11 +26,11 @@ def project_bicubic(
     Parameters
     ----------
     source
-        (h, w, C) float32: a part of the image; beyond its edges the nearest sample counts.
+        (h, w, C) float32: a part of the image; outside it the nearest sample is used.
     origin
         Row and column of the image at which `source` begins.
     matrix
-        (3, 3): from (x, y, 1) in the result to (x, y, w) in the image; sample (row, column) lies at
+        (3, 3): from (x, y, 1) in the result to (x, y, w) in the image; sample (row, column) is at
         (column + ½, row + ½).
     start
         Row and column of the result at which `out` begins.

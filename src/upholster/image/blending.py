@@ -1,9 +1,9 @@
-"""Pieces of one image put into another, so that no edge shows where they meet.
+"""Copying pieces of one image into another without a visible edge.
 
-What is copied is the differences between neighbouring pixels, as P. Pérez, M. Gangnet and A. Blake do
-(Poisson image editing, ACM Transactions on Graphics 22, 2003). The pixels themselves count as well, as P.
-Bhat, B. Curless, M. Cohen and L. Zitnick have it (Fourier analysis of the 2D screened Poisson equation for
-gradient domain problems, ECCV 2008): so an edge is evened out near by, and not over all of a large hole.
+The differences between neighbouring pixels are copied, after P. Pérez, M. Gangnet and A. Blake (Poisson image
+editing, ACM Transactions on Graphics 22, 2003). The pixel values are weighted in as well, after P. Bhat, B.
+Curless, M. Cohen and L. Zitnick (Fourier analysis of the 2D screened Poisson equation for gradient domain
+problems, ECCV 2008). So an edge is evened out near by, and not over all of a large hole.
 """
 
 from typing import Any
@@ -16,12 +16,12 @@ from upholster.types import IntArray, PixelArray
 __all__ = ["blended"]
 
 _SOLVED = 8
-"""Pixels: so far reaches what is solved on one level. What reaches farther is found on planes of half the
-size before."""
+"""Pixels: the longest reach that is solved at one level. A longer reach is solved first on planes of half the
+size."""
 
 _ROUNDS = 80
-"""Rounds of Chebyshev's method on each level: of what reaches so far they leave less than a five hundredth.
-Their number is fixed, and nothing is summed over all pixels: so all machines give the same."""
+"""Rounds of Chebyshev's method on each level. They leave less than a five hundredth of an error that reaches
+so far. Their number is fixed, and nothing is summed over all pixels, so all machines give the same result."""
 
 Plane = NDArray[np.float32]
 
@@ -36,19 +36,19 @@ def blended(
     photo
         (h, w, C) uint8, uint16 or float32.
     hole
-        (h, w): what is replaced. All else stays as it is.
+        (h, w): the pixels to replace. All others stay as they are.
     source
         (H, W, C) of the same dtype.
     places
-        (h, w, 2): row and column in the source of what each pixel of the hole shows. Others do not count.
+        (h, w, 2): row and column in the source for each pixel of the hole. Entries elsewhere are ignored.
     reach
         Pixels over which a difference at an edge falls to a third.
 
     Returns
     -------
     ndarray
-        (h, w, C). No number lies outside the range of what the photo has round the hole, and the source at
-        these places.
+        (h, w, C). No value is outside the range of the photo around the hole and the source at these
+        places.
     """
     out = photo.copy()
     last = np.array(source.shape[:2]) - 1
@@ -67,11 +67,11 @@ def blended(
 def _steps(
     plane: Plane, shown: Plane, hole: NDArray[np.bool_], at: tuple[IntArray, IntArray], axis: int
 ) -> Plane:
-    # Of each pixel and the next one along an axis: by how much more the second should be above the first than
-    # it is. What one piece has there counts, and of two pieces the mean; 0 where both pixels stay.
+    # For each pixel and the next one along an axis: how much larger the difference between them should be.
+    # The wanted difference is that of the piece there, or the mean of two pieces; 0 where both pixels stay.
     size = plane.shape[axis]
 
-    def beside(by: int) -> Plane:
+    def difference(by: int) -> Plane:
         moved = [at[0], at[1]]
         moved[axis] = np.clip(at[axis] + by, 0, size - 1)
         found: Plane = plane[moved[0], moved[1]] - plane[at]
@@ -79,14 +79,14 @@ def _steps(
 
     first, second = _ends(axis)
     own, other = hole[first], hole[second]
-    ahead, behind = beside(1)[first], -beside(-1)[second]
+    ahead, behind = difference(1)[first], -difference(-1)[second]
     wanted = np.where(own & other, 0.5 * (ahead + behind), np.where(own, ahead, behind))
     found: Plane = np.where(own | other, wanted - (shown[second] - shown[first]), 0.0).astype(np.float32)
     return found
 
 
 def _correction(steps: list[Plane], hole: NDArray[np.bool_], screen: float) -> Plane:
-    # The least squares' answer c, 0 outside the hole: differences of c are as `steps` want them, c is small.
+    # The least squares solution c, 0 outside the hole: differences of c match `steps`, and c is small.
     found = np.zeros(hole.shape, np.float32)
     if screen * _SOLVED**2 < 1:
         coarse = _correction(_halved_steps(steps, hole.shape), _halved_hole(hole), 4 * screen)
@@ -130,15 +130,15 @@ def _correction(steps: list[Plane], hole: NDArray[np.bool_], screen: float) -> P
 
 
 def _halved_hole(hole: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    # Of 2 x 2 pixels whether one is in the hole.
+    # For each 2 x 2 pixels: whether any of them is in the hole.
     whole = np.pad(hole, [(0, side % 2) for side in hole.shape])
     found: NDArray[np.bool_] = whole[::2] | whole[1::2]
     return found[:, ::2] | found[:, 1::2]
 
 
 def _halved_steps(steps: list[Plane], shape: tuple[int, ...]) -> list[Plane]:
-    # The same on a plane of half the size: from the middle of two pixels to that of the next two, and of two
-    # such ways side by side the mean.
+    # The same on a plane of half the size: the step from the middle of two pixels to the middle of the next
+    # two, averaged over two parallel paths.
     found = []
     for axis in (0, 1):
         along = steps[axis].T if axis else steps[axis]
@@ -152,7 +152,7 @@ def _halved_steps(steps: list[Plane], shape: tuple[int, ...]) -> list[Plane]:
 
 
 def _ends(axis: int) -> tuple[Any, Any]:
-    # Of pairs of neighbours along an axis the first ones, and the second ones.
+    # The first pixel of each pair of neighbours along an axis, and the second.
     if axis == 0:
         return (slice(None, -1), slice(None)), (slice(1, None), slice(None))
     return (slice(None), slice(None, -1)), (slice(None), slice(1, None))

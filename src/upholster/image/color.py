@@ -1,7 +1,7 @@
 """sRGB and linear light.
 
-Integers are sRGB-coded (IEC 61966-2-1), floats are linear, alpha is linear always and never premultiplied:
-channel 2 of 2 and channel 4 of 4.
+Integers are sRGB-coded (IEC 61966-2-1), floats are linear. Alpha is always linear and never premultiplied; it
+is channel 2 of 2 or channel 4 of 4.
 """
 
 from functools import cache
@@ -34,7 +34,7 @@ def to_linear(pixels: PixelArray) -> NDArray[np.float32]:
     Returns
     -------
     ndarray
-        (H, W, C) float32. Integer colours and alpha lie in 0…1; floats are as they were (the very array, if
+        (H, W, C) float32. Integer colours and alpha are in 0…1; floats are unchanged (the same array, if
         it was float32).
 
     References
@@ -62,7 +62,7 @@ def from_linear(linear: PixelArray, dtype: DTypeLike, *, dither: bool = False) -
         uint8, uint16 (sRGB-coded, rounded to nearest) or float32 (as it is).
     dither
         For uint8: round by an 8×8 pattern instead, so that smooth gradients show no bands. Values that are
-        8-bit codes already stay what they are.
+        exact 8-bit codes do not change.
 
     Returns
     -------
@@ -87,7 +87,7 @@ def from_linear(linear: PixelArray, dtype: DTypeLike, *, dither: bool = False) -
     values = np.clip(linear, 0.0, 1.0, dtype=np.float32)
     coded: PixelArray
     if wanted == np.uint8:
-        # A table of 16 bits is 20 times as fast as the power, and off by less than 0.03 of a step.
+        # A table of 16 bits is 20 times as fast as the power, with an error below 0.03 of a step.
         places = (values * 65535.0 + 0.5).astype(np.uint16)
         if dither:
             rows, columns = np.arange(values.shape[0]) % 8, np.arange(values.shape[1]) % 8
@@ -115,13 +115,13 @@ def _byte_levels() -> NDArray[np.float32]:
 
 @cache
 def _byte_codes() -> NDArray[np.uint8]:
-    """Return the same, rounded. In double precision: one of them is too near to a half for single."""
+    """Return the same, rounded. In double precision: one value is too close to a half for single."""
     return np.asarray(_encode(np.arange(65536) / 65535) * 255 + 0.5).astype(np.uint8)
 
 
 @cache
 def _pattern() -> NDArray[np.float32]:
-    """Return Bayer's 8×8 thresholds, from 0.05 to 0.95: a code and its table's error stay on one side."""
+    """Return Bayer's 8×8 thresholds, from 0.05 to 0.95: the table's error cannot change an exact code."""
     pattern = np.zeros((1, 1))
     for _ in range(3):
         pattern = np.block([[4 * pattern, 4 * pattern + 2], [4 * pattern + 3, 4 * pattern + 1]])

@@ -1,4 +1,4 @@
-"""Several samples in one image: what one quilt reads that shows them all."""
+"""Several samples in one image, so that one quilt can read them all."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -19,22 +19,22 @@ Rectangle = tuple[int, int, int, int]
 """Row, column, height and width in pixels."""
 
 _ALIGNED = 64
-"""Samples begin at multiples of it: at a whole pixel of every level of a pyramid that counts."""
+"""Samples begin at multiples of this: at a whole pixel of every pyramid level that matters."""
 
 _NEUTRAL = {"roughness": DEFAULT_ROUGHNESS, "metallic": 0.0, "ao": 1.0, "height": 0.5, "opacity": 1.0}
-"""What stands for a map that a sample lacks, and another has."""
+"""Stands in for a map that one sample lacks and another has."""
 
 
 def combined(samples: Sequence[Material]) -> tuple[Material, tuple[Rectangle, ...]]:
-    """Return one material with all samples side by side, and where each lies in it.
+    """Return one material with all samples side by side, and the rectangle of each in it.
 
-    It has every map that one of them has, each at the depth of the first that has it. What no sample covers
-    is not used.
+    It has every map that any of them has, each at the depth of the first sample that has it. Pixels that no
+    sample covers are not used.
 
     Raises
     ------
     InputError
-        If all together are larger than a sample may be.
+        If all samples together are larger than a sample may be.
     """
     rectangles, column = [], 0
     for sample in samples:
@@ -61,12 +61,12 @@ def combined(samples: Sequence[Material]) -> tuple[Material, tuple[Rectangle, ..
 
 
 def in_form_of(sample: PixelArray | Material, like: Mapping[str, PixelArray]) -> Material:
-    """Return a sample with the maps of another one, `like`, each with its channels and at its depth.
+    """Return a sample with the same maps as `like`, each with its channels and depth.
 
     Raises
     ------
     InputError
-        If it lacks a map, or is coloured where the other is grey.
+        If it lacks a map, or is coloured where `like` is grey.
     """
     own = sample.maps if isinstance(sample, Material) else {"albedo": sample}
     maps = {}
@@ -87,14 +87,14 @@ def _in_form(role: str, pixels: PixelArray, like: PixelArray) -> PixelArray:
 
 
 def _at_depth(role: str, pixels: PixelArray, dtype: np.dtype[Any]) -> PixelArray:
-    # Whole numbers of colours are sRGB-coded, floats are linear.
+    # Integer colours are sRGB-coded, floats are linear.
     if role in COLORS and pixels.dtype.kind != dtype.kind:
         pixels = from_linear(to_linear(pixels), dtype)
     return as_depth(pixels, dtype)
 
 
 def _alike(role: str, samples: Sequence[Material]) -> list[PixelArray]:
-    # A map of all samples: of one depth, and as many channels as the one that has most.
+    # One map of all samples, at one depth, with as many channels as the sample that has most.
     dtype = next(sample.maps[role].dtype for sample in samples if role in sample.maps)
     parts = [_at_depth(role, sample.maps[role], dtype) if role in sample.maps else None for sample in samples]
     known = [part for part in parts if part is not None]
@@ -115,7 +115,7 @@ def _neutral(role: str, shape: tuple[int, int], dtype: np.dtype[Any], channels: 
 
 
 def _with_channels(pixels: PixelArray, colors: int, alpha: bool) -> PixelArray:
-    # Grey becomes colour where another has colours; what has no alpha is opaque.
+    # Grey becomes colour where another sample has colours; a map without alpha is opaque.
     own = alpha_channel(pixels.shape[2])
     plain = pixels if own is None else pixels[:, :, :own]
     if plain.shape[2] != colors:

@@ -1,4 +1,4 @@
-"""Text and lines on pictures, through OpenImageIO and the fonts that it carries."""
+"""Text and lines on pictures, drawn by OpenImageIO with its own fonts."""
 
 from itertools import pairwise
 
@@ -13,7 +13,7 @@ Color = tuple[float, float, float]
 
 
 class Drawing:
-    """A picture to draw on: sRGB-coded floats, white to start with.
+    """A picture to draw on: sRGB-coded floats, initially white.
 
     Parameters
     ----------

@@ -1,10 +1,10 @@
-"""Taking vignette and slow shading out of a sample.
+"""Removing vignetting and slow shading from a sample.
 
 The light on a flat sample is a smooth field that multiplies the texture. It is fitted by polynomials of low
-degree, all channels by one, in linear light. What the texture itself holds at such a scale is told from the
-light by its size: a polynomial counts as far as it stands out of those of higher degree, which hold texture
-alone. An evenly lit sample stays as it is, if it shows eight elements or more each way: how fewer are
-arranged cannot be told from light.
+degree, the same for all channels, in linear light. Size distinguishes light from texture at such a scale: a
+polynomial counts only where it exceeds those of higher degree, which hold texture alone. An evenly lit sample
+stays as it is if it shows eight elements or more each way. With fewer, their arrangement cannot be
+distinguished from light.
 """
 
 from itertools import pairwise
@@ -18,25 +18,25 @@ from upholster.types import FloatArray, PixelArray
 __all__ = ["UNEVEN", "even_light", "light_field", "light_range"]
 
 UNEVEN = 1.3
-"""From this `light_range` on uneven light is worth a word: evenly lit photographs have 1.2 at most."""
+"""A `light_range` from here on is reported as uneven; evenly lit photographs have 1.2 at most."""
 
 _DEGREE = 4
-"""Of the light: a slope, a vignette and what lies between; its waves are half the sample and longer."""
+"""Degree of the light: a slope, a vignette and shapes in between. Its waves are half the sample or longer."""
 
 _NOISE_DEGREES = (6, 9)
-"""Up to which polynomials beyond `_DEGREE` tell what the texture holds: the larger mean counts, for the
-higher ones see little of elements that are nearly as large as the light's waves."""
+"""The texture's own level is measured on polynomials beyond `_DEGREE`, up to each of these. The larger
+mean counts, for higher ones respond little to elements nearly as large as the light's waves."""
 
 _HIGHEST = max(_NOISE_DEGREES)
 
 _GRID = 24
-"""Cells each way in which the sample's light is averaged; 32 pixels still give one to each."""
+"""Cells each way in which the sample's light is averaged; with 32 pixels each cell still has one."""
 
 _LEAST = 6.0
-"""How many times the texture's mean square a coefficient's square must reach before it counts."""
+"""A coefficient counts if its square is this many times the texture's mean square."""
 
 _SMALLEST = 5e-4
-"""Root mean square of what is no light in any case: rounding errors."""
+"""Root mean square that is always ignored: rounding errors."""
 
 _ROUNDS = 3
 _RANGE = 8.0
@@ -47,7 +47,7 @@ _BAND = 1 << 21
 
 
 def even_light(pixels: PixelArray) -> PixelArray:
-    """Return a sample as if it had been lit evenly; its mean light stays as it is.
+    """Return a sample as if it had been lit evenly, with the same mean light.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ def even_light(pixels: PixelArray) -> PixelArray:
     Returns
     -------
     ndarray
-        The same shape and dtype; alpha is kept. The very array where no uneven light is found.
+        The same shape and dtype; alpha is kept. The same array where no uneven light is found.
     """
     field = light_field(pixels)
     if field is None:
@@ -69,7 +69,7 @@ def even_light(pixels: PixelArray) -> PixelArray:
     for start in range(0, height, rows):
         stop = min(start + rows, height)
         linear = to_linear(pixels[start:stop])
-        # The very array of a float image must not be changed.
+        # A float image may be the caller's own array, which must not be changed.
         gain = (1.0 / _at_pixels(field, start, stop, height, width)).astype(np.float32)[:, :, None]
         done = linear[:, :, :alpha] * gain
         if alpha is not None:
@@ -79,12 +79,12 @@ def even_light(pixels: PixelArray) -> PixelArray:
 
 
 def light_range(pixels: PixelArray) -> float:
-    """Return how many times as much light the brightest parts of a sample get as the darkest; 1: even.
+    """Return how many times more light the brightest parts of a sample get than the darkest; 1: even.
 
     Parameters
     ----------
     pixels
-        As for `even_light`; of more than 4 channels the first three count.
+        As for `even_light`; with more than 4 channels the first three count.
     """
     field = light_field(pixels[..., :3] if pixels.shape[2] > 4 else pixels)
     if field is None:
@@ -105,8 +105,8 @@ def light_field(pixels: PixelArray) -> FloatArray | None:
     Returns
     -------
     ndarray or None
-        (5, 5) coefficients of Legendre polynomials over (rows, columns), both from −1 to 1, of the square
-        root of the light; None where it is even.
+        (5, 5) coefficients of Legendre polynomials over (rows, columns), both from −1 to 1, for the
+        square root of the light; None where it is even.
     """
     roots, weights = _cell_means(pixels)
     seen = weights > 0
@@ -125,7 +125,7 @@ def light_field(pixels: PixelArray) -> FloatArray | None:
     coefficients = np.zeros((_DEGREE + 1, _DEGREE + 1))
     for pair, value in zip(pairs, found, strict=False):
         coefficients[pair] = value
-    # Mean light stays: the sum of the sample over the field is that of the sample.
+    # Mean light stays: dividing the sample by the field does not change its sum.
     light, field = values**2 * weights, _clipped(design[:, : len(found)] @ found)
     scale = np.sqrt(light.sum() / (light / field**2).sum())
     result: FloatArray = coefficients / scale
@@ -133,20 +133,20 @@ def light_field(pixels: PixelArray) -> FloatArray | None:
 
 
 def _fitted(values: FloatArray, weights: FloatArray, design: FloatArray, counts: list[int]) -> FloatArray:
-    """Return coefficients of the polynomials that stand out, zeros if none does.
+    """Return coefficients of the polynomials that stand out, zeros if none do.
 
     Parameters
     ----------
     values, weights
-        (n,) of the cells; the mean is 1.
+        (n,) values of the cells; the mean is 1.
     design
         (n, k): the polynomials' values there, by degree.
     counts
-        How many of them are light's, and how many those have that tell the texture's share.
+        The number of polynomials for the light, and the numbers up to which the texture is measured.
     """
     low, *bands = counts
     root = np.sqrt(weights)
-    # Orthogonal one after the other, by degree: what is left of a polynomial is what those before it lack.
+    # Made orthogonal in order of degree: each polynomial keeps only the part that lower ones lack.
     ortho = np.linalg.qr(design * root[:, None]).Q
     total = np.zeros(low)
     field = np.ones_like(values)
@@ -158,7 +158,7 @@ def _fitted(values: FloatArray, weights: FloatArray, design: FloatArray, counts:
         kept[0] = 0.0
         if not kept.any():
             break
-        # The light found so far times what is left over it, as polynomials again.
+        # The light found so far times the remaining light, as polynomials again.
         product = field * (1.0 + (ortho[:, :low] @ kept) / root)
         total = np.linalg.lstsq(design[:, :low] * root[:, None], product * root, rcond=None)[0]
         field = _clipped(design[:, :low] @ total)
@@ -170,10 +170,10 @@ def _clipped(field: FloatArray) -> FloatArray:
 
 
 def _cell_means(pixels: PixelArray) -> tuple[FloatArray, FloatArray]:
-    """Return, of each cell of a grid, the mean square root of the light, and its opaque pixels.
+    """Return, for each cell of a grid, the mean square root of the light, and its opaque pixels.
 
-    The root lies between the light itself, which a few bright spots would govern, and its logarithm, which
-    dark joints would.
+    The root is a compromise between the light itself, which a few bright spots would dominate, and its
+    logarithm, which dark joints would dominate.
     """
     height, width, channels = pixels.shape
     alpha = alpha_channel(channels)
@@ -187,7 +187,7 @@ def _cell_means(pixels: PixelArray) -> tuple[FloatArray, FloatArray]:
         for n, part in enumerate((np.sqrt(np.maximum(light, 0)) * cover, cover)):
             sums[n, row] = np.add.reduceat(part.sum(axis=0, dtype=np.float64), wide[:-1])
     cells = np.outer(np.diff(tall), np.diff(wide))
-    # Cells that are hardly covered tell too little.
+    # Cells that are hardly covered are unreliable.
     weights = np.where(sums[1] > 0.05 * cells, sums[1], 0.0)
     return sums[0] / np.maximum(sums[1], 1e-9), weights
 

@@ -24,11 +24,11 @@ _BRANDS: dict[bytes, HeifKind] = {
 
 
 def heif_kind(head: bytes) -> HeifKind | None:
-    """Return which of the two a file is that begins with `head` (16 bytes or more), None for neither."""
+    """Return whether a file that begins with `head` (16 bytes or more) is HEIC or AVIF; None: neither."""
     if head[4:8] != b"ftyp":
         return None
     kind = _BRANDS.get(head[8:12])
-    # "mif1" says only that there is an image; the compatible brands tell its coding.
+    # "mif1" says only that there is an image; the compatible brands give its coding.
     return "AVIF" if kind and b"avif" in head[12:] else kind
 
 
@@ -42,7 +42,7 @@ def read_heif(
     name
         The file.
     kind
-        Which of the two.
+        HEIC or AVIF.
     check
         Raises if an image is too large to be decoded; gets its name, width, height, and size in bytes.
     notes
@@ -51,7 +51,7 @@ def read_heif(
     Returns
     -------
     ndarray
-        (H, W, C), upright: uint8; of HEIC with more than 8 bits uint16, over its whole range.
+        (H, W, C), upright: uint8; uint16 over its whole range for HEIC with more than 8 bits.
     bytes or None
         The colour profile.
 
@@ -66,7 +66,7 @@ def read_heif(
         raise InputError(f"{name!r} is {_article(kind)} file, which needs: {PHOTOS}") from None
     except InputError:
         raise
-    except Exception as error:  # of each library's own kinds
+    except Exception as error:  # each library raises its own kinds
         words = (str(error).splitlines() or ["no reason given"])[0]
         raise InputError(f"{name!r} is truncated or damaged: {words}") from None
     return (pixels if pixels.ndim == 3 else pixels[:, :, None]), profile
@@ -75,7 +75,7 @@ def read_heif(
 def _heic(name: str, check: SizeCheck, _notes: Notes | None) -> tuple[PixelArray, bytes | None]:
     import pi_heif
 
-    # Its decoder turns the image upright by itself, and scales 10 and 12 bits to 16.
+    # The decoder itself turns the image upright, and scales 10 and 12 bits to 16.
     image = pi_heif.open_heif(name, convert_hdr_to_8bit=False, hdr_to_16bit=True)
     width, height = image.size
     sample = 2 if ";16" in image.mode else 1
@@ -90,7 +90,7 @@ def _avif(name: str, check: SizeCheck, notes: Notes | None) -> tuple[PixelArray,
     if not features.check("avif"):
         raise ImportError("Pillow without AVIF")
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # of its own limits, and of metadata
+        warnings.simplefilter("ignore")  # about its own limits, and about metadata
         with Image.open(name) as image:
             width, height = image.size
             check(name, width, height, width * height * len(image.getbands()))
@@ -102,7 +102,7 @@ def _avif(name: str, check: SizeCheck, notes: Notes | None) -> tuple[PixelArray,
 
 
 def _is_deep(path: Path) -> bool:
-    """Tell whether an AVIF file says that it has more than 8 bits: AV1 in ISOBMFF 1.3, section 2.3.3."""
+    """Return whether an AVIF file declares more than 8 bits: AV1 in ISOBMFF 1.3, section 2.3.3."""
     with path.open("rb") as file:
         head = file.read(1 << 16)
     place = head.find(b"av1C")

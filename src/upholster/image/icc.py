@@ -1,4 +1,4 @@
-"""ICC colour profiles made of a matrix and curves: their tags, and what they say of a sample's light.
+"""ICC colour profiles made of a matrix and curves: their tags, and the light that a sample stands for.
 
 Profiles that hold tables instead are left to Little CMS, see `upholster.image.profiles`.
 """
@@ -52,7 +52,7 @@ class GammaCurve:
     f: float = 0.0
 
     def __call__(self, x: FloatArray) -> FloatArray:
-        """Return the light of samples 0…1; the curve goes on beyond 1, and mirrored below 0."""
+        """Return the light of samples 0…1; the curve continues beyond 1, and is mirrored below 0."""
         size = np.abs(x)
         power = np.maximum(self.a * size + self.b, 0.0) ** self.g + self.e
         light: FloatArray = np.sign(x) * np.where(size >= self.d, power, self.c * size + self.f)
@@ -78,20 +78,20 @@ Curve = GammaCurve | TableCurve
 
 @dataclass(frozen=True, eq=False)
 class Profile:
-    """What an ICC profile says.
+    """The content of an ICC profile.
 
     Attributes
     ----------
     name
         Its description.
     space
-        Of the samples, as the header has it: "RGB", "GRAY", "CMYK", "Lab" …
+        Colour space of the samples, as the header has it: "RGB", "GRAY", "CMYK", "Lab" …
     tables
-        Whether it holds tables from the samples to colours, which go before matrix and curves.
+        Whether it holds tables from the samples to colours, which take precedence over matrix and curves.
     curves
-        For RGB with a matrix three, for grey one: from samples to light. Empty where there are none.
+        From samples to light: three for RGB with a matrix, one for grey, empty where there are none.
     matrix
-        (3, 3), from linear RGB to XYZ relative to D50, the rows scaled to add up to that: grey stays grey.
+        (3, 3), from linear RGB to XYZ relative to D50. Rows are scaled to add up to D50, so grey stays grey.
         None where there is none.
     """
 
@@ -132,7 +132,7 @@ def read_profile(data: bytes) -> Profile:
             matrix = np.array([struct.unpack_from(">3i", tags[tag], 8) for tag in _COLORANTS]).T / 65536
             white = matrix.sum(axis=1)
             if not (white > 0.1).all():
-                raise FormatError("profile has a white that is none")
+                raise FormatError("profile has an invalid white")
             matrix *= (D50 / white)[:, None]
             return described(tuple(_curve(tags[tag]) for tag in _CURVES), matrix)
         if space == "GRAY" and b"kTRC" in tags:

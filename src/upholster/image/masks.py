@@ -1,4 +1,4 @@
-"""Masks: which pixels of a sample are used. What is not used shows nowhere, not even in an average."""
+"""Masks: which pixels of a sample are used. Unused pixels show nowhere, not even in an average."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,7 @@ Used = NDArray[np.bool_]
 
 
 def is_white(mask: PixelArray) -> Used:
-    """Return where a mask is white: half of white or more, and not clear.
+    """Return where a mask is white: at least half of white, and not transparent.
 
     Parameters
     ----------
@@ -34,16 +34,16 @@ def as_map(used: Used) -> PixelArray:
 
 
 def as_alpha(pixels: PixelArray, used: Used) -> PixelArray:
-    """Return an image with a new alpha, 1 where it is used and else 0: a mask that travels with it."""
+    """Return an image whose alpha is 1 where it is used and 0 elsewhere, so the mask travels with it."""
     alpha = alpha_channel(pixels.shape[2])
     top = (top_of(pixels.dtype) * used[:, :, None]).astype(pixels.dtype)
     return np.concatenate([pixels[:, :, :alpha], top], axis=2)
 
 
 def on_shape(used: Used, height: int, width: int) -> Used:
-    """Return which pixels of a map are used that is a whole multiple, or a whole fraction, of the sample.
+    """Return the used pixels at the size of a map: a whole multiple or a whole fraction of the sample.
 
-    Of a smaller map those that show used pixels alone.
+    A pixel of a smaller map is used if all pixels of the sample that it covers are used.
     """
     if height > used.shape[0]:
         return used.repeat(height // used.shape[0], axis=0).repeat(width // used.shape[1], axis=1)
@@ -52,7 +52,7 @@ def on_shape(used: Used, height: int, width: int) -> Used:
 
 
 def filled(pixels: PixelArray, used: Used) -> PixelArray:
-    """Return an image whose pixels that are not used hold a smooth mean of those nearest that are.
+    """Return an image whose unused pixels hold a smooth mean of the nearest used ones.
 
     So they have no edges of their own: nothing is found there, and they take few bytes.
 
@@ -80,7 +80,7 @@ def filled(pixels: PixelArray, used: Used) -> PixelArray:
 
 
 def _spread(values: NDArray[np.float32], used: Used) -> NDArray[np.float32]:
-    # Values where they are used, elsewhere those of a plane of half the size, smoothly.
+    # Used values stay; elsewhere they come smoothly from a plane of half the size.
     if used.all():
         return values
     ends = [(0, side % 2) for side in values.shape]
@@ -97,7 +97,7 @@ def _spread(values: NDArray[np.float32], used: Used) -> NDArray[np.float32]:
 
 
 def _doubled(plane: NDArray[np.float32], size: int, axis: int) -> NDArray[np.float32]:
-    # Twice as many rows or columns, `size` of them: linear between the middles of those there are.
+    # Twice as many rows or columns, `size` of them: linear between the middles of the old ones.
     at = np.arange(size)
     near = at // 2
     other = np.clip(near + 2 * (at % 2) - 1, 0, plane.shape[axis] - 1)

@@ -28,14 +28,14 @@ MATCH_WEIGHTS: Mapping[str, float] = MappingProxyType(
         "ao": 0,
     }
 )
-"""What squared differences of each map count in matching, against 1 for the albedo's.
+"""Weight of each map's squared differences in matching, relative to 1 for the albedo.
 
-Normal and height show where a stone ends as well as colour does, and twice; roughness and metallic follow it
-mostly; occlusion adds nothing to the height.
+Normal and height show where a stone ends as clearly as colour does, and count double; roughness and metallic
+mostly follow the albedo; occlusion adds nothing to the height.
 """
 
 DEFAULT_ROUGHNESS = 0.8
-"""Of a material without such a map."""
+"""For a material without such a map."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,16 +51,16 @@ class Material:
         largest): roughness, metallic, ao, height and opacity have 1 channel; normal has 3, x to the right,
         y upward and z outward from −1 to 1, coded as (v + 1)/2.
     notes
-        What the user should know of how it was read, in words.
+        What the user should know about how it was read, as sentences.
     used
-        (H, W) bool, which pixels are used; None: all. What maps hold elsewhere is replaced by a smooth mean
-        of what is nearest and used.
+        (H, W) bool, which pixels are used; None: all. Unused pixels of the maps are replaced by a smooth mean
+        of the nearest used ones.
 
     Raises
     ------
     InputError
-        If the albedo is missing, a role unknown, an array no image, or a shape another than the albedo's; if
-        nothing is used.
+        If the albedo is missing, a role is unknown, an array is not an image, or a shape differs from the
+        albedo's; if no pixel is used.
     """
 
     maps: Mapping[str, PixelArray]
@@ -117,23 +117,23 @@ class Material:
         return np.concatenate([plain, as_depth(opacity, albedo.dtype)], axis=2)
 
     def matched(self, weights: Mapping[str, float] | None = None, *, turned: bool = False) -> PixelArray:
-        """Return one image with all that matching looks at.
+        """Return one image with everything that matching compares.
 
         Parameters
         ----------
         weights
-            What squared differences of a map's channel count, 0 to 16, where the albedo's count 1; those not
-            named as in `MATCH_WEIGHTS`.
+            Weight of squared differences of a map's channel, 0 to 16, where the albedo has 1. Maps that are
+            not named take theirs from `MATCH_WEIGHTS`.
         turned
-            Whether blocks are mirrored or turned as well: then normals count by z alone, their slope, for x
-            and y turn with the block.
+            Whether blocks are mirrored or turned as well. Then normals count by z alone, their slope, because
+            x and y turn with the block.
 
         Returns
         -------
         ndarray
-            (H, W, C) uint16: the albedo (sRGB-coded, alpha included), then each other map that counts, its
-            samples scaled by the weight's square root about the middle; of normals x and y, or z. The albedo
-            itself if nothing else counts.
+            (H, W, C) uint16: the albedo (sRGB-coded, alpha included), then every other map with a weight, its
+            samples scaled about the middle by the weight's square root; of normals x and y, or z alone. The
+            albedo itself if no other map has a weight.
 
         Raises
         ------
@@ -143,7 +143,7 @@ class Material:
         used = {**MATCH_WEIGHTS, **(weights or {})}
         for role, weight in used.items():
             if role not in ROLES[1:]:
-                raise InputError(f"weight of {role!r} is of no map; {nearest(role, ROLES[1:])}")
+                raise InputError(f"weight of {role!r} matches no map; {nearest(role, ROLES[1:])}")
             if not 0 <= weight <= 16:
                 raise InputError(f"weight of {role} is {weight}; allowed: 0 to 16")
         others = [role for role in self.maps if role != "albedo" and used[role] > 0]

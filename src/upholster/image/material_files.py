@@ -1,4 +1,4 @@
-"""Reading materials: which map a file holds, maps of other sizes, of other conventions, packed ones."""
+"""Reading materials: finding each map's file, and converting sizes, conventions and packed maps."""
 
 import os
 from collections.abc import Iterator, Mapping, Sequence
@@ -27,7 +27,7 @@ __all__ = ["FilesByRole", "read_material"]
 FilesByRole = Mapping[str, str | os.PathLike[str]]
 
 _COLORED = 8 / 255
-"""A map of single numbers whose channels differ by more than this on average is perhaps a packed one."""
+"""A map of single numbers is perhaps packed if its channels differ by more than this on average."""
 
 
 def read_material(
@@ -47,36 +47,36 @@ def read_material(
     Parameters
     ----------
     source
-        A folder, a zip file as libraries deliver it (never unpacked to disk), or files, told apart by their
-        names (``brick_albedo.png``, ``brick_nor_gl_1k.png``, ``T_Brick_ORM.png``; see
+        A folder, a zip file as libraries deliver it (never unpacked to disk), or files, whose names say
+        which map they hold (``brick_albedo.png``, ``brick_nor_gl_1k.png``, ``T_Brick_ORM.png``; see
         `upholster.image.roles.role_of`); or files by role.
     maps
-        Further files by role, used whatever their names say and instead of what is found for that role. Of a
-        folder or a zip file also names of files in it. A role may be a packed order, as ``orm``.
+        Further files by role, used whatever their names are, and instead of files found for that role. For
+        a folder or a zip file also names of files in it. A role may be a packed order, as ``orm``.
     normal
-        "gl" or "dx": the normal map's green points upward or downward. By default its name says so, or else
-        the height map shows it, or else it is upward.
+        "gl" or "dx": the normal map's green points upward or downward. By default this follows from the
+        file's name, or else from the height map, or else green points upward.
     rectify, crop, resize, even_light, notes
         As for `upholster.read_exemplar`, in pixels of the albedo, for all maps alike; even light for the
         albedo alone. Normals turn and stretch with a rectified map.
     use
-        A mask's file, as large as the albedo: what is used is white there, of all maps. Or "alpha": the
-        albedo's own tells, see `upholster.image.read.read_used`.
+        A mask's file, as large as the albedo, white where all maps are used. Or "alpha": the albedo's own
+        alpha is the mask, see `upholster.image.read.read_used`.
 
     Returns
     -------
     Material
         Maps whose sides are a whole multiple or a whole fraction of the albedo's are resampled to it. Normal
-        maps in DirectX' convention have their green turned round; gloss becomes roughness; packed images
-        are taken apart, maps of their own going before. `Material.notes` tell what was left out.
+        maps in DirectX' convention have their green inverted; gloss becomes roughness; packed images are
+        split, and separate maps take precedence over their parts. `Material.notes` lists files left out.
 
     Raises
     ------
     InputError
         If a file cannot be read, has an unknown role, the role of another one, or a shape that does not fit;
         if there is no albedo; for a crop or a size outside the limits of `read_exemplar`; for a zip file
-        outside the limits of `upholster.image.packages.zip_images`; for a mask of another size than the
-        albedo, or that leaves nothing.
+        outside the limits of `upholster.image.packages.zip_images`; for a mask whose size is not the
+        albedo's, or that leaves nothing.
     """
     check_crop(crop)
     check_resize(resize)
@@ -86,8 +86,8 @@ def read_material(
         raise InputError(f"maps is a {type(maps).__name__}; allowed: files by role")
     options = SampleOptions(rectify=rectify, crop=crop, resize=resize, even_light=even_light, use=use)
     profiles = [] if notes is None else notes
-    named, found, told = _files(source, maps or {})
-    read = _parts(found, normal, told, profiles) | _parts(named, normal, told, profiles)
+    named, found, remarks = _files(source, maps or {})
+    read = _parts(found, normal, remarks, profiles) | _parts(named, normal, remarks, profiles)
     unsaid = normal is None and "normal" in named | found
     if "albedo" not in read:
         raise InputError(f"material has no albedo; it has: {', '.join(read) or 'no maps'}")
@@ -106,10 +106,12 @@ def read_material(
     read = {role: resampled(role, pixels, height=height, width=width) for role, pixels in read.items()}
     if unsaid and "height" in read and points_down(read["normal"], read["height"]):
         read["normal"] = _green_turned(read["normal"])
-        told.append("the normal map's green points down (DirectX), as the height map shows; else --normal gl")
+        remarks.append(
+            "the normal map's green points down (DirectX), as the height map shows; if not: --normal gl"
+        )
     read = finished(cut_out(read, options), options)
     white = read.pop("used", None)
-    return Material(read, tuple(told), None if white is None else is_white(white))
+    return Material(read, tuple(remarks), None if white is None else is_white(white))
 
 
 def _files(
@@ -133,7 +135,7 @@ def _files(
 def _by_role(given: FilesByRole, files: Sequence[MapFile]) -> dict[str, MapFile]:
     """Return files by role; `files` can be named without their folder."""
     found: dict[str, MapFile] = {}
-    beside = {file.name: file for file in files}
+    names = {file.name: file for file in files}
     for name, path in given.items():
         role = role_of(name) if isinstance(name, str) else None
         if role is None or role == LEFT_OUT:
@@ -143,14 +145,14 @@ def _by_role(given: FilesByRole, files: Sequence[MapFile]) -> dict[str, MapFile]
         if role in found:
             raise InputError(f"material has two files of role {role!r}")
         shown = path_text(path, role)
-        found[role] = beside[shown] if shown in beside and not Path(path).exists() else map_file(Path(path))
+        found[role] = names[shown] if shown in names and not Path(path).exists() else map_file(Path(path))
     return found
 
 
 def _parts(
     files: Mapping[str, MapFile], normal: str | None, notes: list[str], profiles: Notes
 ) -> dict[str, PixelArray]:
-    """Return the maps that files hold, those of their own before packed ones, and add to the notes."""
+    """Return the maps that files hold, separate ones rather than packed ones, and add to the notes."""
     own: dict[str, PixelArray] = {}
     packed: dict[str, PixelArray] = {}
     for role, file in files.items():
@@ -165,7 +167,7 @@ def _parts(
 def _taken_apart(
     role: str, file: MapFile, normal: str | None, notes: list[str], profiles: Notes
 ) -> Iterator[tuple[str, PixelArray]]:
-    """Yield the maps that a file holds, as `Material` wants them."""
+    """Yield the maps that a file holds, in the form that `Material` needs."""
     pixels = file.read(colors=role in COLORS, notes=profiles)
     alpha = alpha_channel(pixels.shape[2])
     plain = pixels if alpha is None else pixels[:, :, :alpha]
@@ -193,8 +195,8 @@ def _taken_apart(
         case _:
             if plain.shape[2] == 3 and float(np.ptp(to_unit(plain), axis=2).mean()) > _COLORED:
                 notes.append(
-                    f"{file.name!r} is coloured, and read as {family_of(role)} alone; a packed one is said "
-                    f"by its order of channels: --map orm={file.name}"
+                    f"{file.name!r} is coloured, but read as {family_of(role)} only; if it is packed, "
+                    f"name its channels in order: --map orm={file.name}"
                 )
             yield family_of(role), _single(role, _grey(plain))
 

@@ -1,4 +1,4 @@
-"""How to live with the C libraries below OpenImageIO: one prints, another one ends the process."""
+"""Working around the C libraries below OpenImageIO: one prints errors, another ends the process."""
 
 import os
 import shutil
@@ -19,13 +19,13 @@ _lock = threading.RLock()
 def silent() -> Iterator[None]:
     """Send file descriptor 2 to nowhere while the body runs.
 
-    libpng reports a broken file there, below Python's ``sys.stderr``, before OpenImageIO returns the same
-    words as its error. One thread at a time: the descriptor belongs to the whole process.
+    libpng prints errors of a broken file there, below Python's ``sys.stderr``; OpenImageIO returns the same
+    words as its own error. One thread at a time: the descriptor belongs to the whole process.
     """
     with _lock:
         try:
             saved = os.dup(2)
-        except OSError:  # closed, as in a service: then there is nothing to silence
+        except OSError:  # closed, as in a service: there is nothing to silence
             yield
             return
         try:
@@ -42,8 +42,8 @@ def silent() -> Iterator[None]:
 def scratch_file(size: int) -> Iterator[str]:
     """Yield the name of a file for OpenImageIO to write, where the disk is never full.
 
-    libjpeg ends the process when it cannot write, and libpng reports nothing; so images are written here, and
-    their bytes by Python, whose errors can be caught. In memory where the system offers that.
+    libjpeg ends the process when it cannot write, and libpng reports nothing. So images are written here, and
+    Python, whose errors can be caught, copies their bytes. The file is in memory where the system allows.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ def scratch_file(size: int) -> Iterator[str]:
     Raises
     ------
     InputError
-        If the file has to lie on a disk that has no room for it.
+        If the file has to be on a disk that has no room for it.
     """
     if hasattr(os, "memfd_create") and os.path.isdir("/proc/self/fd"):
         memory = os.memfd_create("upholster")

@@ -1,4 +1,4 @@
-"""Which way a normal map's green points: upward (OpenGL) or downward (DirectX), told by the height map."""
+"""Whether a normal map's green points upward (OpenGL) or downward (DirectX), from the height map."""
 
 import numpy as np
 
@@ -8,14 +8,14 @@ from upholster.types import FloatArray, PixelArray
 __all__ = ["points_down"]
 
 _LEAST = 0.3
-"""Correlations below this one tell nothing; those of materials from libraries are 0.8 and more."""
+"""Correlations below this are inconclusive; those of materials from libraries are 0.8 and more."""
 
 
 def points_down(normal: PixelArray, height: PixelArray) -> bool | None:
-    """Return whether green points downward, so that x and y are the slopes of one relief only if it does.
+    """Return whether green points downward: only then are x and y the slopes of one relief.
 
-    A normal is (−∂h/∂x, −∂h/∂y, 1), of any length, with y upward; so both of its slopes correlate with the
-    height's with one sign. The sign itself may be either: some height maps are depths.
+    A normal is (−∂h/∂x, −∂h/∂y, 1), of any length, with y upward. So both of its slopes correlate with those
+    of the height with the same sign. The sign itself may be either: some height maps are depths.
 
     Parameters
     ----------
@@ -27,7 +27,7 @@ def points_down(normal: PixelArray, height: PixelArray) -> bool | None:
     Returns
     -------
     bool or None
-        None if the maps do not agree enough to tell.
+        None if the maps do not agree well enough.
     """
     vectors = 2 * to_unit(normal) - 1
     by_row, by_column = (np.asarray(slope) for slope in np.gradient(_smoothed(to_unit(height)[:, :, 0])))
@@ -40,7 +40,7 @@ def points_down(normal: PixelArray, height: PixelArray) -> bool | None:
 
 
 def _smoothed(values: FloatArray) -> FloatArray:
-    """Average 3 × 3: what coarse coding of either map adds is not a slope."""
+    """Average 3 × 3, to remove steps that come from coarse coding of either map."""
     padded = np.pad(values, 1, mode="edge")
     rows = padded[:-2] + padded[1:-1] + padded[2:]
     return np.asarray(rows[:, :-2] + rows[:, 1:-1] + rows[:, 2:]) / 9

@@ -1,4 +1,4 @@
-"""Samples as numbers: which maps hold colours, and what stands for 1 in those that hold none."""
+"""Samples as numbers: which maps hold colours, and which value stands for 1 in the others."""
 
 from typing import Any
 
@@ -13,7 +13,7 @@ COLORS = ("albedo", "emission")
 
 
 def top_of(dtype: np.dtype[Any]) -> int:
-    """Return what stands for 1 in samples that are plain numbers."""
+    """Return the value that stands for 1 in samples that are plain numbers."""
     return 1 if dtype.kind == "f" else int(np.iinfo(dtype).max)
 
 

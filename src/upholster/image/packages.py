@@ -1,4 +1,4 @@
-"""Where a material's files lie: in a folder, or in a zip file, which is read without unpacking it to disk."""
+"""Finding a material's files in a folder, or in a zip file, which is read without unpacking it to disk."""
 
 import os
 import stat
@@ -20,7 +20,7 @@ __all__ = ["MapFile", "folder_images", "is_zip", "map_file", "zip_images"]
 
 MOST_ENTRIES = 1000
 MOST_BYTES = 1 << 28
-"""Of one image in a zip file, before it is decoded."""
+"""Limit for one image in a zip file, checked before it is decoded."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,9 +30,9 @@ class MapFile:
     Attributes
     ----------
     name
-        Without folders: its words tell the role.
+        Without folders; its words give the role.
     place
-        Which file it is: its path, in a zip file the path there.
+        The file's path; in a zip file, the path inside it.
     read
         Reads its pixels, see `upholster.image.read.read_image`.
     """
@@ -48,14 +48,14 @@ def is_zip(path: str | os.PathLike[str]) -> bool:
 
 
 def map_file(path: Path) -> MapFile:
-    """Return a file of its own."""
+    """Return a file that is not in a zip file."""
     return MapFile(path.name, str(path), partial(read_image, path))
 
 
 def folder_images(folder: Path) -> list[MapFile]:
-    """Return the images of a folder, not those of folders in it."""
+    """Return the images of a folder, without those in its subfolders."""
     if not folder.is_dir():
-        raise InputError(f"material {str(folder)!r} is no folder and no zip file")
+        raise InputError(f"material {str(folder)!r} is neither a folder nor a zip file")
     try:
         return [map_file(file) for file in folder.iterdir() if file.is_file() and _is_image(file.name)]
     except OSError as error:
@@ -63,12 +63,12 @@ def folder_images(folder: Path) -> list[MapFile]:
 
 
 def zip_images(path: Path) -> list[MapFile]:
-    """Return the images of a zip file: those of its outermost folder in which a name tells a role.
+    """Return the images of a zip file, from its outermost folder in which a name gives a role.
 
     Raises
     ------
     InputError
-        If the file is missing, damaged or no zip file; if it has more than 1000 entries, an entry of an odd
+        If the file is missing, damaged or no zip file; if it has more than 1000 entries, an entry with an odd
         path (absolute, with "..", a backslash or a link), or an image that is encrypted or takes more than
         256 MiB.
     """
@@ -102,7 +102,7 @@ def _entries(path: Path) -> list[zipfile.ZipInfo]:
     except OSError as error:
         raise InputError(f"{name!r} cannot be read: {error.strerror}") from None
     except (zipfile.BadZipFile, ValueError, NotImplementedError) as error:
-        raise InputError(f"{name!r} is no zip file that can be read: {error}") from None
+        raise InputError(f"{name!r} is not a readable zip file: {error}") from None
     for entry in entries:
         place = PurePosixPath(entry.orig_filename)
         mode = entry.external_attr >> 16
@@ -113,7 +113,7 @@ def _entries(path: Path) -> list[zipfile.ZipInfo]:
 
 
 def _check_count(path: Path) -> None:
-    """Refuse a directory that is too long before it is read; it ends with a record that tells its length."""
+    """Refuse a directory that is too long before it is read; the record at its end gives its length."""
     with path.open("rb") as file:
         end = file.seek(0, 2)
         file.seek(max(0, end - 65557))
@@ -128,7 +128,7 @@ def _check_count(path: Path) -> None:
 def _read_entry(
     path: Path, entry: zipfile.ZipInfo, *, colors: bool = True, notes: Notes | None = None
 ) -> PixelArray:
-    """Decode one image; OpenImageIO reads files only, so its bytes lie in one in memory meanwhile."""
+    """Decode one image. OpenImageIO reads files only, so the bytes go through a file in memory."""
     shown = f"{path}/{entry.filename}"
     if entry.file_size > MOST_BYTES:
         raise InputError(
@@ -139,7 +139,7 @@ def _read_entry(
     if entry.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
         raise InputError(f"{shown!r} is packed by method {entry.compress_type}; allowed: stored, deflate")
     try:
-        # No more than the size that was told: what is longer is damaged.
+        # Read no more than the declared size: anything longer is damaged.
         with zipfile.ZipFile(path) as package, package.open(entry) as stream:
             data = stream.read(entry.file_size + 1)
     except (zipfile.BadZipFile, zlib.error, NotImplementedError, EOFError, OSError) as error:

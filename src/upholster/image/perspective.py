@@ -1,7 +1,7 @@
-"""From where a wall was photographed: each of its two families of parallel lines meets in a vanishing point.
+"""The perspective of a photographed wall: its lines in either direction meet in a vanishing point.
 
-Lines through the right point differ from each other: joints are dark, tiles are light. Lines through a wrong
-one cross both, and all are alike. So the point is sought through which lines differ most.
+Lines through the right point differ from each other: those in joints are dark, those in tiles are light.
+Lines through a wrong point cross both, and are all alike. So the search maximizes their difference.
 """
 
 import numpy as np
@@ -13,22 +13,22 @@ from upholster.types import FloatArray, PixelArray
 __all__ = ["proposed_corners"]
 
 _SURE = 4.0
-"""So many times as much as through most points lines must differ through the best one."""
+"""Lines through the best point must differ this many times as much as through the median point."""
 
 _SIZES = (200, 400)
-"""The photo's longer side in pixels: where the point is sought, and where it is found exactly."""
+"""The photo's longer side in pixels: for the search, and for refining the point."""
 
 _STEPS = np.linspace(-1, 1, 5)
 
 _FACING = (np.radians(1.0), 0.03)
-"""Turned by less, and converging by less, a photo is seen from the front."""
+"""A photo that is turned and converges by less than this is seen from the front."""
 
 _MARGIN = 0.98
-"""Of the photo: what is proposed lies inside."""
+"""Share of the photo that proposed corners stay inside."""
 
 
 def proposed_corners(photo: PixelArray) -> Corners | None:
-    """Return four corners of a large rectangle on a wall of which a photo was taken at an angle.
+    """Return four corners of a large rectangle on a wall that was photographed at an angle.
 
     Parameters
     ----------
@@ -38,8 +38,8 @@ def proposed_corners(photo: PixelArray) -> Corners | None:
     Returns
     -------
     Corners or None
-        In pixels of the photo, as `upholster.image.rectify.Rectification` takes them. None where lines do
-        not show surely in two directions, or where the wall is seen from the front already.
+        In pixels of the photo, as `upholster.image.rectify.Rectification` takes them. None where lines are
+        not clearly visible in two directions, or where the wall is already seen from the front.
     """
     height, width = photo.shape[:2]
     if min(height, width) < _SIZES[0] // 2:
@@ -50,12 +50,12 @@ def proposed_corners(photo: PixelArray) -> Corners | None:
     if rows is None or columns is None:
         return None
     turned = max(abs(rows[1]), abs(columns[0]))
-    # Parallel lines that are not square are a pattern's own: hexagons.
+    # Parallel lines that do not meet at right angles belong to the pattern, such as hexagons.
     slanted = abs(rows[:2] @ columns[:2]) > np.sin(3 * _FACING[0])
     parallel = max(abs(rows[2]), abs(columns[2])) < _FACING[1]
     if parallel and (slanted or turned < np.sin(_FACING[0])):
         return None
-    wall = np.stack([rows, columns, [0.0, 0.0, 1.0]], axis=1)  # from the wall, whose middle is the photo's
+    wall = np.stack([rows, columns, [0.0, 0.0, 1.0]], axis=1)  # from the wall, with (0, 0) mid-photo
     half = np.array([width, height]) / max(width, height)
     corners = _largest_rectangle(wall, half)
     if corners is None:
@@ -65,7 +65,7 @@ def proposed_corners(photo: PixelArray) -> Corners | None:
 
 
 def _brightness(photo: PixelArray) -> FloatArray:
-    """Return brightness as it looks, of a photo's (H, W, C), at the larger of the two sizes."""
+    """Return perceived brightness of a photo (H, W, C), at the larger of the two sizes."""
     colours = photo[..., : min(3, photo.shape[2])].mean(axis=2, dtype=np.float64)
     found = _reduced(colours, _SIZES[1])
     if photo.dtype.kind == "f":  # linear
@@ -82,7 +82,7 @@ def _reduced(plane: FloatArray, longer: int) -> FloatArray:
 
 
 def _vanishing_point(brightness: FloatArray, axis: int) -> FloatArray | None:
-    """Return (x, y, w) of the point in which rows (axis 0) or columns (1) meet; None where it is not sure."""
+    """Return (x, y, w) of the point where rows (axis 0) or columns (1) meet; None if it is uncertain."""
     angles, convergences = np.radians(np.arange(-32, 32.1, 1.6)), np.linspace(-0.7, 0.7, 21)
     step = np.array([angles[1] - angles[0], convergences[1] - convergences[0]])
     scores = _scores(_reduced(brightness, _SIZES[0]), axis, angles, convergences)
@@ -103,7 +103,7 @@ def _best(scores: FloatArray, angles: FloatArray, convergences: FloatArray) -> t
 
 
 def _pencils(angles: FloatArray, convergences: FloatArray, axis: int) -> FloatArray:
-    """Return vanishing points (A · C, 3) of lines that are turned by angles and converge."""
+    """Return vanishing points (A · C, 3) of lines turned by the angles and converging."""
     angle, weight = (
         grid.ravel() for grid in np.meshgrid(angles + axis * np.pi / 2, convergences, indexing="ij")
     )
@@ -111,7 +111,7 @@ def _pencils(angles: FloatArray, convergences: FloatArray, axis: int) -> FloatAr
 
 
 def _scores(brightness: FloatArray, axis: int, angles: FloatArray, convergences: FloatArray) -> FloatArray:
-    """Return for each pair of an angle and a convergence how far lines differ, (A, C)."""
+    """Return how far lines differ for each pair of an angle and a convergence, (A, C)."""
     height, width = brightness.shape
     edges = np.abs(np.gradient(_smoothed(brightness, 1), axis=axis))
     planes = np.stack([_even(each)[4:-4, 4:-4].ravel() for each in (brightness, edges)]).astype(np.float32)
@@ -147,7 +147,7 @@ def _largest_rectangle(wall: FloatArray, half: FloatArray) -> FloatArray | None:
     Parameters
     ----------
     wall
-        (3, 3): from places on the wall to places of the photo, homogeneous.
+        (3, 3): from points on the wall to points in the photo, homogeneous.
     half
         Half the photo's width and height.
     """

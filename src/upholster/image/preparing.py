@@ -1,4 +1,4 @@
-"""From a photo to a sample: rectify, crop, resize, even the light. Of a material all maps alike."""
+"""From a photo to a sample: rectify, crop, resize, even the light. A material's maps are treated alike."""
 
 import re
 from collections.abc import Mapping
@@ -34,14 +34,14 @@ Maps = dict[str, PixelArray]
 
 
 def cut_out(maps: Mapping[str, PixelArray], options: SampleOptions) -> Maps:
-    """Return the part of a photo, or of a material's maps by role, that is asked for: rectified and cropped.
+    """Return the requested part of a photo, or of a material's maps by role: rectified and cropped.
 
     Parameters
     ----------
     maps
         (H, W, C) arrays of one height and width by role; a photo has the role "albedo".
     options
-        What is asked for; a crop is in pixels of the rectified photo.
+        The requested changes; a crop is in pixels of the rectified photo.
 
     Raises
     ------
@@ -64,12 +64,12 @@ def cut_out(maps: Mapping[str, PixelArray], options: SampleOptions) -> Maps:
 
 
 def finished(maps: Mapping[str, PixelArray], options: SampleOptions) -> Maps:
-    """Return a sample's maps in the size that is asked for; even light is for the albedo alone.
+    """Return a sample's maps in the requested size; even light is for the albedo alone.
 
     Parameters
     ----------
     maps, options
-        As for `cut_out`, of which this is the result.
+        `maps` is the result of `cut_out`.
 
     Raises
     ------
@@ -96,7 +96,7 @@ def finished(maps: Mapping[str, PixelArray], options: SampleOptions) -> Maps:
 
 
 def resampled(role: str, pixels: PixelArray, *, height: int, width: int) -> PixelArray:
-    """Resize a map: colours in linear light, others as the numbers they are, normals to length 1 again."""
+    """Resize a map: colours in linear light, others as plain numbers, normals normalized again."""
     if pixels.shape[:2] == (height, width):
         return pixels
     if role in COLORS:
@@ -111,7 +111,7 @@ def unit_normals(pixels: PixelArray) -> PixelArray:
 
 
 def check_resize(resize: int | str | tuple[int, int] | None) -> int | tuple[int, int] | None:
-    """Return the longer side, or (width, height); None for none.
+    """Return the longer side, or (width, height); None if no size is given.
 
     Raises
     ------
@@ -174,10 +174,10 @@ def _rectified(role: str, pixels: PixelArray, rectification: Rectification) -> P
 
 
 def _stretched(normals: PixelArray, rectification: Rectification) -> FloatArray:
-    """Return normals as they are on the relief that is stretched with the map.
+    """Return normals as they are on the relief when it is stretched with the map.
 
-    Slopes go with the derivatives of the rectification, Jᵀ∇h; heights are scaled by the mean scale of the
-    whole, so that a mere change of size leaves the normals alone.
+    Slopes change with the derivatives of the rectification, Jᵀ∇h. Heights are scaled by the overall mean
+    scale, so that a change of size alone leaves the normals as they are.
     """
     derivative = rectification.derivative()
     scale = np.sqrt(np.linalg.det(derivative).mean())
@@ -197,7 +197,7 @@ def _stretched(normals: PixelArray, rectification: Rectification) -> FloatArray:
 
 
 def _from_unit(role: str, unit: PixelArray, like: PixelArray) -> PixelArray:
-    """Return numbers 0…1 at the depth of a map; normals get length 1 again."""
+    """Return numbers 0…1 at the depth of a map; normals are normalized again."""
     if role == "normal":
         vectors = 2 * unit - 1
         length = np.linalg.norm(vectors, axis=2, keepdims=True)

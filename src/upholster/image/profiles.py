@@ -1,7 +1,7 @@
-"""Colour profiles: samples of any profile become sRGB when a file is read.
+"""Colour profiles: samples in any profile are converted to sRGB when a file is read.
 
-Profiles of a matrix and curves are applied here, in floating point. Those that hold tables, CMYK's among
-them, are left to Little CMS, which comes with imagecodecs (16 bits) or Pillow (8 bits).
+Profiles made of a matrix and curves are applied here, in floating point. Profiles that hold tables, such as
+those for CMYK, are left to Little CMS, which is part of imagecodecs (16 bits) and Pillow (8 bits).
 """
 
 import os
@@ -19,23 +19,23 @@ from upholster.types import FloatArray, PixelArray
 __all__ = ["PHOTOS", "Notes", "ink_samples", "is_cmyk", "tell", "to_srgb"]
 
 PHOTOS = "pip install 'upholster[photos]'"
-"""What installs the libraries that are not needed for plain files."""
+"""Installs the libraries that plain files do not need."""
 
 Notes = list[str]
-"""Where readers put what the user should know; without one it becomes a warning."""
+"""Where readers put what the user should know; without a list it becomes a warning."""
 
 _BAND = 1 << 21
-"""Samples that are held in linear light at a time."""
+"""Samples held in linear light at a time."""
 
 _SAME = 1.0 / 255
-"""A profile that changes no colour by more than this is taken as sRGB: samples stay as they are."""
+"""A profile that changes no colour by more than this is treated as sRGB: samples stay as they are."""
 
 _RELATIVE, _BLACK_POINT = 1, 0x2000
 """Little CMS: relative colorimetric intent; black becomes black."""
 
 
 def tell(notes: Notes | None, words: str) -> None:
-    """Add a note, or warn where nobody collects them."""
+    """Add a note, or warn if there is no list for it."""
     if notes is None:
         warnings.warn(words, stacklevel=4)
     else:
@@ -43,7 +43,7 @@ def tell(notes: Notes | None, words: str) -> None:
 
 
 def is_cmyk(profile: bytes) -> bool:
-    """Tell whether a profile is for samples of cyan, magenta, yellow and black."""
+    """Return whether a profile is for samples of cyan, magenta, yellow and black."""
     return profile[16:20] == b"CMYK"
 
 
@@ -53,19 +53,19 @@ def to_srgb(name: str, pixels: PixelArray, data: bytes, notes: Notes | None) -> 
     Parameters
     ----------
     name
-        Of the file, for notes.
+        The file's name, for notes.
     pixels
         (H, W, C) uint8, uint16 or float32, which may be overwritten: grey or RGB, with alpha or without; or
         (H, W, 4) cyan, magenta, yellow, black, if the profile is for these.
     data
         The ICC profile.
     notes
-        What could not be done goes here: no library for tables, only 8 bits, a damaged profile.
+        Gets a note of what could not be done: no library for tables, only 8 bits, a damaged profile.
 
     Returns
     -------
     ndarray
-        (H, W, C) of the same dtype, of CMYK RGB; alpha as it was. Integers clip colours outside sRGB.
+        (H, W, C) of the same dtype, RGB for CMYK; alpha unchanged. Integers clip colours outside sRGB.
     """
     try:
         profile = read_profile(data)
@@ -89,7 +89,7 @@ def to_srgb(name: str, pixels: PixelArray, data: bytes, notes: Notes | None) -> 
 
 
 def _to_linear_srgb(samples: Iterable[FloatArray], profile: Profile) -> FloatArray:
-    """Return the light of samples 0…1, given by channel, as (…, C) linear sRGB."""
+    """Return the light of samples 0…1, given per channel, as (…, C) linear sRGB."""
     light = np.stack([curve(one) for curve, one in zip(profile.curves, samples, strict=True)], axis=-1)
     if profile.matrix is None:
         return light
@@ -98,7 +98,7 @@ def _to_linear_srgb(samples: Iterable[FloatArray], profile: Profile) -> FloatArr
 
 
 def _is_srgb(profile: Profile, linear: bool) -> bool:
-    """Tell whether a profile says what is taken for granted: sRGB, of floats linear sRGB."""
+    """Return whether a profile is the default: sRGB, or linear sRGB for floats."""
     axes = [np.linspace(0, 1, 18)] * len(profile.curves)
     lattice = [axis.astype(np.float64) for axis in np.meshgrid(*axes)]
     found = _to_linear_srgb(lattice, profile)
@@ -133,10 +133,10 @@ def _by_curves(pixels: PixelArray, profile: Profile) -> PixelArray:
 def _by_tables(
     name: str, pixels: PixelArray, profile: Profile, data: bytes, notes: Notes | None
 ) -> PixelArray | None:
-    """Return samples by Little CMS, None if there is none or it refuses."""
+    """Return samples converted by Little CMS, None if it is missing or fails."""
     colors = {"GRAY": 1, "RGB": 3, "CMYK": 4}[profile.space]
     samples = np.ascontiguousarray(pixels[:, :, :colors])
-    if samples.dtype.kind == "f":  # Little CMS would take what is beyond 0…1 anyhow; tables end there
+    if samples.dtype.kind == "f":  # tables end at 0 and 1, so Little CMS would clip the rest anyway
         samples = np.rint(np.clip(samples, 0, 1) * 65535).astype(np.uint16)
     missing = True
     for transform in (_by_imagecodecs, _by_pillow):
@@ -144,7 +144,7 @@ def _by_tables(
             done = transform(samples, profile.space, data)
         except ImportError:
             continue
-        except Exception as error:  # of each library's own kinds
+        except Exception as error:  # each library raises its own kinds
             missing = False
             words = str(error).splitlines() or ["no reason given"]
             problem = f"Little CMS refuses it: {words[0]}"
@@ -164,13 +164,13 @@ def _by_tables(
 
 
 def _joined(done: PixelArray, pixels: PixelArray, colors: int) -> PixelArray:
-    """Return converted colours at the depth that the file has, with its alpha."""
+    """Return converted colours at the depth of the file, with its alpha."""
     if pixels.dtype.kind == "f":
         done = to_linear(done)
     elif done.dtype != pixels.dtype:
         done = (done.astype(np.uint16) * 257).astype(pixels.dtype)
     if colors == 1:
-        done = done[:, :, :1]  # grey came back as three equal channels
+        done = done[:, :, :1]  # grey was returned as three equal channels
     if colors == 4 or pixels.shape[2] == colors:
         return np.ascontiguousarray(done)
     return np.concatenate([done, pixels[:, :, colors:]], axis=2)
@@ -217,14 +217,14 @@ def _by_pillow(samples: PixelArray, space: str, data: bytes) -> PixelArray:
 
 
 def ink_samples(path: str | os.PathLike[str]) -> PixelArray | None:
-    """Return a CMYK JPEG's own samples, None where no library gives them.
+    """Return a CMYK JPEG's own samples, None if no library gives them.
 
-    OpenImageIO gives RGB, by a plain formula that knows nothing of the profile.
+    OpenImageIO gives RGB, by a plain formula that ignores the profile.
 
     Returns
     -------
     ndarray
-        (H, W, 4) uint8, 255 is full ink.
+        (H, W, 4) uint8; 255 is full ink.
     """
     try:
         from PIL import Image
@@ -244,5 +244,5 @@ def ink_samples(path: str | os.PathLike[str]) -> PixelArray | None:
             found: PixelArray = imagecodecs.jpeg8_decode(file.read(), outcolorspace="cmyk")
     except (OSError, ValueError, RuntimeError):
         return None
-    # As Adobe's programs write them, and all readers expect: 255 is no ink.
+    # Adobe's programs write them so, and all readers expect it: 255 is no ink.
     return 255 - found

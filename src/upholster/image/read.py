@@ -1,7 +1,7 @@
-"""Reading exemplars: a photo straight from a phone works, anything damaged is refused.
+"""Reading exemplars: photos straight from a phone work, damaged files are refused.
 
-Through OpenImageIO, which decodes palettes, 1…4-bit samples and plain CMYK by itself. Depth, alpha,
-orientation and damage are looked after here, profiles in `upholster.image.profiles`, HEIC and AVIF in
+OpenImageIO decodes the files, including palettes, 1…4-bit samples and plain CMYK. This module handles depth,
+alpha, orientation and damage; profiles are in `upholster.image.profiles`, HEIC and AVIF in
 `upholster.image.heif`.
 """
 
@@ -38,13 +38,13 @@ __all__ = [
 ]
 
 MAX_BYTES = 1 << 30
-"""Size, uncompressed, of an image that is to be cropped or reduced: 200 megapixels of 8-bit RGB fit."""
+"""Limit in bytes, uncompressed, for an image to be cropped or reduced: fits 200 megapixels of 8-bit RGB."""
 
 PIXELS_VARIABLE = "UPHOLSTER_MAX_PIXELS"
-"""Environment variable: how many pixels an image may have that is to be cropped or reduced."""
+"""Environment variable: the most pixels of an image that is to be cropped or reduced."""
 
 MAX_PIXELS = 200_000_000
-"""The same where the variable is not set: the largest photos of telephones. A file of 1 MB may hold 1,000
+"""The default if the variable is not set: the largest photos of telephones. A file of 1 MB may hold 1,000
 million pixels of one colour, which take a minute and gigabytes to decode."""
 
 _FORMATS = ("png", "jpeg", "webp", "tiff", "openexr")
@@ -64,15 +64,14 @@ def read_exemplar(
 ) -> PixelArray:
     """Read an exemplar from a PNG, JPEG, WebP, TIFF or OpenEXR file, or from HEIC or AVIF.
 
-    The orientation tag is obeyed, palettes and CMYK become grey or RGB, colour profiles are converted to
-    sRGB, alpha is unpremultiplied where the file has it premultiplied. Of a file with several images the
-    first one is read.
+    The orientation tag is applied, palettes and CMYK become grey or RGB, colour profiles are converted to
+    sRGB, premultiplied alpha is unpremultiplied. If a file has several images, the first one is read.
 
     Parameters
     ----------
     path
-        The file. Its content, not its suffix, says what format it is. ``sample:bricks`` is one that comes
-        with the program.
+        The file. Its content, not its suffix, decides its format. ``sample:bricks`` names a sample that is
+        included in the program.
     rectify
         Four corners of a rectangle, (x, y) in pixels of the upright image, (0, 0) its top left corner: top
         left, top right, bottom right, bottom left. The rectangle becomes the image, see
@@ -83,10 +82,10 @@ def read_exemplar(
         After cropping: the longer side in pixels, as ``256`` or ``"256"``, or both sides, as ``(256, 128)``
         or ``"256x128"`` (width first). In linear light, weighted with alpha, without aliasing.
     even_light
-        Whether vignette and slow shading are taken out, see `upholster.image.even_light.even_light`.
+        Whether vignetting and slow shading are removed, see `upholster.image.even_light.even_light`.
     notes
         A list that gets what the user should know, in words: a colour profile that could not be applied.
-        Without it that is a warning.
+        Without a list these become warnings.
 
     Returns
     -------
@@ -98,10 +97,10 @@ def read_exemplar(
     ------
     InputError
         If the file is missing, not a file, unreadable, empty, no image, truncated or damaged; if its samples
-        are signed or 32-bit integers, or NaN, infinite or beyond 65504, or floats of a range like 0 to 255
+        are signed or 32-bit integers, or NaN, infinite or beyond 65504, or floats with a range like 0 to 255
         (`check_white`); if its channels are none of grey, grey and alpha, RGB, RGB and alpha; if corners or
-        crop leave the image; if the size is outside the limits; if its format needs a library that is
-        missing; if no sample of that name comes with the program.
+        crop are not inside the image; if the size is outside the limits; if its format needs a library that
+        is missing; if the program includes no sample of that name.
     """
     options = SampleOptions(rectify=rectify, crop=crop, resize=resize, even_light=even_light)
     return read_photo(located(path_text(path, "image")), options, notes=notes)[0]
@@ -110,14 +109,14 @@ def read_exemplar(
 def read_photo(
     path: str | os.PathLike[str], options: SampleOptions, *, notes: Notes | None = None
 ) -> tuple[PixelArray, Used | None]:
-    """Read an exemplar as `read_exemplar` does, and which of its pixels are used; None: all.
+    """Read an exemplar as `read_exemplar` does, and the mask of its used pixels; None: all.
 
-    What is not used is gone before anything is averaged.
+    Unused pixels are replaced before anything is averaged.
 
     Raises
     ------
     InputError
-        As there, and as `read_used`.
+        As for `read_exemplar` and `read_used`.
     """
     name = _checked_file(Path(path_text(path, "image")))
     check_resize(options.resize)
@@ -125,7 +124,7 @@ def read_photo(
     with silent():
         pixels = _upright(name, whole, True, notes)
     if options.rectify is not None or options.use is not None:
-        # Which would spread a NaN and hide where it came from; so would resizing.
+        # That would spread a NaN and hide its origin, as would resizing.
         _check_samples(pixels, repr(name))
     maps = {"albedo": pixels}
     if options.use is not None:
@@ -146,7 +145,7 @@ def read_used(use: str, pixels: PixelArray, *, notes: Notes | None = None) -> tu
     Parameters
     ----------
     use
-        A mask's file, white where they are; or "alpha": the photo's own, which then is no transparency.
+        A mask's file, white where pixels are used; or "alpha": the photo's own, then no longer transparency.
     pixels
         (H, W, C), the upright photo.
     notes
@@ -155,19 +154,19 @@ def read_used(use: str, pixels: PixelArray, *, notes: Notes | None = None) -> tu
     Returns
     -------
     pixels, used
-        The photo, without its alpha if that told; (H, W) bool.
+        The photo, without its alpha if that was the mask; (H, W) bool.
 
     Raises
     ------
     InputError
-        As `read_image`; if the mask has another height or width, or nothing is used; for "alpha" of a photo
-        that has none.
+        As for `read_image`; if the mask has another height or width, or nothing is used; for "alpha" if the
+        photo has none.
     """
     height, width = pixels.shape[:2]
     if use == "alpha":
         alpha = alpha_channel(pixels.shape[2])
         if alpha is None:
-            raise InputError("use is 'alpha', and the sample has none; allowed: a mask's file")
+            raise InputError("use is 'alpha', but the sample has none; allowed: a mask's file")
         used, pixels = is_white(pixels[:, :, alpha:]), pixels[:, :, :alpha]
     else:
         mask = read_image(use, colors=False, notes=notes)
@@ -190,9 +189,9 @@ def read_image(
     Parameters
     ----------
     path, notes
-        As there.
+        As for `read_exemplar`.
     colors
-        Whether samples are colours; if they are plain numbers, a colour profile says nothing of them.
+        Whether samples are colours; if they are plain numbers, a colour profile is ignored.
 
     Returns
     -------
@@ -202,8 +201,8 @@ def read_image(
     Raises
     ------
     InputError
-        As `read_exemplar`; or if the image has more than 200 million pixels (the environment variable
-        UPHOLSTER_MAX_PIXELS says otherwise), or takes more than 1 GiB.
+        As for `read_exemplar`; or if the image has more than 200 million pixels (or the number in the
+        environment variable UPHOLSTER_MAX_PIXELS), or takes more than 1 GiB.
     """
     name = _checked_file(Path(path_text(path, "image")))
     with silent():
@@ -213,7 +212,7 @@ def read_image(
 
 
 def check_exemplar(array: object, *, lamp: bool = False, largest: int = MAX_SIDE) -> PixelArray:
-    """Check an exemplar given as an array, and bring it to the shape and dtype that the rest works with.
+    """Check an exemplar given as an array, and convert it to the project's shape and dtypes.
 
     Parameters
     ----------
@@ -221,14 +220,14 @@ def check_exemplar(array: object, *, lamp: bool = False, largest: int = MAX_SIDE
         (H, W) or (H, W, C), C from 1 to 4, sides from 32 to 4096; uint8, uint16 (sRGB-coded) or float16,
         float32, float64 (linear, finite, magnitudes up to 65504).
     lamp
-        Whether it is light that is given off, which may lie beyond 1 everywhere.
+        Whether it is emitted light, which may be beyond 1 everywhere.
     largest
-        Pixels of a side, where that is not 4096.
+        Most pixels of a side, if not 4096.
 
     Returns
     -------
     ndarray
-        (H, W, C), contiguous, uint8, uint16 or float32; the very array where it fits.
+        (H, W, C), contiguous, uint8, uint16 or float32; the same array if it already fits.
 
     Raises
     ------
@@ -255,7 +254,7 @@ def check_exemplar(array: object, *, lamp: bool = False, largest: int = MAX_SIDE
 
 
 def _checked_file(path: Path) -> str:
-    """Return the path as text, when a file of a known image format is there."""
+    """Return the path as text if it is a file of a known image format."""
     name = os.fspath(path)
     if "\0" in name:
         raise InputError(f"path {name!r} contains a null character")
@@ -274,18 +273,18 @@ def _checked_file(path: Path) -> str:
     except OSError as error:
         raise InputError(f"{name!r} cannot be read: {error.strerror}") from None
     if not (_MAGIC.match(head) or heif_kind(head)):
-        raise InputError(f"{name!r} is no image that can be read; {_ALLOWED}")
+        raise InputError(f"{name!r} is not a readable image; {_ALLOWED}")
     return name
 
 
 def _upright(name: str, whole: bool, colors: bool, notes: Notes | None) -> PixelArray:
-    """Return a file's pixels, upright and in sRGB; `whole`: they will not be cut or reduced."""
+    """Return a file's pixels, upright and in sRGB; `whole`: they will not be cropped or reduced."""
     with open(name, "rb") as file:
         heif = heif_kind(file.read(32))
     if heif is None:
         try:
             pixels, orientation, profile = _decode(name, whole, colors, notes)
-        except UnicodeDecodeError:  # names of channels, or an error's own words, quoted from the file
+        except UnicodeDecodeError:  # channel names, or an error message that quotes the file
             raise InputError(f"{name!r} is damaged: its texts are not UTF-8") from None
         pixels = _turned(pixels, orientation)
     else:
@@ -298,7 +297,7 @@ def _upright(name: str, whole: bool, colors: bool, notes: Notes | None) -> Pixel
 def _decode(
     name: str, whole: bool, colors: bool, notes: Notes | None
 ) -> tuple[PixelArray, int, bytes | None]:
-    """Return pixels, unpremultiplied, the orientation tag, and the colour profile that they are in."""
+    """Return pixels, unpremultiplied, the orientation tag, and their colour profile."""
     wish = ImageSpec()
     wish.attribute("oiio:UnassociatedAlpha", 1)
     file = _opened(name, wish)
@@ -325,10 +324,10 @@ def _decode(
     if colors and _has_inks(spec, profile):
         assert profile is not None
         inks = _inks(name, file.format_name(), notes)
-        # What could not be converted is still four channels; then OpenImageIO's plain formula must do.
+        # Samples that could not be converted still have four channels: then OpenImageIO's RGB must do.
         found = None if inks is None else to_srgb(name, inks, profile, notes)
         return (pixels if found is None or found.shape[2] == 4 else found), orientation, None
-    with np.errstate(over="ignore"):  # a double beyond float32 becomes infinite, and is refused as such
+    with np.errstate(over="ignore"):  # a double beyond float32 becomes infinite, and is then refused
         pixels = pixels.astype(dtype, copy=False)
     # PNG and WebP hold straight alpha, OpenEXR premultiplied; TIFF says which.
     straight = file.format_name() in ("png", "webp") or spec.get_int_attribute("oiio:UnassociatedAlpha") == 1
@@ -338,7 +337,7 @@ def _decode(
 
 
 def _forget_errors() -> None:
-    """Whatever is left would turn up at the next call."""
+    """Clear pending errors, which would turn up at the next call."""
     with suppress(UnicodeDecodeError):
         geterror()
 
@@ -353,7 +352,7 @@ def _opened(name: str, wish: ImageSpec) -> ImageInput:
 def _read_whole(name: str, file: ImageInput, spec: ImageSpec) -> PixelArray:
     pixels = file.read_image(0, 0, 0, spec.nchannels, spec.format)
     words = file.geterror()
-    # A JPEG file cut short gives pixels, grey below the cut, and an error: not an exemplar.
+    # A truncated JPEG file gives pixels, grey below the cut, and an error: not usable as an exemplar.
     if pixels is None or words:
         raise InputError(f"{name!r} is truncated or damaged: {_one_line(words)}")
     whole: PixelArray = pixels.reshape(spec.height, spec.width, spec.nchannels)
@@ -361,12 +360,12 @@ def _read_whole(name: str, file: ImageInput, spec: ImageSpec) -> PixelArray:
 
 
 def _has_inks(spec: ImageSpec, profile: bytes | None) -> bool:
-    """Tell whether RGB was made of cyan, magenta, yellow and black, which a profile says more of."""
+    """Return whether RGB was made of cyan, magenta, yellow and black, and a profile describes these."""
     return profile is not None and is_cmyk(profile) and spec.nchannels == 3
 
 
 def _inks(name: str, kind: str, notes: Notes | None) -> PixelArray | None:
-    """Return a CMYK file's own samples, None (and a note) where no library gives them."""
+    """Return a CMYK file's own samples; None, and a note, if no library gives them."""
     if kind == "jpeg":
         inks = ink_samples(name)
         if inks is None:
@@ -389,7 +388,7 @@ def _inks(name: str, kind: str, notes: Notes | None) -> PixelArray | None:
 def _check_channels(name: str, spec: ImageSpec, kind: str) -> None:
     expected = alpha_channel(spec.nchannels) if spec.nchannels <= 4 else None
     alpha = spec.alpha_channel if spec.alpha_channel >= 0 else None
-    # TIFF files may leave open what their extra channel is; plain programs write alpha so.
+    # TIFF files may leave the meaning of an extra channel open; simple programs write alpha this way.
     unsaid = kind == "tiff" and alpha is None and spec.z_channel < 0
     if spec.nchannels > 4 or not (alpha == expected or unsaid):
         names = ", ".join(spec.channelnames[:8])
@@ -399,7 +398,7 @@ def _check_channels(name: str, spec: ImageSpec, kind: str) -> None:
 
 
 def _unpremultiplied(pixels: PixelArray) -> PixelArray:
-    """Divide colour by alpha; where alpha is 0 there is no colour to find, and it stays."""
+    """Divide colour by alpha; where alpha is 0 there is no colour to recover, and the value stays."""
     alpha = pixels[:, :, -1:].astype(np.float32)
     alpha[alpha == 0] = 1.0 if pixels.dtype.kind == "f" else np.iinfo(pixels.dtype).max
     with np.errstate(over="ignore", invalid="ignore"):  # checked afterwards
@@ -433,11 +432,11 @@ def _check_size(width: int, height: int, name: str, largest: int = MAX_SIDE) -> 
 
 
 def _check_pixels(name: str, width: int, height: int, size: int) -> None:
-    """Refuse an image of any size by its header; `size` is what it takes uncompressed, in bytes."""
+    """Refuse an image of any size by its header; `size` is its uncompressed size in bytes."""
     most = _most_pixels()
     if width * height > most:
         raise InputError(
-            f"{name!r} is {width}x{height} pixels; allowed: {most:,} in all, or what {PIXELS_VARIABLE} says"
+            f"{name!r} is {width}x{height} pixels; allowed: {most:,} in all (see {PIXELS_VARIABLE})"
         )
     if size > MAX_BYTES:
         raise InputError(
@@ -474,8 +473,8 @@ def _check_samples(pixels: PixelArray, name: str) -> None:
 def check_white(pixels: PixelArray, name: str) -> None:
     """Raise if floats are not light with white at 1, but numbers of another range, such as 0 to 255.
 
-    Highlights and lamps may lie beyond 1, as far as they like. What gives the other range away: more than
-    half of the samples lie beyond 1, or all of them are whole numbers. Alpha does not count.
+    Highlights and lamps may be beyond 1, without limit. Another range is recognized if more than half of the
+    samples are beyond 1, or all of them are whole numbers. Alpha does not count.
     """
     if pixels.dtype.kind != "f":
         return
@@ -499,7 +498,7 @@ def read_image_data(
 ) -> PixelArray:
     """Read an image from its file's bytes, as `read_image` does; `shown` names it in messages.
 
-    OpenImageIO reads files only: the bytes lie in one meanwhile, in memory where the system offers that.
+    OpenImageIO reads files only, so the bytes go through a file, in memory where the system allows.
     """
     with scratch_file(len(data)) as name:
         Path(name).write_bytes(data)

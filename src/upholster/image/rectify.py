@@ -1,6 +1,6 @@
 """Rectifying a photo: a rectangle on a wall, seen at an angle, becomes an upright sample.
 
-Between the photo and the rectangle lies a projective map, which four corners determine.
+A projective map, determined by four corners, relates the photo to the rectangle.
 """
 
 from functools import partial
@@ -20,20 +20,20 @@ Corners = tuple[tuple[float, float], tuple[float, float], tuple[float, float], t
 """(x, y) of top left, top right, bottom right, bottom left."""
 
 _FOCAL = 0.72
-"""Focal length, in the photo's longer side, where the corners do not tell it: phones have 0.67 to 0.78."""
+"""Focal length over the photo's longer side, if the corners do not give it: phones have 0.67 to 0.78."""
 
 _FOCAL_LEAST, _FOCAL_MOST = 0.5, 3.0
 _STEEPEST = 6.0
-"""How many pixels of the photo may meet in one of the result, along a side."""
+"""The most pixels of the photo, along a side, that may be reduced to one in the result."""
 
 _CLEAN = 1.1
-"""Reductions up to this need no filter before sampling."""
+"""Reductions up to this factor need no filter before sampling."""
 
 _TILE = 512
 
 
 class Rectification:
-    """The map from a rectangle to a photo, and the size that the rectangle gets.
+    """The map from a rectangle to a photo, and the size of the rectangle's image.
 
     Parameters
     ----------
@@ -48,16 +48,16 @@ class Rectification:
     matrix
         (3, 3): from (x, y, 1) in pixels of the result to (x·w, y·w, w) in pixels of the photo.
     width, height
-        Size of the result: as many pixels as a rectangle of the corners' mean side lengths has. Its sides'
+        Size of the result: as many pixels as a rectangle of the corners' mean side lengths has. Its aspect
         ratio is that of the rectangle on the wall, seen by a camera whose axis goes through the photo's
-        middle (Zhang and He, section 4). The corners tell the camera's focal length where the photo is
-        tilted about both axes; else a phone's is taken, 0.72 of the longer side. Seen from the front it
-        does not matter.
+        middle (Zhang and He, section 4). If the photo is tilted about both axes, the corners give the
+        camera's focal length. Otherwise a phone's is assumed, 0.72 of the longer side. Seen from the front
+        it does not matter.
 
     Raises
     ------
     InputError
-        If a corner is not finite or outside the photo, if the corners are no convex quadrilateral or run
+        If a corner is not finite or outside the photo, if the corners are not a convex quadrilateral or run
         counterclockwise, or if they are seen so steeply that six pixels at the near end make one of the
         result.
 
@@ -85,14 +85,13 @@ class Rectification:
     def apply(self, pixels: PixelArray) -> NDArray[np.float32]:
         """Return the rectangle of a photo.
 
-        It is sampled by cubic interpolation, so finely that no pixel of the photo is passed over, and reduced
-        by the filter of `upholster.image.resize`: nothing aliases.
+        It is sampled by cubic interpolation, densely enough that no pixel of the photo is skipped, and
+        reduced by the filter of `upholster.image.resize`, so nothing aliases.
 
         Parameters
         ----------
         pixels
-            (H, W, C) of the size that was given; uint8 and uint16 sRGB-coded, floats linear. Alpha weights
-            colours.
+            (H, W, C) of the photo's size; uint8 and uint16 sRGB-coded, floats linear. Alpha weights colours.
 
         Returns
         -------
@@ -109,7 +108,7 @@ class Rectification:
             height=self.height,
             width=self.width,
         )
-        # Cubic interpolation overshoots at edges: there is no negative light.
+        # Cubic interpolation overshoots at edges, and light is never negative.
         if pixels.dtype.kind != "f" or pixels.min() >= 0:
             np.maximum(result, 0.0, out=result)
         return result
@@ -127,7 +126,7 @@ class Rectification:
         return derivative
 
     def _longest_steps(self) -> tuple[float, float]:
-        """Return how far one pixel of the result, to the right and down, reaches in the photo at most."""
+        """Return the longest distance in the photo that a pixel of the result spans, right and down."""
         x, y = np.meshgrid(np.linspace(0, self.width, 17), np.linspace(0, self.height, 17))
         lengths = np.linalg.norm(self._derivative_at(np.stack([x, y], axis=-1)), axis=-2)
         return float(lengths[..., 0].max()), float(lengths[..., 1].max())
@@ -149,7 +148,7 @@ def _checked(corners: Corners, width: int, height: int) -> FloatArray:
     shown = " ".join(f"{x:g},{y:g}" for x, y in points.tolist())
     if (turns < 0).all():
         raise InputError(f"rectify is {shown}, which runs counterclockwise; {allowed}")
-    # A corner of 180 degrees is no corner: a thousandth of the longest side squared is as good as one.
+    # A corner of 180 degrees is not a corner; an area below a thousandth of the longest side squared is one.
     if turns.min() <= 1e-3 * float((ahead**2).sum(axis=1).max()):
         raise InputError(f"rectify is {shown}, no convex quadrilateral; {allowed}")
     return points
@@ -169,7 +168,7 @@ def _square_to(points: FloatArray) -> FloatArray:
 
 
 def _true_ratio(points: FloatArray, width: int, height: int) -> float:
-    """Return width over height of the rectangle that a centred camera sees so (Zhang, He: 11–20)."""
+    """Return width over height of the rectangle that a centred camera sees like this (Zhang, He: 11–20)."""
     longer = max(width, height)
     centred = (points - np.array([width, height]) / 2) / longer
     matrix = _square_to(centred)
@@ -196,7 +195,7 @@ def _projected(
         bottom, right = top + tile.shape[0], left + tile.shape[1]
         edges = np.array([[x, y + low, 1.0] for x in (left, right) for y in (top, bottom)]) @ matrix.T
         reach = edges[:, :2] / edges[:, 2:]
-        # Two samples to each side for the cubic; straight lines stay straight, so corners bound the tile.
+        # Two samples on each side for the cubic; straight lines stay straight, so corners bound the tile.
         x0, y0 = np.maximum(np.floor(reach.min(axis=0)).astype(int) - 3, 0)
         x1, y1 = np.ceil(reach.max(axis=0)).astype(int) + 3
         origin = np.array([y0, x0], np.int32)

@@ -11,7 +11,7 @@ from upholster.types import PixelArray
 __all__ = ["premultiplied", "resampled_rows", "resize_image"]
 
 _BAND = 1 << 22
-"""Samples that are held in linear light at a time: a 200-megapixel photo is reduced in little memory."""
+"""Samples held in linear light at a time, so that a 200-megapixel photo is reduced in little memory."""
 
 
 def resize_image(pixels: PixelArray, *, height: int, width: int) -> PixelArray:
@@ -46,7 +46,7 @@ def resize_image(pixels: PixelArray, *, height: int, width: int) -> PixelArray:
 def resampled_rows(
     rows: Callable[[int, int], NDArray[np.float32]], shape: tuple[int, ...], *, height: int, width: int
 ) -> NDArray[np.float32]:
-    """Resize an image whose rows are made as they are needed.
+    """Resize an image whose rows are computed on demand.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ def resampled_rows(
     tall = np.empty((height, shape[1], shape[2]), np.float32)
     start = 0
     while start < height:
-        # As many output rows as their source rows fit a band; always at least one.
+        # As many output rows as have source rows that fit a band; always at least one.
         low = int(indices[start].min())
         room = max(1, _BAND // (shape[1] * shape[2]))
         stop = start + max(1, int(np.searchsorted(indices[start:, -1], low + room)))
@@ -83,7 +83,7 @@ def resampled_rows(
 
 
 def premultiplied(pixels: PixelArray) -> NDArray[np.float32]:
-    """Return an image in linear light, its colours multiplied with alpha."""
+    """Return an image in linear light, its colours multiplied by alpha."""
     linear = to_linear(pixels)
     alpha = alpha_channel(pixels.shape[2])
     if alpha is None:
@@ -100,8 +100,8 @@ def _straight(linear: NDArray[np.float32]) -> NDArray[np.float32]:
 
 
 def _taps(old: int, new: int) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
-    """Return, for each of `new` outputs, which of `old` inputs it takes (new, taps) and their weights."""
-    scale = max(1.0, old / new)  # the filter grows with the reduction, and that prevents aliasing
+    """Return, for each of `new` outputs, the indices (new, taps) of its inputs in `old`, and weights."""
+    scale = max(1.0, old / new)  # the filter grows with the reduction, which prevents aliasing
     centre = (np.arange(new) + 0.5) * (old / new) - 0.5
     count = int(np.ceil(4 * scale)) + 1
     index = np.ceil(centre - 2 * scale).astype(np.int64)[:, None] + np.arange(count)

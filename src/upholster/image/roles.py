@@ -1,4 +1,4 @@
-"""Which map of a material a file holds, by its name: the common variants of texture libraries."""
+"""The role of a material's map from its file name, in the common variants of texture libraries."""
 
 import re
 from collections.abc import Collection, Iterable
@@ -9,10 +9,10 @@ from upholster.errors import InputError, nearest
 __all__ = ["LEFT_OUT", "ROLES", "family_of", "find_maps", "packed_parts", "role_of"]
 
 ROLES = ("albedo", "normal", "roughness", "metallic", "ao", "height", "opacity", "emission")
-"""What a material's map may be."""
+"""All roles of a material's maps."""
 
 LEFT_OUT = "left out"
-"""What `role_of` says of maps that nothing here uses."""
+"""`role_of` returns this for maps that nothing here uses."""
 
 _NAMES = {
     "albedo": "albedo basecolor basecolour diffuse diff color colour col bc",
@@ -33,28 +33,28 @@ _NAMES = {
     "translucent transmission scattering subsurface sss thickness anisotropy anisotropylevel "
     "anisotropyrotation clearcoat bentnormal ior preview thumb thumbnail brush",
 }
-"""Spellings, without case and separators; the names that are no roles are told in `role_of`."""
+"""Spellings, without case and separators; `role_of` describes the names that are not roles."""
 
 _ROLE_BY_NAME = {name: role for role, names in _NAMES.items() for name in names.split()}
 
 _LETTERS = {"d": "albedo", "n": "normal", "r": "roughness", "m": "metallic", "h": "height", "e": "emission"}
 _LETTERS |= {"s": LEFT_OUT}
-"""Unreal's: behind a name, as in ``T_Wall_D``."""
+"""Unreal's suffixes, as in ``T_Wall_D``."""
 
 _PACKED_LETTERS = {"ao": "ao", "a": "ao", "o": "ao", "r": "roughness", "m": "metallic"}
 _PACKED_LETTERS |= {"h": "height", "d": "height"}
 _PACKED_WORD = "ambientocclusion|occlusion|occ|ao|roughness|rough|metallic|metalness|metal"
 
 _DETAIL = re.compile(r"\d{1,2}k|\d{3,5}|\d{1,2}bit|lod\d|png|jpg|jpeg|exr|tif|tiff|webp")
-"""What libraries put behind the role: resolution, depth, level of detail, format."""
+"""Words that libraries put after the role: resolution, depth, level of detail, format."""
 
 
 class Named(Protocol):
-    """A file by its name, without folders."""
+    """A file's name, without folders."""
 
     @property
     def name(self) -> str:
-        """As ``brick_diff_1k.png``."""
+        """For example ``brick_diff_1k.png``."""
         ...
 
 
@@ -62,7 +62,7 @@ File = TypeVar("File", bound=Named)
 
 
 def role_of(name: str) -> str | None:
-    """Return which map a file name or a role's name stands for, None if it tells nothing.
+    """Return the role that a file name or a role's name stands for, None if there is none in it.
 
     Parameters
     ----------
@@ -73,9 +73,9 @@ def role_of(name: str) -> str | None:
     Returns
     -------
     str or None
-        One of `ROLES`; "normal_gl" or "normal_dx" where the name tells the convention (green upward or
-        downward); "gloss" (1 − roughness); of several maps in one image what its channels hold, joined by
-        "+", as in "ao+roughness+metallic" (a channel without a name holds nothing of use); or `LEFT_OUT`.
+        One of `ROLES`; "normal_gl" or "normal_dx" if the name gives the convention (green upward or
+        downward); "gloss" (1 − roughness); for several maps in one image the contents of its channels, joined
+        by "+", as in "ao+roughness+metallic" (an empty name: the channel is not used); or `LEFT_OUT`.
     """
     words = re.sub(r"([a-z])(?=[A-Z])|(\d)(?=[A-Z][a-z])", r"\1\2 ", name)
     tokens = [word for word in re.split(r"[^a-z0-9]+", words.lower()) if word]
@@ -98,20 +98,20 @@ def role_of(name: str) -> str | None:
 
 
 def packed_parts(role: str) -> tuple[str, ...]:
-    """Return what each channel of a packed image holds, "" where nothing of use; () for other roles."""
+    """Return the role of each channel of a packed image, "" for unused ones; () for other roles."""
     return tuple(role.split("+")) if "+" in role else ()
 
 
 def family_of(role: str) -> str:
-    """Return which of `ROLES` a file ends up as; a packed image is its own family."""
+    """Return the member of `ROLES` that a file ends up as; a packed image is its own family."""
     return {"normal_gl": "normal", "normal_dx": "normal", "gloss": "roughness"}.get(role, role)
 
 
 def find_maps(files: Iterable[File], *, taken: Collection[str] = ()) -> tuple[dict[str, File], list[str]]:
-    """Tell a material's files apart by their names.
+    """Find the role of each of a material's files from its name.
 
-    One whose name all the others start with is the albedo if there is no other, else a preview, and left out.
-    Of a normal map in both conventions the OpenGL one is taken, and roughness before gloss.
+    A file whose name all others start with is the albedo if there is no other, else a preview, and left out.
+    An OpenGL normal map is preferred to a DirectX one, and roughness to gloss.
 
     Parameters
     ----------
@@ -123,14 +123,14 @@ def find_maps(files: Iterable[File], *, taken: Collection[str] = ()) -> tuple[di
     Returns
     -------
     dict
-        Files by role, as `role_of` has it.
+        Files by role, as `role_of` returns it.
     list
-        Notes: what was left out, in words.
+        Notes: the files left out, in words.
 
     Raises
     ------
     InputError
-        If a name tells no role, or two files have one.
+        If a name gives no role, or two files have the same one.
     """
     found: dict[str, File] = {}
     unknown: list[File] = []

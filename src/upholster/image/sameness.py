@@ -1,4 +1,4 @@
-"""Whether a sample is one texture: sky over land, a frame or an object before a background are none."""
+"""Whether a sample is one texture, unlike sky over land, a frame, or an object against a background."""
 
 import numpy as np
 
@@ -8,11 +8,11 @@ __all__ = ["differing_region"]
 
 _CELLS = 12
 _DIFFERS = 0.15
-"""Of the range of colours: textures have up to 0.1, photographs with a sky or a background 0.17 and more."""
+"""Share of the range of colours: textures reach 0.1, photographs with a sky or a background 0.17 and more."""
 
 
 def differing_region(pixels: PixelArray) -> str | None:
-    """Return which large part of an image has another mean colour than the rest, in words; None: no part.
+    """Return the large part of an image with the most different mean colour, in words; None: no part.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Samples that come with the program, by name: ``sample:bricks``."""
+"""Samples included in the program, by name: ``sample:bricks``."""
 
 import os
 from pathlib import Path
@@ -15,27 +15,27 @@ _PLACES = (_PACKAGE / "studio" / "examples", _PACKAGE.parents[1] / "examples")
 
 
 def shipped_folder() -> Path:
-    """Return the folder of samples and models that come with the program."""
+    """Return the folder of samples and models included in the program."""
     return next((place for place in _PLACES if place.is_dir()), _PLACES[0])
 
 
 def shipped_samples() -> dict[str, Path]:
-    """Return the files of the samples that come with the program, by name."""
+    """Return the files of the included samples, by name."""
     return {file.stem: file for file in sorted(shipped_folder().glob("*.png"))}
 
 
 def located(path: str | os.PathLike[str]) -> str | os.PathLike[str]:
-    """Return a path as it is; the file of a sample that comes with the program where it names one.
+    """Return a path unchanged, or the file of an included sample that it names.
 
     Parameters
     ----------
     path
-        A file, or ``sample:NAME``. A file whose own name begins so is ``./sample:NAME``.
+        A file, or ``sample:NAME``. For a file whose own name begins so, write ``./sample:NAME``.
 
     Raises
     ------
     InputError
-        If no such sample comes with the program.
+        If the program includes no such sample.
     """
     text = os.fspath(path)
     if not (isinstance(text, str) and text.startswith(SHIPPED_PREFIX)):

@@ -1,4 +1,4 @@
-"""What a user names as the exemplar: an image, or a material in one of several forms."""
+"""What users pass as the exemplar: an image, or a material in one of several forms."""
 
 import os
 from collections.abc import Collection, Mapping, Sequence
@@ -45,19 +45,19 @@ Source = (
 )
 """An image or its file; or a material, its folder or zip file, its files, or its files by role.
 
-A file may be a sample that comes with the program, `sample:bricks`."""
+A file may be a sample included in the program, `sample:bricks`."""
 
 
 @dataclass(frozen=True, slots=True)
 class Sample:
-    """A sample or material, how it is read, and how large it is: stands wherever a source does.
+    """A sample or material, how it is read, and its size: accepted wherever a source is.
 
     Attributes
     ----------
     source
-        What it is read from; of a sample that comes with the program its file.
+        The image or material to read; for a sample included in the program, its file.
     size
-        Its width on the model, as option `sample_size` has it; None: nothing is said.
+        Its width on the model, in the form of option `sample_size`; None: not given.
     options
         How it is read: `upholster.SampleOptions`, or some of them by name.
     """
@@ -74,18 +74,18 @@ class Sample:
 
     @classmethod
     def of(cls, source: "Source | Sample") -> "Sample":
-        """Return what is meant by a source."""
+        """Return a source as a `Sample`."""
         return source if isinstance(source, Sample) else cls(source)
 
     @property
     def files(self) -> list[str]:
-        """The files that it is read from: see `source_files`; a mask's is the last."""
+        """The files to read, see `source_files`; a mask's is the last."""
         mask = self.options.mask
         return [*source_files(self.source, self.options.maps), *([] if mask is None else [mask])]
 
     @property
     def folders(self) -> list[str]:
-        """The folder that it is, in a list that is empty where it is none."""
+        """The folder of a material, as a list, empty if there is none."""
         return _folders(self.source)
 
 
@@ -95,22 +95,23 @@ def read_source(source: "Source | Sample", *, notes: Notes | None = None) -> Pix
     Parameters
     ----------
     source
-        One image is a sample by itself, whatever its name says, or with maps the albedo; with a mask it is a
-        material of one map; all else is a material, see `read_material`. How it is read a `Sample` tells.
+        One image is a sample by itself, whatever its name, or the albedo if maps are given; with a mask it is
+        a material of one map. Anything else is a material, see `read_material`. A `Sample` also says how to
+        read it.
     notes
         As for `read_exemplar`.
 
     Raises
     ------
     InputError
-        As `read_exemplar` and `read_material`; if one of several files is no image; for `normal` where there
-        is no material; for options with what has been read already.
+        As `read_exemplar` and `read_material`; if one of several files is no image; for `normal` if there is
+        no material; for options with an array or a material, which are not read.
     """
     sample = Sample.of(source)
     if isinstance(sample.source, (Material, np.ndarray)) or not _names(sample.source):
         return _read(sample, notes)
-    found, told = _read_files(sample)
-    for words in told:
+    found, remarks = _read_files(sample)
+    for words in remarks:
         tell(notes, words)
     return found
 
@@ -128,9 +129,9 @@ def _read_files(sample: Sample) -> tuple[PixelArray | Material, list[str]]:
 def _read(sample: Sample, notes: Notes | None) -> PixelArray | Material:
     source, options = sample.source, sample.options
     if isinstance(source, (Material, np.ndarray)):
-        told = {entry.name: getattr(options, entry.name) for entry in fields(options)}
-        if names := ", ".join(name.removesuffix("s") for name, value in told.items() if value):
-            raise InputError(f"{names} is for files; what was read already is used as it is")
+        given = {entry.name: getattr(options, entry.name) for entry in fields(options)}
+        if names := ", ".join(name.removesuffix("s") for name, value in given.items() if value):
+            raise InputError(f"{names} is for files; an array or a Material is used as it is")
         return source if isinstance(source, Material) else check_exemplar(source)
     if not _names(source):
         raise InputError(
@@ -141,9 +142,11 @@ def _read(sample: Sample, notes: Notes | None) -> PixelArray | Material:
         if len(source) == 1:
             return _read(replace(sample, source=source[0]), notes)
         for file in source:
-            # In a folder such files are skipped; one that is named is wanted.
+            # In a folder such files are skipped; a file that is named is wanted.
             if Path(file).suffix.lower() not in IMAGE_SUFFIXES:
-                raise InputError(f"map {os.fspath(file)!r} is no image; allowed: {', '.join(IMAGE_SUFFIXES)}")
+                raise InputError(
+                    f"map {os.fspath(file)!r} is not an image; allowed: {', '.join(IMAGE_SUFFIXES)}"
+                )
     asked: dict[str, Any] = {entry.name: getattr(options, entry.name) for entry in fields(options)}
     if not isinstance(source, (str, os.PathLike)):
         return read_material(source, **asked, notes=notes)
@@ -152,7 +155,7 @@ def _read(sample: Sample, notes: Notes | None) -> PixelArray | Material:
             return read_material({"albedo": source}, **asked, notes=notes)
         if options.normal is not None:
             raise InputError(
-                f"normal is {options.normal!r}, but {os.fspath(source)!r} is no material; see --map"
+                f"normal is {options.normal!r}, but {os.fspath(source)!r} is not a material; see --map"
             )
         pixels, used = read_photo(source, options, notes=notes)
         return pixels if used is None or used.all() else Material({"albedo": pixels}, used=used)
@@ -164,7 +167,7 @@ def _read(sample: Sample, notes: Notes | None) -> PixelArray | Material:
 
 
 def as_exemplar(exemplar: object) -> PixelArray | Material:
-    """Return an exemplar, given as such or as what it is read from.
+    """Return an exemplar, given as such or as its files.
 
     Parameters
     ----------
@@ -195,7 +198,7 @@ def _names(source: object) -> bool:
 
 
 def _located(source: Source) -> Source:
-    """Return a source with the files of samples that come with the program in place of their names."""
+    """Return a source with names of included samples replaced by their files."""
     if isinstance(source, (Material, np.ndarray)) or not _names(source):
         return source
     if isinstance(source, (str, os.PathLike)):
@@ -207,9 +210,9 @@ def _located(source: Source) -> Source:
 
 
 def source_files(source: Source, maps: FilesByRole | None = None) -> list[str]:
-    """Return the files that an exemplar is read from, of a folder all images: any may be one of its maps.
+    """Return the files of an exemplar; for a folder all its images: any may be one of its maps.
 
-    What does not exist is left out; `read_source` reports it.
+    Files that do not exist are left out; `read_source` reports them.
     """
     if isinstance(source, (Material, np.ndarray)) or not _names(source):
         return []
@@ -227,13 +230,13 @@ def source_files(source: Source, maps: FilesByRole | None = None) -> list[str]:
 
 
 def _folders(source: Source) -> list[str]:
-    """Return the folder that an exemplar is, in a list that is empty where it is none."""
+    """Return the folder of a material, as a list, empty if there is none."""
     given = [source] if isinstance(source, (str, os.PathLike)) else source if isinstance(source, list) else []
     return [os.fspath(name) for name in given if os.path.isdir(name)]
 
 
 def source_parts(exemplar: PixelArray | Material) -> dict[str, PixelArray]:
-    """Return by role what is painted: the base colour first, under "albedo", the opacity in its alpha."""
+    """Return the painted maps by role: the base colour first, as "albedo", with the opacity as its alpha."""
     if not isinstance(exemplar, Material):
         return {"albedo": exemplar}
     others = {role: pixels for role, pixels in exemplar.maps.items() if role not in ("albedo", "opacity")}
@@ -246,7 +249,7 @@ def used_pixels(exemplar: PixelArray | Material) -> Used | None:
 
 
 def source_names(source: "Source | Sample") -> Any:
-    """Return an exemplar's files as JSON can hold them; behind an @ its size, where it has one."""
+    """Return an exemplar's files in a form for JSON, followed by @ and its size, if it has one."""
     if isinstance(source, Sample):
         names = source_names(source.source)
         return names if source.size is None else f"{names}@{source.size}"

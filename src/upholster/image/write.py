@@ -25,17 +25,17 @@ IMAGE_SUFFIXES: dict[str, ImageFormat] = {
     ".tiff": "tiff",
     ".exr": "exr",
 }
-"""Which format a file name's suffix stands for."""
+"""The format for each suffix of file names."""
 
 _SIDE_LIMIT = {"jpeg": 65535, "webp": 16383}
 _PNG = {"png:compressionLevel": 4, "png:filter": 32}
-"""Deflate at level 4, each row predicted by the one above: the size of the defaults in half their time."""
+"""Deflate at level 4, each row predicted by the one above: as small as the defaults in half their time."""
 
 
 def write_image(
     path: str | os.PathLike[str], pixels: PixelArray, *, quality: int = 90, bits: Literal[8, 16] | None = None
 ) -> None:
-    """Write an image file; the suffix of `path` says which format.
+    """Write an image file; the suffix of `path` decides the format.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ def encode_image(
 ) -> bytes:
     """Return an image as the bytes of a file.
 
-    Integers are sRGB-coded, floats linear, and converted where the format asks for the other. What is kept:
+    Integers are sRGB-coded, floats linear, and are converted if the format needs the other. Formats keep:
 
     ====== ============================ ===========================================================
     format samples                      channels
@@ -86,8 +86,8 @@ def encode_image(
     quality
         1 to 100, for jpeg and webp; webp at 100 is lossless.
     bits
-        8 or 16: depth of the integers, where png or tiff is asked for another one than that of `pixels`.
-        Floats become 8-bit in png if nothing is said.
+        8 or 16: depth of the integers in png or tiff, if it is not that of `pixels`. By default floats become
+        8-bit in png.
 
     Raises
     ------
@@ -133,7 +133,7 @@ def encode_image(
 
 
 def _put(name: str, kind: ImageFormat, spec: ImageSpec, pixels: PixelArray) -> str | None:
-    """Write the file; return None, or what OpenImageIO says went wrong."""
+    """Write the file; return None, or OpenImageIO's error message."""
     file = ImageOutput.create(f"x.{kind}")
     if file is None:
         return str(geterror())

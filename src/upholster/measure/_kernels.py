@@ -1,4 +1,4 @@
-"""The loop over texels that NumPy cannot write as whole arrays."""
+"""The loop over texels that NumPy cannot express with whole arrays."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,8 +16,8 @@ def largest_square(
     """Return the side of the largest square of `painted` texels (H, W) whose neighbours are all linked.
 
     `below` (H - 1, W) and `right` (H, W - 1) say which texels are linked to their lower and right neighbours;
-    `sides` (W,) is scratch. The side of the largest square that ends at a texel is one more than the least of
-    those that end left of it, above it, and left above it, where the four of them are linked all round.
+    `sides` (W,) is scratch. The largest square that ends at a texel has a side one longer than the smallest
+    of those that end left of it, above it, and left above it, if the four are linked all round.
     """
     best = 0
     for row in range(painted.shape[0]):

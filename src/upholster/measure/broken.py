@@ -21,13 +21,13 @@ QUARTER = 0.25
 """Turns by which a lattice must jump at a cut to be broken there."""
 
 STAIRS = np.pi / 4
-"""Length of a line over that of the texels' edges that follow it, in the mean of all directions."""
+"""Mean over all directions: a line's length over that of the texels' edges that follow it."""
 
 REACH = 2
-"""Ends of texels' edges belong to one run if they are no more than so many texels apart."""
+"""Ends of texels' edges belong to one run if they are at most this many texels apart."""
 
 _CHART, _ROW, _PAD = 42, 21, 64
-"""In a corner's number: bits below its chart's, bits below its row, and what is added to rows and columns."""
+"""In a corner's number: bits below the chart's, bits below the row, and an offset of rows and columns."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,13 +37,13 @@ class BrokenElements:
     Attributes
     ----------
     periods
-        Of the lattice's waves, in pixels of the sample.
+        Periods of the lattice's waves, in pixels of the sample.
     share
-        Of the length of all cuts, 0 to 1. More harmless cuts would lower it.
+        Share of the length of all cuts, 0 to 1. More harmless cuts would lower it.
     per_area
         Length of such cuts in periods, per square period of the result.
     faults
-        Length of the longest connected run of such cuts, in periods: of a wave that counts courses, in
+        Length of the longest connected run of such cuts, in periods; for a wave that counts courses, in
         courses.
     """
 
@@ -58,33 +58,33 @@ def broken_elements(
 ) -> BrokenElements:
     """Measure where a result's cuts break the lattice of its sample.
 
-    A cut lies between two neighbouring texels of which the second is not, within half a pixel, where the
-    first one's source would go on. The sample's own phase at the second texel through its own source is
-    compared with that through the first one's: exact, from the quilt, so that colours play no part. Cuts
-    between blocks of different symmetries are left out. At most 8 Mtexels are looked at, as by `copies`.
+    There is a cut between two neighbouring texels if the second is not, within half a pixel, the continuation
+    of the first one's source. The sample's phase at the second texel through its own source is compared with
+    that through the first one's. This is exact, from the quilt; colours play no part. Cuts between blocks of
+    different symmetries are left out. At most 8 Mtexels are examined, as by `copies`.
 
     Parameters
     ----------
     quilt
         The result of a synthesis.
     lattice
-        Of its sample, see `upholster.elements.find_lattice`.
+        The sample's lattice, see `upholster.elements.find_lattice`.
     surface
-        What the charts lie on. With it seams are looked at as well, and runs go on across them. Only texels
-        on it count: nobody sees what blocks do in the margins of a mesh's charts. Nor do cuts along its
-        creases count, where the texture starts anew.
+        The surface below the charts. With it seams are examined as well, and runs continue across them. Only
+        texels on it count, because blocks in the margins of a mesh's charts are invisible. Cuts along its
+        creases, where the texture starts again, do not count.
     crease
-        Degrees: edges at which it turns by as much or more are creases.
+        Degrees: edges at which the surface turns by at least this are creases.
 
     Returns
     -------
     BrokenElements
-        Zeros where there are no cuts.
+        Zeros if there are no cuts.
 
     Raises
     ------
     InputError
-        If the lattice is of a sample of another size.
+        If the lattice belongs to a sample of another size.
     """
     if lattice.phases.shape[1:] != quilt.exemplar_shape:
         height, width = quilt.exemplar_shape
@@ -108,13 +108,13 @@ def broken_elements(
 
 
 def jumps_of(cuts: SourceCuts, lattice: Lattice) -> FloatArray:
-    """Return by how much the phases of waves jump at cuts: (n, waves), in turns, -½ to ½."""
+    """Return the jumps of the waves' phases at cuts: (n, waves), in turns, -½ to ½."""
     jumps: FloatArray = _turns(lattice, cuts.found.T) - _turns(lattice, cuts.onward.T)
     return jumps - np.rint(jumps)
 
 
 def _turns(lattice: Lattice, place: IntArray) -> FloatArray:
-    # The sample's phases (n, waves), in turns, at places (2, n); beyond its edges they go on evenly.
+    # The sample's phases (n, waves), in turns, at places (2, n); beyond its edges they continue evenly.
     height, width = lattice.phases.shape[1:]
     rows, columns = place
     r, c = np.clip((rows + 8) >> 4, 0, height - 1), np.clip((columns + 8) >> 4, 0, width - 1)
@@ -126,8 +126,8 @@ def _turns(lattice: Lattice, place: IntArray) -> FloatArray:
 def longest_run(cuts: SourceCuts, chosen: NDArray[np.bool_], seams: SeamPlaces | None = None) -> float:
     """Return the length of the longest connected run of some cuts, in pixels of the sample.
 
-    Two belong together if ends of theirs lie within `REACH` texels of one another, on one chart or across a
-    seam: there it is enough that they lie so near both texels of a place.
+    Two cuts belong together if their ends are within `REACH` texels of one another, on one chart or across a
+    seam. Across a seam, they must be that near to both texels of one of its places.
     """
     if not chosen.any():
         return 0.0
@@ -137,7 +137,7 @@ def longest_run(cuts: SourceCuts, chosen: NDArray[np.bool_], seams: SeamPlaces |
     own, moved = [np.arange(len(keys))], [keys]
     count = len(keys)
     if seams is not None:
-        # A pair of texels is a point of its own, near which are corners on both charts.
+        # Each pair of texels across a seam is a point of its own, near corners on both charts.
         own += [count + np.arange(len(seams.chart))] * 2
         moved += [_keys(seams.chart[:, k], seams.texel[:, k]) for k in (0, 1)]
         count += len(seams.chart)
@@ -154,7 +154,7 @@ def longest_run(cuts: SourceCuts, chosen: NDArray[np.bool_], seams: SeamPlaces |
 
 
 def _keys(charts: NDArray[np.intp], corners: NDArray[np.intp]) -> NDArray[np.intp]:
-    # One number for each corner (n, 2) of texels: those of neighbours differ by as much everywhere.
+    # One number for each corner (n, 2) of texels; neighbours differ by the same amount everywhere.
     keys: NDArray[np.intp] = (charts << _CHART) + ((corners[:, 0] + _PAD) << _ROW) + corners[:, 1] + _PAD
     return keys
 

@@ -33,9 +33,10 @@ def copies(quilt: Quilt) -> Copies:
     """Measure how much of a quilt is verbatim continuation of the exemplar.
 
     A texel belongs to the placement that shows in its cell. Two neighbouring texels are a verbatim
-    continuation if one placement paints both, or if the two that do agree, within ½ pixel of the exemplar
-    each way, on where the second texel lies (through the chart's warp field, and by the same symmetry of the
-    square). Measured on at most 8 Mtexels, in windows of at most 2048²: no longer repeat is found.
+    continuation if one placement paints both. They also are if both of their placements map the second texel
+    to the same place of the exemplar, within ½ pixel each way (through the chart's warp field, and by the
+    same symmetry of the square). Measured on at most 8 Mtexels, in windows of at most 2048², which also
+    limits the longest repeat.
 
     Parameters
     ----------
@@ -50,11 +51,11 @@ def copies(quilt: Quilt) -> Copies:
     Raises
     ------
     InputError
-        If the quilt has no texel that has a neighbour.
+        If no texel of the quilt has a neighbour.
 
     References
     ----------
-    Ashikhmin: Synthesizing natural textures, I3D 2001, on verbatim copying as what pixel methods tend to.
+    Ashikhmin: Synthesizing natural textures, I3D 2001, on verbatim copying, the tendency of pixel methods.
     """
     pairs, continued, longest = 0, 0, 0
     for trace in traces(quilt):

@@ -1,4 +1,4 @@
-"""What lies on both sides of a seam: how far the two read apart, and how often a cut lies there."""
+"""The two sides of a seam: how far apart they read, and how often there is a cut along it."""
 
 from dataclasses import dataclass
 
@@ -15,29 +15,29 @@ from upholster.types import FloatArray
 __all__ = ["Crossings", "crossings"]
 
 _MOST = 2**14
-"""Edges of triangles that are looked at, of seams and of others."""
+"""The most edges of triangles that are examined, on seams and elsewhere."""
 
 _PLACES = (0.2, 0.4, 0.6, 0.8)
-"""Of each edge."""
+"""The places on each edge, as shares of its length."""
 
 _ASIDE = 0.6
-"""Steps from the edge, to either side, at which it is looked up which placement shows."""
+"""Steps from the edge, to either side, at which the placement that shows is looked up."""
 
 _CUT = 2.5
-"""Pixels: what reads farther apart on both sides of an edge does not go on, but is cut there."""
+"""Pixels: if the sides of an edge read farther apart, the texture is cut there."""
 
 
 @dataclass(frozen=True, slots=True)
 class Crossings:
-    """What lies on both sides of edges of triangles.
+    """Differences between the two sides of edges of triangles.
 
     Attributes
     ----------
     apart, apart_most
-        Exemplar pixels by which the two sides of a seam read apart where one goes on in the other: the
-        median, and what 95 % stay below.
+        Exemplar pixels between what the two sides of a seam read, where the texture continues across it: the
+        median, and the 95th percentile.
     cuts, cuts_inside
-        The share of seams along which a cut lies, by length, and of triangles' edges inside charts.
+        The share of seams, by length, that a cut follows, and that of triangles' edges inside charts.
     """
 
     apart: float
@@ -47,10 +47,10 @@ class Crossings:
 
 
 def crossings(surface: AnySurface, quilt: Quilt) -> Crossings | None:
-    """Measure a quilt on its surface; None where there are no seams.
+    """Measure a quilt on its surface; None if there are no seams.
 
-    Both sides of an edge are looked up a little aside, and what shows there is read on the edge itself. The
-    edges of at most 16,384 triangles are looked at, of seams and inside charts.
+    The placement is looked up a little to either side of an edge, and evaluated on the edge itself. At most
+    16,384 edges of triangles are examined on seams, and as many inside charts.
     """
     charted = charted_surface(surface, quilt.charts)
     once = charted.across > 3 * np.arange(len(charted.chart))[:, None] + 2
@@ -72,7 +72,7 @@ def _cut(apart: FloatArray, weights: FloatArray) -> float:
 def _apart(
     charted: ChartedSurface, quilt: Quilt, edges: NDArray[np.int64]
 ) -> tuple[FloatArray, FloatArray] | None:
-    # Pixels by which both sides of edges (n, 2), triangle and edge, read apart, and the edges' lengths.
+    # Pixels between what both sides of edges (n, 2), triangle and edge, read, and the edges' lengths.
     if not len(edges):
         return None
     edges = np.random.default_rng(SEED).permutation(edges)[:_MOST]
@@ -93,15 +93,15 @@ def _read(
     edge: NDArray[np.integer],
     share: FloatArray,
 ) -> FloatArray:
-    # Where places of edges read, (n, 2) in pixels, by what shows beside them in their triangles.
+    # The pixels (n, 2) that places of edges read, through the placement next to them in their triangles.
     first, last = charted.places[triangle, edge], charted.places[triangle, (edge + 1) % 3]
     place = first + share[:, None] * (last - first)
     inward = charted.places[triangle].mean(axis=1) - place
-    beside = place + _ASIDE * inward / np.maximum(np.hypot(*inward.T), 1e-9)[:, None]
+    near = place + _ASIDE * inward / np.maximum(np.hypot(*inward.T), 1e-9)[:, None]
     found = np.empty((len(place), 2))
     for n in np.unique(charted.chart[triangle]).tolist():
         own, chart = charted.chart[triangle] == n, quilt.charts[n]
-        steps = np.clip(np.floor(beside[own]).astype(np.int64), 0, (chart.height - 1, chart.width - 1))
+        steps = np.clip(np.floor(near[own]).astype(np.int64), 0, (chart.height - 1, chart.width - 1))
         placed = quilt.on_chart(n)[quilt.labels[n][0].at(*steps.T)]
         rows, columns = np.rint(16 * place[own]).astype(np.int64).T
         found[own] = np.stack(warped_sources(quilt.fields[n], placed, rows, columns), axis=1) / 16

@@ -1,4 +1,4 @@
-"""Whether the borders between blocks show: against everywhere, or against the exemplar at the same places."""
+"""Whether borders between blocks show: compared with everywhere, or with the exemplar at the same places."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,28 +22,28 @@ def cut_seam_ratio(quilt: Quilt, texels: Texels) -> float | None:
     """Measure whether the borders between blocks show inside charts.
 
     The mean absolute difference between neighbouring texels (right and lower) that do not continue one
-    another in the exemplar (`copies` says when they do), over the same between all neighbouring texels. A
-    blended border counts in its middle. Values are sRGB-coded, all channels weigh alike:
-    1.0 is invisible, more shows, less is blur, or borders that run through quiet places: see
-    `matched_cut_ratio`. At most 8 Mtexels are looked at.
+    another in the exemplar (defined in `copies`), divided by that between all neighbouring texels. A blended
+    border counts in its middle. Values are sRGB-coded, all channels weigh the same. 1.0 is invisible, more
+    shows, less is blur, or borders that run through quiet places: see `matched_cut_ratio`. At most 8 Mtexels
+    are examined.
 
     Parameters
     ----------
     quilt
-        Says which placement shows in each texel's cell.
+        Gives the placement that shows in each texel's cell.
     texels
         The quilt, painted at density 1.
 
     Returns
     -------
     float or None
-        The ratio, 0 or more; 1.0 where neither shows any difference, infinite where only the borders do; None
+        The ratio, 0 or more; 1.0 if neither shows any difference, infinite if only the borders do; None
         without borders.
 
     Raises
     ------
     InputError
-        If the texels do not have the quilt's charts.
+        If the texels' charts are not the quilt's.
 
     References
     ----------
@@ -72,13 +72,13 @@ def cut_seam_ratio(quilt: Quilt, texels: Texels) -> float | None:
 
 
 def matched_cut_ratio(quilt: Quilt, texels: Texels, exemplar: PixelArray) -> float | None:
-    """Measure whether the borders between blocks show, against what the exemplar has at the same places.
+    """Measure whether the borders between blocks show, compared with the exemplar at the same places.
 
-    Cuts and matched overlaps run through quiet places, of which regular textures have many: against the
-    average of everywhere, even a visible border may look quiet. Here the mean absolute difference between
-    neighbouring texels p, q across a border is taken over the mean of the two differences that the exemplar
-    itself has there: between p's and q's places as the placement that owns p maps them, and as the one that
-    owns q does. 1.0 is as smooth as the exemplar, more shows, less is blur. Some 2^17 pairs are looked at.
+    Cuts and matched overlaps run through quiet places, of which regular textures have many. Compared with the
+    average over all texels, even a visible border may look quiet. So the mean absolute difference between
+    neighbouring texels p, q across a border is divided by the mean of two differences in the exemplar itself:
+    between the places of p and q as the placement of p maps them, and as the placement of q does. 1.0 is as
+    smooth as the exemplar, more shows, less is blur. About 2^17 pairs are examined.
 
     Parameters
     ----------
@@ -95,7 +95,7 @@ def matched_cut_ratio(quilt: Quilt, texels: Texels, exemplar: PixelArray) -> flo
     Raises
     ------
     InputError
-        If the texels do not have the quilt's charts, or the exemplar not its shape.
+        If the texels' charts are not the quilt's, or the exemplar's shape is not.
     """
     check_painted(quilt, texels, exemplar)
     rng = np.random.default_rng(SEED)
@@ -121,7 +121,7 @@ def matched_cut_ratio(quilt: Quilt, texels: Texels, exemplar: PixelArray) -> flo
 
 
 def sampled(trace: Trace, owner: NDArray[np.void], places: FloatArray, levels: list[PixelArray]) -> Samples:
-    """Return what placements (n,) paint of the exemplar's `places` (n, 2), in pixels: (n, C), sRGB-coded.
+    """Return the pixels that placements (n,) paint at the exemplar's `places` (n, 2): (n, C), sRGB-coded.
 
     `levels` is the pyramid so far, the exemplar first, and grows as needed.
     """
@@ -137,14 +137,14 @@ def sampled(trace: Trace, owner: NDArray[np.void], places: FloatArray, levels: l
 
 
 def _mirrored(places: FloatArray, shape: tuple[int, ...]) -> FloatArray:
-    # As painting goes on beyond the exemplar's edges.
+    # Mirrored at the exemplar's edges, as in painting.
     turned = (places + 0.5) % (2 * np.array(shape))
     found: FloatArray = np.where(turned < shape, turned, 2 * np.array(shape) - turned) - 0.5
     return found
 
 
 def check_painted(quilt: Quilt, texels: Texels, exemplar: PixelArray) -> None:
-    """Raise InputError unless texels and exemplar are of a quilt's charts and shape."""
+    """Raise InputError unless the texels have the quilt's charts, and the exemplar its shape."""
     _check(quilt, texels)
     if exemplar.ndim != 3 or exemplar.shape[:2] != quilt.exemplar_shape:
         raise InputError(f"sample has shape {exemplar.shape}; allowed: the quilt's, {quilt.exemplar_shape}")

@@ -1,4 +1,4 @@
-"""Whether seams between charts show, against what the exemplar has at the same places."""
+"""Whether seams between charts show, compared with the exemplar at the same places."""
 
 from dataclasses import dataclass
 
@@ -24,17 +24,17 @@ Index = NDArray[np.intp]
 
 @dataclass(frozen=True, slots=True)
 class MeshSeams:
-    """Whether seams between charts show, against what the exemplar has at the same places.
+    """Whether seams between charts show, compared with the exemplar at the same places.
 
     Attributes
     ----------
     ratio
-        Across seams over which the texture goes on: 1.0 is as smooth as the exemplar, more shows, less is
-        blur; None where there are none.
+        Across seams over which the texture continues: 1.0 is as smooth as the exemplar, more shows, less is
+        blur; None if there are none.
     creases
-        Share of the seams' length where the texture starts anew, as `ratio` leaves it out.
+        Share of the seams' length where the texture starts again, which `ratio` leaves out.
     over_creases
-        The same ratio there; None where there are none.
+        The same ratio over creases; None if there are none.
     """
 
     ratio: float | None
@@ -45,7 +45,7 @@ class MeshSeams:
 def matched_edge_ratio(
     surface: AnySurface, quilt: Quilt, texels: Texels, exemplar: PixelArray
 ) -> float | None:
-    """Measure whether the edges of charts show, against what the exemplar has at the same places.
+    """Measure whether the edges of charts show, compared with the exemplar at the same places.
 
     This is the ratio of `mesh_seams`, which says more.
 
@@ -72,33 +72,33 @@ def mesh_seams(
     least: float = 0.0,
     by_normals: bool = False,
 ) -> MeshSeams:
-    """Measure whether seams between charts show, against what the exemplar has at the same places.
+    """Measure whether seams between charts show, compared with the exemplar at the same places.
 
-    A surface of few charts has few edges, and single lines of a regular texture differ from its mean. Here
-    the mean absolute difference between a texel beside a seam and the one right beyond it is taken over the
-    mean of the two differences that the exemplar has there: over the same step from the first texel's place,
-    as the placement that owns it maps it, and back from the second's. At most 2^17 pairs are looked at.
+    A surface of few charts has few edges, and single lines of a regular texture differ from its mean. So the
+    mean absolute difference between a texel next to a seam and the one across it is divided by the mean of
+    two differences in the exemplar: over the same step from the first texel's place, as its own placement
+    maps it, and back from the second's. At most 2^17 pairs are examined.
 
-    Over sharp edges the texture starts anew: such a seam is what was asked for, and no figure for how well a
-    texture goes on. These are left out, and looked at by themselves.
+    Over sharp edges the texture starts again. Such a seam is intended, and does not show how well a texture
+    continues. These seams are left out, and measured separately.
 
     Parameters
     ----------
     surface, quilt, texels, exemplar
-        What was covered, how, the same painted, and the exemplar (H, W, C).
+        What was covered, the quilt, its painted texels, and the exemplar (H, W, C).
     crease
-        Degrees: edges at which the surface turns by as much or more are such.
+        Degrees: edges at which the surface turns by at least this are creases.
     least
-        Degrees: edges at which it turns by less are not looked at.
+        Degrees: edges at which it turns by less are ignored.
     by_normals
-        Whether the surface's own normals tell how much it turns, as those of a CAD model do: its facets turn
+        Whether turns are measured between the surface's own normals, as for a CAD model, whose facets turn
         where the surface is smooth.
 
     Raises
     ------
     InputError
-        If a chart names a face that the surface does not have, the texels do not have the quilt's charts, or
-        the exemplar not its shape.
+        If a chart names a face that the surface does not have, or the charts of the texels or the shape of
+        the exemplar are not the quilt's.
     """
     check_painted(quilt, texels, exemplar)
     charted = charted_surface(surface, quilt.charts)
@@ -106,7 +106,7 @@ def mesh_seams(
     if found is None:
         return MeshSeams(None, 0.0, None)
     channels, levels = exemplar.shape[2], [exemplar]
-    # On either side, what is painted, and what the exemplar has at the texel and a step further.
+    # On either side, the painted texel, and the exemplar at the texel and a step farther.
     painted = np.empty((len(found.chart), 2, channels), np.float32)
     own = np.empty((len(found.chart), 2, 2, channels), np.float32)
     for index in np.unique(found.chart).tolist():
@@ -126,7 +126,7 @@ def mesh_seams(
 
 
 def _looked_up(trace: Trace, texel: Index, step: FloatArray, levels: list[PixelArray]) -> NDArray[np.float32]:
-    # What the exemplar has for texels (n, 2), and a step (n, 2) of texels further: (n, 2, C).
+    # The exemplar for texels (n, 2), and a step (n, 2) of texels farther: (n, 2, C).
     owner = trace.placements[trace.owners[tuple(texel.T)]]
     place = step_sources(trace.field, owner, *texel.T).T / 16
     matrices = trace.field.at(*texel.T)

@@ -1,4 +1,4 @@
-"""Whether a result looks like its exemplar close up: the distributions of small patches."""
+"""Whether a result looks like its exemplar close up, by the distributions of small patches."""
 
 import math
 from collections.abc import Sequence
@@ -27,11 +27,11 @@ Image = NDArray[np.float32]
 def sliced_wasserstein(results: Sequence[PixelArray], exemplar: PixelArray) -> tuple[float, ...]:
     """Measure how far apart the distributions of 7×7 patches are, at four scales.
 
-    Both are taken apart into a Laplacian pyramid of four levels (the last is the low-pass rest) of sRGB-coded
+    Both are split into a Laplacian pyramid of four levels (the last is the low-pass remainder) of sRGB-coded
     values from 0 to 1, all channels alike. On each level, all 7×7 patches, or 16,384 drawn at random, are
     projected on 128 fixed random directions of unit length, and the 1-Wasserstein distances of the
     projections are averaged. Colours are not normalised, so shifts of brightness count. At most 2 Mtexels of
-    either side are looked at. Levels on which either side has less than 7 pixels are left out.
+    each are examined. Levels on which either has less than 7 pixels are left out.
 
     Parameters
     ----------
@@ -49,7 +49,7 @@ def sliced_wasserstein(results: Sequence[PixelArray], exemplar: PixelArray) -> t
     Raises
     ------
     InputError
-        If numbers of channels differ or something is smaller than 7 pixels each way.
+        If numbers of channels differ or an array is smaller than 7 pixels each way.
 
     References
     ----------
@@ -59,7 +59,7 @@ def sliced_wasserstein(results: Sequence[PixelArray], exemplar: PixelArray) -> t
     """
     check_alike(results, exemplar)
     sides = [looked_at(results), looked_at([exemplar])]
-    # Where charts are of several sizes, the largest says how many levels there are.
+    # If charts differ in size, the largest decides how many levels there are.
     largest = min(max(min(part.shape[:2]) for part in parts) for parts in sides)
     levels = next(n for n in range(LEVELS, 0, -1) if -(-largest // 2 ** (n - 1)) >= SIDE)
     ours, theirs = (_levels(parts, levels) for parts in sides)
@@ -73,7 +73,7 @@ def sliced_wasserstein(results: Sequence[PixelArray], exemplar: PixelArray) -> t
 
 
 def check_alike(results: Sequence[PixelArray], exemplar: PixelArray) -> None:
-    """Raise InputError unless there are results of the exemplar's channels, all at least 7×7 pixels."""
+    """Raise InputError unless there are results with the exemplar's channels, all at least 7×7 pixels."""
     if not results:
         raise InputError("there are no results to measure; allowed: at least one array")
     for name, array in [("sample", exemplar), *((f"result {n}", array) for n, array in enumerate(results))]:
@@ -86,13 +86,13 @@ def check_alike(results: Sequence[PixelArray], exemplar: PixelArray) -> None:
 
 
 def looked_at(arrays: Sequence[PixelArray]) -> list[PixelArray]:
-    """Return views of what fidelity is measured on: 2 Mtexels at most, in windows of at most 512²."""
+    """Return views of the parts that fidelity is measured on: up to 2 Mtexels, in windows of at most 512²."""
     windows = chosen_windows([array.shape for array in arrays], side=WINDOW, most=MOST_TEXELS)
     return [window.of(arrays[window.index]) for window in windows]
 
 
 def _levels(parts: Sequence[PixelArray], count: int) -> list[list[Image]]:
-    """Return the pyramids of all parts, level by level, without what is smaller than a patch."""
+    """Return the pyramids of all parts, level by level, without levels smaller than a patch."""
     levels: list[list[Image]] = [[] for _ in range(count)]
     for part in parts:
         for level, image in enumerate(_pyramid(coded(part), count)):
@@ -114,7 +114,7 @@ def _pyramid(image: Image, levels: int) -> list[Image]:
 
 def _halved(image: Image, axis: int) -> Image:
     lines = image.swapaxes(0, axis)
-    # np.pad copies slowly along one axis: the two rows on either side are few, so they are put by hand.
+    # np.pad is slow along one axis, and only two rows on either side are needed.
     size = len(lines)
     order = np.abs(np.arange(-2, size + 2))
     order = np.where(order >= size, 2 * size - 2 - order, order)
@@ -134,7 +134,7 @@ def _doubled(image: Image, axis: int, size: int) -> Image:
 
 
 def _projected(images: Sequence[Image], directions: Image) -> Image:
-    """Return patches of some images, or a random part, on each direction: sorted, (D, patches)."""
+    """Return patches of some images, or a random part of them, on each direction: sorted, (D, patches)."""
     views = [np.lib.stride_tricks.sliding_window_view(image, (SIDE, SIDE), axis=(0, 1)) for image in images]
     counts = [view.shape[0] * view.shape[1] for view in views]
     ends = np.cumsum(counts)
@@ -152,7 +152,7 @@ def _projected(images: Sequence[Image], directions: Image) -> Image:
 
 
 def _distance(one: Image, other: Image) -> float:
-    """Return the mean 1-Wasserstein distance of the rows, sorted samples of one distribution each."""
+    """Return the mean 1-Wasserstein distance of the rows, each the sorted samples of one distribution."""
     count = max(one.shape[1], other.shape[1])
     middles = (np.arange(count) + 0.5) / count
     a, b = (side[:, (middles * side.shape[1]).astype(np.int64)] for side in (one, other))

@@ -1,4 +1,4 @@
-"""Joints that end nowhere: cuts at which a joint of the sample meets the middle of a stone, or of a board."""
+"""Joints that end nowhere: cuts where a joint of the sample meets the middle of a stone, or of a board."""
 
 from dataclasses import dataclass
 
@@ -16,7 +16,7 @@ from upholster.types import IntArray
 __all__ = ["JointEnds", "joint_ends"]
 
 _HALF = 128
-"""By how much `Joints.distances` must differ across a cut, so that a joint ends there."""
+"""A joint ends at a cut if `Joints.distances` differs by this much across it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,7 +26,7 @@ class JointEnds:
     Attributes
     ----------
     share
-        Of the length of all cuts, 0 to 1. More harmless cuts would lower it.
+        Share of the length of all cuts, 0 to 1. More harmless cuts would lower it.
     per_area
         Length of such cuts, in pixels of the sample, per 1,000 square pixels of it.
     """
@@ -40,17 +40,17 @@ def joint_ends(
 ) -> JointEnds:
     """Measure where a result's cuts break the joints of its sample, and so its stones or boards.
 
-    The sample's own distance at the second texel through its own source is compared with that through the
-    first one's, as `broken_elements` compares phases; the same texels and cuts count.
+    The sample's distance at the second texel through its own source is compared with that through the first
+    one's, as `broken_elements` compares phases; the same texels and cuts count.
 
     Parameters
     ----------
     quilt
         The result of a synthesis.
     joints
-        Of its sample, see `upholster.elements.find_joints`.
+        The sample's joints, see `upholster.elements.find_joints`.
     surface, crease
-        As of `broken_elements`.
+        As for `broken_elements`.
     """
     charted = None if surface is None else charted_surface(surface, quilt.charts)
     cuts, _, area = cuts_of(quilt, charted, crease)
@@ -60,7 +60,7 @@ def joint_ends(
 
 
 def _distances(joints: Joints, places: IntArray) -> IntArray:
-    # At places (n, 2) of the sample in 1/16 pixel; beyond its edges as there.
+    # At places (n, 2) of the sample in 1/16 pixel; beyond its edges the value at the edge.
     height, width = joints.distances.shape
     rows, columns = (places.T + 8) >> 4
     found: IntArray = joints.distances[np.clip(rows, 0, height - 1), np.clip(columns, 0, width - 1)].astype(

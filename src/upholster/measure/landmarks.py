@@ -1,4 +1,4 @@
-"""How often what catches the eye in a sample recurs in the result, and how near to itself."""
+"""How often the most salient places of a sample recur in the result, and how close together."""
 
 from dataclasses import dataclass
 
@@ -19,10 +19,10 @@ __all__ = ["Landmarks", "landmark_recurrence", "landmarks"]
 
 MOST = 8
 APART = 8
-"""Landmarks lie no nearer to one another than the sample's shorter side over this."""
+"""Landmarks are at least the sample's shorter side over this apart."""
 
 BLUR = 32
-"""The shorter side over this is the size of what is looked at."""
+"""A landmark's size is the shorter side over this."""
 
 Index = NDArray[np.intp]
 
@@ -34,14 +34,13 @@ class Landmarks:
     Attributes
     ----------
     recurrence
-        How often one of them is shown, over how often any place of the sample is, on average: result's area
-        over sample's. 1 is evenly used, 0 never.
+        How often one of them is shown, relative to the average place of the sample, which is the result's
+        area over the sample's. 1 is evenly used, 0 never.
     nearest
-        Median distance, straight through space, from one to the nearest copy of the same: in widths of the
-        sample, a width being the root of its area. 1 is as far apart as can be, 0.5 at random.
+        Median straight-line distance from one to the nearest copy of the same place, in widths of the sample;
+        a width is the square root of its area. 1 is as far apart as possible, 0.5 is random.
     nearest_5
-        5th percentile of the same: how near to one another the nearest ones are. Both None where nothing is
-        shown twice.
+        5th percentile of the same, for the closest copies. Both are None if nothing is shown twice.
     """
 
     recurrence: float
@@ -52,7 +51,7 @@ class Landmarks:
 def landmarks(exemplar: PixelArray) -> Index:
     """Return the places of a sample that differ most from its usual colour: (n, 2) rows and columns, n ≤ 8.
 
-    Colours are averaged over 1/32 of the shorter side, and weighed by how they vary in the sample
+    Colours are averaged over 1/32 of the shorter side, and weighted by their variation in the sample
     (Mahalanobis distance).
     """
     shorter = min(exemplar.shape[:2])
@@ -73,19 +72,19 @@ def landmarks(exemplar: PixelArray) -> Index:
 
 
 def landmark_recurrence(surface: AnySurface, quilt: Quilt, exemplar: PixelArray) -> Landmarks | None:
-    """Measure how often a sample's most salient places are shown, and how near to one another.
+    """Measure how often a sample's most salient places are shown, and how close together.
 
     Exact, from the quilt: a landmark is shown where a placement that reads there owns the cell.
 
     Parameters
     ----------
     surface, quilt, exemplar
-        What was covered, how, and with what.
+        What was covered, its quilt, and its exemplar.
 
     Returns
     -------
     Landmarks or None
-        None where the sample has no landmark.
+        None if the sample has no landmark.
     """
     marks = landmarks(exemplar)
     shown = [np.zeros((0, 3)) for _ in marks]
@@ -123,7 +122,7 @@ def _texels(quilt: Quilt, index: int, owners: NDArray[np.int32], mark: Index) ->
     sound = np.abs(np.linalg.det(own)) > 0
     own[~sound] = np.eye(2)
     place = centre + np.linalg.solve(own, turned)[:, :, 0]
-    # ½·(C + M(q))·(q − c) is what the place is from the source: once more with M there.
+    # ½·(C + M(q))·(q − c) is the place minus the source: one more iteration, with M at the place found.
     mean = 0.5 * (own + field.at(place[:, 0], place[:, 1]))
     sound &= np.abs(np.linalg.det(mean)) > 0
     mean[~sound] = np.eye(2)
@@ -140,7 +139,7 @@ def _matrices(quilt: Quilt, index: int, rows: Index, columns: Index) -> FloatArr
 
 
 def _located(charted: ChartedSurface, index: int, texel: Index) -> tuple[Index, FloatArray, FloatArray]:
-    # Texels (n, 2) of a chart, where they lie in space, and their areas: as many as lie on a triangle.
+    # Texels (n, 2) of a chart, their places in space, and their areas, for texels on a triangle only.
     own = np.flatnonzero(charted.chart == index)
     corners, places, steps = charted.mesh.corners[own, 0], charted.places[own], charted.steps[own]
     edges = places[:, 1:] - places[:, :1]
@@ -160,7 +159,7 @@ def _located(charted: ChartedSurface, index: int, texel: Index) -> tuple[Index, 
 
 
 def _nearest(points: FloatArray) -> FloatArray:
-    # From each point the distance to the nearest other one; nothing for a single one.
+    # The distance from each point to the nearest other one; empty for a single point.
     if len(points) < 2:
         return np.zeros(0)
     found = np.empty(len(points))

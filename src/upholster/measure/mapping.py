@@ -1,4 +1,4 @@
-"""How large and which way the texture lies on the surface, against what was asked."""
+"""The size and direction of the texture on the surface, compared with the requested ones."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -24,23 +24,23 @@ from upholster.types import FloatArray
 __all__ = ["MappingReport", "mapping", "mesh_mapping"]
 
 FAST, PIECE = 20.0, 0.1
-"""Degrees of turn over a length, as a part of the exemplar's width. A piece of texture of that length and of
+"""Degrees of turn over a length, as a share of the exemplar's width. A piece of texture of that length and
 true size is off by half of the turn from its middle to its end: 5°."""
 
 _LEAST_ASKED = 0.03
-"""Sine of the angle between normal and direction: where it is less nothing is asked."""
+"""Sine of the angle between normal and direction: below this no direction is requested."""
 
 
 @dataclass(frozen=True, slots=True)
 class MappingReport:
-    """How the texture lies on a surface; all figures weigh every part of the surface by its area.
+    """How the texture is mapped to a surface; all figures weight every part of the surface by its area.
 
-    A size is what the exemplar's unit of length becomes on the surface, over what was asked: 1 is as asked.
+    A size is the length on the surface of the exemplar's unit, over the requested length: 1 is exact.
 
     Attributes
     ----------
     within
-        Share of the area where the size is within 5 % of the one asked, 0 to 1.
+        Share of the area where the size is within 5 % of the requested one, 0 to 1.
     error
         Mean absolute log2 of the size, in octaves.
     error_95
@@ -48,14 +48,14 @@ class MappingReport:
     stretch_95
         95th percentile of the greatest over the least stretch from exemplar to surface: 1 keeps shapes.
     aligned
-        Share of the area where the direction is within 5° of the one asked; None if none was asked.
+        Share of the area where the direction is within 5° of the requested one; None if there is none.
     angle_95
-        95th percentile of the angle between the two, in degrees; None as before.
+        95th percentile of the angle between the two, in degrees; None as above.
     fast
-        Share of the area where a direction is asked that turns fast there, as round its singular
-        points: by more than `FAST` degrees over `PIECE` of the exemplar's width. None where it is not known.
+        Share of the area where the requested direction turns fast, as around its singular points: by more
+        than `FAST` degrees over `PIECE` of the exemplar's width. None if that is not known.
     aligned_slow
-        The share `aligned` of all other area; None as before.
+        The share `aligned` of the remaining area; None as above.
     """
 
     within: float
@@ -86,13 +86,13 @@ def mapping(
     Parameters
     ----------
     surface, quilt
-        What was covered, and how.
+        What was covered, and its quilt.
     scale
-        Exemplar pixels per unit of length that were asked for; by default the median of what is found.
+        The requested exemplar pixels per unit of length; by default the median of those found.
     direction
-        The direction asked for, as `upholster.charts.directions.asked_at_corners` has it; on flat faces, and
-        for ``smooth``, ``curvature`` and ``edges``, as the field of directions has it. By default directions
-        are not measured.
+        The requested direction, as `upholster.charts.directions.asked_at_corners` defines it; on flat faces,
+        and for ``smooth``, ``curvature`` and ``edges``, as the field of directions has it. By default
+        directions are not measured.
 
     Returns
     -------
@@ -102,8 +102,8 @@ def mapping(
     Raises
     ------
     InputError
-        If the scale is not positive and finite, a chart names a face that the surface does not have, nothing
-        that is painted has any area, or the direction is nowhere along the surface.
+        If the scale is not positive and finite, a chart names a face that the surface does not have, no
+        painted texel has any area, or the direction is nowhere along the surface.
 
     References
     ----------
@@ -117,15 +117,15 @@ def mapping(
 def mesh_mapping(
     surface: AnySurface, quilt: Quilt, *, scale: float | None = None, asked: FloatArray | None = None
 ) -> MappingReport:
-    """Measure size and direction of the texture, as `mapping` does, against what is asked for at corners.
+    """Measure size and direction of the texture, as `mapping` does, for directions requested at corners.
 
     Parameters
     ----------
     surface, quilt, scale
         As for `mapping`.
     asked
-        (T, 3, 3) the direction asked for at the corners of the charted surface's triangles, in their planes,
-        see `asked_at_corners`: interpolated over each; where less than 0.03 is left none was.
+        (T, 3, 3) the direction requested at the corners of the charted surface's triangles, in their planes,
+        see `asked_at_corners`: interpolated over each; none where its length is below 0.03.
     """
     if scale is not None and not (np.isfinite(scale) and scale > 0):
         raise InputError(f"scale is {scale}; allowed: a positive number of sample pixels per unit")
@@ -152,7 +152,7 @@ def mesh_mapping(
 
 
 def _asked(surface: AnySurface, quilt: Quilt, direction: Direction) -> FloatArray:
-    # (T, 3, 3): the direction itself, or the field where only that can tell.
+    # (T, 3, 3): the direction itself, or the field if only that has it.
     charted = charted_surface(surface, quilt.charts, finer=FINER)
     if isinstance(surface, Surface):
         direction = told_on_patches(surface, charted, direction)
@@ -163,9 +163,9 @@ def _asked(surface: AnySurface, quilt: Quilt, direction: Direction) -> FloatArra
 
 
 def _turning(corners: FloatArray, asked: FloatArray, here: FloatArray) -> FloatArray:
-    """Return by how many degrees per unit of length directions turn, (n,), at places of triangles.
+    """Return how many degrees per unit of length directions turn, (n,), at places of triangles.
 
-    `corners` and `asked` (n, 3, 3) are the triangles' and the vectors there, `here` (n, 3) the vectors in
+    `corners` and `asked` (n, 3, 3) are the triangles' corners and their vectors, `here` (n, 3) the vectors in
     between: d(angle) = here × d(vector) / here².
     """
     first, second = np.moveaxis(corners[:, 1:] - corners[:, :1], 1, 0)
@@ -183,7 +183,7 @@ def _turning(corners: FloatArray, asked: FloatArray, here: FloatArray) -> FloatA
 def _jacobian(
     field: WarpField, owner: NDArray[np.void], rows: NDArray[np.intp], columns: NDArray[np.intp]
 ) -> FloatArray:
-    """Return how texel steps become exemplar pixels, (n, 2, 2), at texels that placements own."""
+    """Return the Jacobians from texel steps to exemplar pixels, (n, 2, 2), at texels that placements own."""
     centre = np.stack([owner["row"], owner["column"]], axis=1) / 16 - 0.5  # as steps are counted
     middle = centre_matrices(field, owner).reshape(-1, 2, 2) / UNIT
     derivative = _derivative(field, middle, centre, np.stack([rows, columns], axis=1))
@@ -192,7 +192,7 @@ def _jacobian(
 
 
 def _report(parts: FloatArray, scale: float | None, piece: float | None = None) -> MappingReport:
-    # `piece`, in exemplar pixels: where it is told, `parts` know how fast what is asked for turns.
+    # `piece`, in exemplar pixels: if given, `parts` include how fast the requested direction turns.
     size, stretch, area, angle, directed, turn = parts
     real = (area > 1e-12 * area.max(initial=0)) & (size > 0)  # a pole has some tiny area by rounding
     if not real.any():
@@ -203,7 +203,7 @@ def _report(parts: FloatArray, scale: float | None, piece: float | None = None) 
     ratio = np.abs(ratio + np.log2(scale))
     known = directed > 0
     slow = known & (turn * piece <= FAST * scale) if piece is not None else known
-    told = piece is not None and known.any()
+    pace = piece is not None and known.any()
     return MappingReport(
         within=float(np.average(ratio <= np.log2(1.05), weights=area)),
         error=float(np.average(ratio, weights=area)),
@@ -211,8 +211,8 @@ def _report(parts: FloatArray, scale: float | None, piece: float | None = None) 
         stretch_95=quantiles(stretch, area, (0.95,))[0],
         aligned=float(np.average(angle[known] <= 5, weights=area[known])) if known.any() else None,
         angle_95=quantiles(angle[known], area[known], (0.95,))[0] if known.any() else None,
-        fast=1.0 - float(area[slow].sum() / area[known].sum()) if told else None,
-        aligned_slow=float(np.average(angle[slow] <= 5, weights=area[slow])) if told and slow.any() else None,
+        fast=1.0 - float(area[slow].sum() / area[known].sum()) if pace else None,
+        aligned_slow=float(np.average(angle[slow] <= 5, weights=area[slow])) if pace and slow.any() else None,
     )
 
 
@@ -240,16 +240,16 @@ def _matrices(field: WarpField, place: NDArray[Any]) -> tuple[FloatArray, FloatA
     upper = nodes[i, j] * (1 - right) + nodes[i, m] * right
     lower = nodes[k, j] * (1 - right) + nodes[k, m] * right
     left = nodes[i, j] * (1 - down) + nodes[k, j] * down
-    beside = nodes[i, m] * (1 - down) + nodes[k, m] * down
+    across = nodes[i, m] * (1 - down) + nodes[k, m] * down
     slopes = [
         (b - a) / FIELD_STEP * inside[:, axis, None, None]
-        for axis, (a, b) in enumerate(((upper, lower), (left, beside)))
+        for axis, (a, b) in enumerate(((upper, lower), (left, across)))
     ]
     return upper * (1 - down) + lower * down, slopes[0], slopes[1]
 
 
 def _at_samples(steps: FloatArray, jacobian: FloatArray, asked: FloatArray | None) -> FloatArray:
-    """Return (6, n): size times scale, stretch, area, angle in degrees, 1 where a direction was asked, 0."""
+    """Return (6, n): size times scale, stretch, area, angle in degrees, 1 if a direction was requested, 0."""
     down, right = steps[:, :, 0], steps[:, :, 1]
     normal = np.cross(down, right)
     area = np.linalg.norm(normal, axis=1)

@@ -1,4 +1,4 @@
-"""Whether larger pieces of a result occur in the sample, and those of the sample in the result."""
+"""Whether larger pieces of a result occur in the sample, and pieces of the sample in the result."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -21,13 +21,13 @@ PATCH = 31
 PATCHES = 96
 VIEWS = 12
 SIDES = (96, 64, 44)
-"""Of views, in pixels of the sample: the largest of which some fit."""
+"""Sides of views, in pixels of the sample: the first that fits often enough is used."""
 
 LARGEST = 512
 """Side of a flat result's windows."""
 
 FEWER = 2**18
-"""Pixels of a side to search above which fewer patches are looked for."""
+"""If more pixels than this are to be searched, fewer patches are compared."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,10 +37,10 @@ class PatchDistance:
     Attributes
     ----------
     to_sample
-        Mean over patches of the result, to the sample's: 0 is copied verbatim, as inside blocks. What is
-        broken is in no patch of the sample.
+        Mean over patches of the result, to the sample's: 0 is copied verbatim, as inside blocks. Broken
+        elements match no patch of the sample.
     to_result
-        Mean over patches of the sample, to the result's: of what the result leaves out.
+        Mean over patches of the sample, to the result's: it grows with parts that the result leaves out.
     """
 
     to_sample: float
@@ -50,9 +50,9 @@ class PatchDistance:
 def patch_distance(
     results: Sequence[PixelArray], exemplar: PixelArray, *, side: int = PATCH
 ) -> PatchDistance | None:
-    """Measure how far patches of 31×31 pixels, by default, are from the nearest ones of the other side.
+    """Measure how far patches of 31×31 pixels, by default, are from the nearest ones on the other side.
 
-    Some 96 random patches of either side are compared with all of the other; brightness is the mean of all
+    About 96 random patches of either side are compared with all of the other; brightness is the mean of all
     channels, sRGB-coded.
 
     Parameters
@@ -62,17 +62,17 @@ def patch_distance(
     exemplar
         (H, W, C), of the same number of channels.
     side
-        Of patches, 1 or more pixels.
+        Side of a patch, 1 or more pixels.
 
     Returns
     -------
     PatchDistance or None
-        None where either side is smaller than a patch, or nothing varies.
+        None if either side is smaller than a patch, or nothing varies.
 
     Raises
     ------
     InputError
-        If numbers of channels differ, something is smaller than 7 pixels each way, or `side` out of range.
+        If numbers of channels differ, an array is smaller than 7 pixels each way, or `side` is out of range.
 
     References
     ----------
@@ -94,11 +94,11 @@ def patch_distance(
 
 
 def undistorted_views(quilt: Quilt, texels: Texels) -> list[PixelArray]:
-    """Return pieces of a result as a flat texture has them: at the sample's scale, and in its direction.
+    """Return pieces of a result as a flat texture would have them: at the sample's scale and direction.
 
-    Charts whose texels are the sample's pixels are taken as they are, in windows of at most 512². Of others
-    up to 12 random squares are resampled through the warp field's matrix in their middle, 96² pixels of the
-    sample large, or smaller where none fits on a chart: as 16 bits, sRGB-coded.
+    Charts whose texels are the sample's pixels are used unchanged, in windows of at most 512². For others, up
+    to 12 random squares are resampled through the warp field's matrix in their middle, 96² pixels of the
+    sample large, or smaller where too few fit on charts: as 16 bits, sRGB-coded.
     """
     rng = np.random.default_rng(SEED)
     if all(field.is_identity for field in quilt.fields):
@@ -126,7 +126,7 @@ def _view(
     rng: np.random.Generator,
     side: int,
 ) -> PixelArray | None:
-    # A square about a random texel of a chart, as the sample has it; None where it goes beyond the chart.
+    # A square around a random texel of a chart, as the sample has it; None if it leaves the chart.
     chart = quilt.charts[index]
     middle = rng.uniform(0, (chart.height, chart.width))
     matrix = quilt.fields[index].at(middle[:1], middle[1:])[0]
@@ -171,7 +171,7 @@ def _mean_distance(sides: Sequence[FloatArray], others: Sequence[FloatArray], pa
 
 
 def _sums(values: FloatArray, patch: int) -> FloatArray:
-    # Of all patches.
+    # For all patches.
     sums = np.pad(values.cumsum(axis=0).cumsum(axis=1), ((1, 0), (1, 0)))
     found: FloatArray = (
         sums[patch:, patch:] - sums[patch:, :-patch] - sums[:-patch, patch:] + sums[:-patch, :-patch]

@@ -1,4 +1,4 @@
-"""Places on a charted surface that the measures look at: all over it, along seams, away from creases."""
+"""Places on a charted surface where measures are taken: all over it, along seams, away from creases."""
 
 from dataclasses import dataclass, fields
 
@@ -16,10 +16,10 @@ MOST_PAIRS = 2**17
 MOST_SAMPLES = 2**17
 
 BESIDE = 4
-"""Steps from an edge at which cuts that follow it may lie: blocks end there in cells."""
+"""Steps from an edge within which cuts may follow it: blocks end there in cells."""
 
 LEAST_AREA = 1e-3
-"""Of the square of its sides: what is a flatter parallelogram on a chart tells no direction."""
+"""Relative to the square of its sides: a flatter parallelogram on a chart has no usable direction."""
 
 Index = NDArray[np.intp]
 
@@ -31,11 +31,11 @@ class SurfaceSamples:
     Attributes
     ----------
     triangle
-        (n,) where they are.
+        (n,) the triangle of each place.
     chart
         (n,) the chart.
     texel
-        (n, 2) row and column of the texel in which each lies.
+        (n, 2) row and column of the texel that contains each place.
     shares
         (n, 3) its barycentric coordinates in the triangle.
     """
@@ -47,7 +47,7 @@ class SurfaceSamples:
 
 
 def surface_samples(charted: ChartedSurface) -> SurfaceSamples:
-    """Choose random places of a surface, as many on any two parts of equal area."""
+    """Choose random places of a surface, uniformly by area."""
     rng = np.random.default_rng(SEED)
     weights = np.where(charted.chart >= 0, charted.mesh.areas, 0.0)
     triangle = rng.choice(len(weights), MOST_SAMPLES, p=weights / weights.sum()).astype(np.intp)
@@ -59,10 +59,10 @@ def surface_samples(charted: ChartedSurface) -> SurfaceSamples:
 
 
 def smooth_steps(charted: ChartedSurface, window: Window, crease: float) -> NDArray[np.bool_]:
-    """Return which steps of a window (rows, columns) show a part of the surface that goes on round them.
+    """Return the steps of a window (rows, columns) that show a part of the surface without a break.
 
-    These lie on its triangles, and not beside creases within charts, edges at which it turns by `crease`
-    degrees or more.
+    These are on its triangles, and not next to creases within charts, which are edges at which it turns by
+    `crease` degrees or more.
     """
     low, shape = (window.row, window.column), (window.height, window.width)
     shown = charted.lies_on(window.index, low, shape)
@@ -88,7 +88,7 @@ def smooth_steps(charted: ChartedSurface, window: Window, crease: float) -> NDAr
 
 @dataclass(frozen=True, eq=False, slots=True)
 class SeamPlaces:
-    """Random places of seams, evenly spread over their length on the charts, each seen from both sides.
+    """Random places on seams, evenly spread over their length on the charts, each seen from both sides.
 
     Attributes
     ----------
@@ -101,12 +101,12 @@ class SeamPlaces:
     deep
         (n, 2) the length inward that is one step from the seam, on either.
     texel
-        (n, 2, 2) row and column of the texel beside the seam, on either.
+        (n, 2, 2) row and column of the texel next to the seam, on either.
     step
-        (n, 2, 2) from one texel to the other, in steps of the one's chart, either way: both planes are
-        unfolded about the seam.
+        (n, 2, 2) from each texel to the other one, in steps of its own chart: both planes are unfolded about
+        the seam.
     is_sharp
-        (n,) whether over a crease.
+        (n,) whether the place is on a crease.
     """
 
     chart: Index
@@ -160,13 +160,13 @@ class SeamPlaces:
         return SeamPlaces(*(getattr(self, each.name)[which] for each in fields(self)))
 
     def of_texels(self) -> "SeamPlaces":
-        """Return those over which the texture goes on, one for each texel of the first side."""
+        """Return the places over which the texture continues, one for each texel of the first side."""
         texels = np.concatenate([self.chart[:, :1], self.texel[:, 0]], axis=1)
         _, first = np.unique(texels, axis=0, return_index=True)
         return self.chosen(first[~self.is_sharp[first]])
 
 
 def _texels(charted: ChartedSurface, chart: Index, place: FloatArray) -> Index:
-    # The texels in which places (…, 2) of charts (…) lie.
+    # The texels that contain places (…, 2) of charts (…).
     sizes = np.array([(chart.height, chart.width) for chart in charted.charts])[chart]
     return np.clip(np.floor(place), 0, sizes - 1).astype(np.intp)

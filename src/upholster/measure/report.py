@@ -36,20 +36,20 @@ LEAST_SIDE = 32
 
 @dataclass(frozen=True, slots=True)
 class Seams:
-    """Seam ratios: 1.0 is invisible, more shows, less is blur; None where there is no such seam.
+    """Seam ratios: 1.0 is invisible, more shows, less is blur; None if there is no such seam.
 
     Attributes
     ----------
     edges
         Across the charts' edges: `edge_seam_ratio`.
     edges_matched
-        The same against the exemplar at the same places: `matched_edge_ratio`.
+        The same, compared with the exemplar at the same places: `matched_edge_ratio`.
     cuts
         Across the borders between blocks: `cut_seam_ratio`.
     cuts_matched
-        The same against the exemplar at the same places: `matched_cut_ratio`.
+        The same, compared with the exemplar at the same places: `matched_cut_ratio`.
     creases, over_creases
-        The share of the charts' edges where the texture starts anew, which `edges` and `edges_matched` leave
+        The share of the charts' edges where the texture starts again, which `edges` and `edges_matched` leave
         out, and the latter ratio there. See `mesh_seams`.
     """
 
@@ -72,19 +72,19 @@ class Measures:
     structure
         Autocorrelation peaks.
     seams, scale, copies, mapping
-        None for a flat image, which does not tell.
+        None for a flat image, which does not provide them.
     wrap
         `wrap_seams`, for a flat image that is meant to be tiled, else None.
     broken
-        `broken_elements`; None for a flat image, and where the exemplar has no sure lattice.
+        `broken_elements`; None for a flat image, or if the exemplar has no certain lattice.
     joints
-        `joint_ends`; None for a flat image, and where the exemplar has no sure joints.
+        `joint_ends`; None for a flat image, or if the exemplar has no certain joints.
     patches
-        `patch_distance`; None where nothing is as large as a patch.
+        `patch_distance`; None if an image is smaller than a patch.
     landmarks
         `landmark_recurrence`; None for a flat image.
     crossings
-        `crossings`; None for a flat image, and where there are no seams.
+        `crossings`; None for a flat image, or if there are no seams.
     """
 
     wasserstein: tuple[float, ...]
@@ -112,7 +112,7 @@ class Measures:
         return plain
 
     def rows(self) -> list[tuple[str, str, str]]:
-        """Return (measure, figure, what it means) for a table; of the peaks the two highest."""
+        """Return (measure, figure, meaning) for a table; of the peaks only the two highest."""
         rows = []
         if self.seams is not None:
             rows += [
@@ -123,7 +123,7 @@ class Measures:
                 share = f"{100 * self.seams.creases:.1f} %"
                 rows += [
                     ("  left out there: creases", share, "of the edges' length"),
-                    ("  over creases", _figure(self.seams.over_creases), "texture starts anew"),
+                    ("  over creases", _figure(self.seams.over_creases), "texture restarts"),
                 ]
             rows += [
                 ("seam ratio, block borders", _figure(self.seams.cuts), "1: invisible"),
@@ -134,7 +134,7 @@ class Measures:
             apart = f"{found.apart:.2f}, 95 % {found.apart_most:.2f} px"
             cuts = f"{100 * found.cuts:.1f} %, {100 * found.cuts_inside:.1f} % inside"
             rows += [
-                ("seams read apart by", apart, "0: what goes on fits"),
+                ("seams read apart by", apart, "0: continues exactly"),
                 ("  cuts lie along", cuts, "equal: no seam shows"),
             ]
         if self.wrap is not None:
@@ -176,7 +176,7 @@ class Measures:
             ]
         if self.landmarks is not None:
             rows += [
-                ("landmarks recur", _figure(self.landmarks.recurrence), "1: as all else"),
+                ("landmarks recur", _figure(self.landmarks.recurrence), "1: as often as the rest"),
                 ("  nearest copy", _figure(self.landmarks.nearest), "sample's widths"),
                 ("  nearest copy, 5 %", _figure(self.landmarks.nearest_5), "sample's widths"),
             ]
@@ -199,7 +199,7 @@ def measure_cover(
     crease: float | None = None,
     threads: int | None = None,
 ) -> Measures:
-    """Measure a covered surface by everything there is.
+    """Measure a covered surface by all measures.
 
     Parameters
     ----------
@@ -208,15 +208,15 @@ def measure_cover(
     quilt
         The result of the synthesis.
     exemplar
-        (H, W, C) that it was made from: what the result is compared with.
+        (H, W, C) that it was made from, and with which the result is compared.
     texels
-        The quilt painted at density 1, if it is at hand or is to be painted with something else, such as a
-        coded exemplar; by default with `exemplar`.
+        The quilt painted at density 1, if already available, or painted with something other than
+        `exemplar`, such as a coded exemplar; by default painted with `exemplar`.
     scale, direction
-        What was asked for, see `mapping`: exemplar pixels per unit of length, and which way the exemplar's
-        rows of pixels were to run.
+        What was requested, see `mapping`: exemplar pixels per unit of length, and the direction of the
+        exemplar's rows of pixels.
     crease
-        Degrees at which the texture was to start anew, 1 to 180, as in `SynthesisOptions`; see
+        Degrees at which the texture was to start again, 1 to 180, as in `SynthesisOptions`; see
         `mesh_seams`.
     threads
         For painting: 1 to 256; by default one per core.
@@ -229,7 +229,7 @@ def measure_cover(
     Raises
     ------
     InputError
-        If the exemplar is none, or surface, quilt, texels and exemplar do not belong together.
+        If the exemplar is not valid, or surface, quilt, texels and exemplar do not belong together.
     """
     exemplar = check_exemplar(exemplar)
     if texels is None:
@@ -271,7 +271,7 @@ def measure_cover(
 
 
 def measure_image(image: PixelArray, exemplar: PixelArray, *, tileable: bool = False) -> Measures:
-    """Measure a flat result against its exemplar: only what a picture alone can tell.
+    """Measure a flat result against its exemplar, as far as a picture alone allows.
 
     Parameters
     ----------
@@ -290,7 +290,7 @@ def measure_image(image: PixelArray, exemplar: PixelArray, *, tileable: bool = F
     Raises
     ------
     InputError
-        If the image is too small or not finite, one of them is no image, or their channels differ.
+        If the image is too small or not finite, either array is not an image, or their channels differ.
     """
     exemplar = check_exemplar(exemplar)
     if image.ndim != 3 or min(image.shape[:2]) < LEAST_SIDE:

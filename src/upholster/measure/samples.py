@@ -1,4 +1,4 @@
-"""What the measures look at: samples as numbers that are comparable, and a bounded part of large results."""
+"""The data that measures work on: samples as comparable numbers, and a bounded part of large results."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -13,10 +13,10 @@ from upholster.types import FloatArray, PixelArray
 __all__ = ["Samples", "Window", "bilinear", "chosen_windows", "coded"]
 
 Samples = NDArray[np.float32]
-"""Samples as the eye weighs them, see `coded`."""
+"""Samples in perceptual units, see `coded`."""
 
 SEED = 2006
-"""All sampling is drawn from this seed: the same input gives the same figures."""
+"""The seed of all sampling: the same input gives the same figures."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +35,7 @@ class Window:
 
 
 def coded(pixels: PixelArray) -> Samples:
-    """Return samples as the eye weighs them: sRGB-coded, 0 to 1.
+    """Return samples in perceptual units: sRGB-coded, 0 to 1.
 
     Parameters
     ----------
@@ -45,8 +45,8 @@ def coded(pixels: PixelArray) -> Samples:
     Returns
     -------
     ndarray
-        (..., C) float32. Floats are coded by the curve of IEC 61966-2-1, which goes on beyond 1 and is
-        mirrored below 0: nothing is clipped. Alpha is scaled only.
+        (..., C) float32. Floats are coded by the curve of IEC 61966-2-1, which is continued beyond 1 and
+        mirrored below 0: nothing is clipped. Alpha is only scaled.
     """
     if pixels.dtype.kind == "u":
         return pixels.astype(np.float32) / np.float32(np.iinfo(pixels.dtype).max)
@@ -61,14 +61,14 @@ def coded(pixels: PixelArray) -> Samples:
 
 
 def bilinear(pixels: PixelArray, rows: FloatArray, columns: FloatArray) -> Samples:
-    """Return sRGB-coded samples between pixels, as `coded` does at them.
+    """Return sRGB-coded samples between pixels, interpolated after `coded`.
 
     Parameters
     ----------
     pixels
         (h, w, C), pixel (r, c) having its centre at exactly (r, c).
     rows, columns
-        (n,) places; beyond the outermost centres these hold.
+        (n,) places; beyond the outermost pixel centres, their values hold.
 
     Returns
     -------
@@ -79,8 +79,8 @@ def bilinear(pixels: PixelArray, rows: FloatArray, columns: FloatArray) -> Sampl
     r, c = np.clip(rows, 0, height - 1), np.clip(columns, 0, width - 1)
     top, left = r.astype(np.intp), c.astype(np.intp)
     down, right = (r - top).astype(np.float32)[:, None], (c - left).astype(np.float32)[:, None]
-    below, beside = np.minimum(top + 1, height - 1), np.minimum(left + 1, width - 1)
-    upper, lower = (_between(coded(pixels[r, left]), coded(pixels[r, beside]), right) for r in (top, below))
+    below, after = np.minimum(top + 1, height - 1), np.minimum(left + 1, width - 1)
+    upper, lower = (_between(coded(pixels[r, left]), coded(pixels[r, after]), right) for r in (top, below))
     return _between(upper, lower, down)
 
 

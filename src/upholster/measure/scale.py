@@ -1,4 +1,4 @@
-"""How large texels are on the surface: density, scale, anisotropy."""
+"""The size of texels on the surface: density, scale, anisotropy."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,25 +14,25 @@ from upholster.types import FloatArray
 __all__ = ["FINER", "TexelScale", "mesh_texel_scale", "quantiles", "texel_scale"]
 
 FINER = 3
-"""Triangles of patches are so many times finer each way than those that synthesis works on: its steps change
-by up to a half over one."""
+"""Triangles of patches are this many times finer each way than in synthesis, where a texel's steps vary by up
+to a half over one triangle."""
 
 
 @dataclass(frozen=True, slots=True)
 class TexelScale:
-    """How evenly texels lie on a surface; all figures weigh every part of the surface by its area.
+    """How even texels are on a surface; all figures weight every part of the surface by its area.
 
     Attributes
     ----------
     spread
-        99th over 1st percentile of texel area: 1 where all are equally large.
+        99th over 1st percentile of texel area: 1 if all are equally large.
     error
         Mean absolute deviation of log2 of the texel size, along rows and along columns alike, from its
-        median: in octaves, 0 where all have one size. The median stands in for a scale asked for.
+        median: in octaves, 0 if all have one size. The median stands in for a requested scale.
     error_95
         95th percentile of the same: 0.0704 is 5 %.
     anisotropy
-        Median of a texel's greatest over its least stretch: 1 where texels are square.
+        Median of a texel's greatest over its least stretch: 1 if texels are square.
     anisotropy_95
         95th percentile of the same.
     """
@@ -56,7 +56,7 @@ def texel_scale(surface: AnySurface, charts: Sequence[Chart]) -> TexelScale:
     surface
         The surface.
     charts
-        What covers it: at least one chart.
+        The charts that cover it: at least one.
 
     Returns
     -------
@@ -66,7 +66,7 @@ def texel_scale(surface: AnySurface, charts: Sequence[Chart]) -> TexelScale:
     Raises
     ------
     InputError
-        If there is no chart, one names a face that the surface does not have, or nothing has any area.
+        If there is no chart, one names a face that the surface does not have, or there is no area.
 
     References
     ----------
@@ -99,7 +99,7 @@ def texel_scale(surface: AnySurface, charts: Sequence[Chart]) -> TexelScale:
 
 
 mesh_texel_scale = texel_scale
-"""The same, by the name that it had for meshes."""
+"""The same, under its earlier name for meshes."""
 
 
 def quantiles(values: FloatArray, weights: FloatArray, wanted: Sequence[float]) -> list[float]:

@@ -21,12 +21,12 @@ __all__ = ["MeanDifference", "WrapSeams", "edge_seam_ratio", "wrap_seams"]
 LINE_PAIRS = 4096
 
 INSIDE = 32.0
-"""Steps from an edge, straight inward, up to which places are that it is compared with."""
+"""An edge is compared with places up to this many steps straight inward from it."""
 
 
 @dataclass
 class MeanDifference:
-    """A mean of absolute differences of sRGB-coded samples, added up part by part."""
+    """A mean of absolute differences of sRGB-coded samples, accumulated part by part."""
 
     total: float = 0.0
     count: int = 0
@@ -37,7 +37,7 @@ class MeanDifference:
         self.count += one.size
 
     def over(self, other: "MeanDifference") -> float | None:
-        """Return this mean over another: None if there is nothing here, 1 where there is no difference."""
+        """Return this mean over another: None if this one is empty, 1 if there is no difference."""
         if not self.count or not other.count:
             return None
         here, there = self.total / self.count, other.total / other.count
@@ -51,35 +51,35 @@ def edge_seam_ratio(
 ) -> float | None:
     """Measure whether the edges of charts show: both those of faces, and those between charts of a face.
 
-    The mean absolute difference between a point before an edge and one as far beyond it, over the same
-    between points inside the charts, up to 32 texels from the edge. Points lie ½ to 1 texel from it (of the
-    coarser side), straight across it in the unfolded tangent planes; inside, the same step of the exemplar
-    apart, so that neither charts of unequal size nor a change of scale or direction count as seams. Texels
-    are interpolated bilinearly on both sides and inside alike. Values are sRGB-coded, all channels weigh
-    alike: 1.0 is invisible, more shows, less is blur. Over creases the texture starts anew: they do not
-    count. At most 2^17 pairs are looked at.
+    The mean absolute difference between points on both sides of an edge, equally far from it, divided by that
+    between points inside the charts, up to 32 texels from the edge. Points are ½ to 1 texel from the edge (of
+    the coarser side), straight across it in the unfolded tangent planes. Inside, points are the same step of
+    the exemplar apart, so that neither charts of unequal size nor a change of scale or direction count as
+    seams. Texels are interpolated bilinearly in both cases. Values are sRGB-coded, all channels weigh the
+    same: 1.0 is invisible, more shows, less is blur. Creases, over which the texture starts again, do not
+    count. At most 2^17 pairs are examined.
 
     Parameters
     ----------
     surface
-        What the charts lie on: says which edges meet.
+        The surface below the charts: it defines which edges meet.
     texels
         The result.
     fields
         Each chart's warp field, as in `Quilt.fields`.
     crease
-        Degrees: edges at which the surface turns by as much or more are creases.
+        Degrees: edges at which the surface turns by at least this are creases.
 
     Returns
     -------
     float or None
-        The ratio, 0 or more; 1.0 where neither shows any difference, infinite where only the edges do; None
-        where no charts meet.
+        The ratio, 0 or more; 1.0 if neither shows any difference, infinite if only the edges do; None if no
+        charts meet.
 
     Raises
     ------
     InputError
-        If a chart names a face that the surface does not have, or fields are not one for each chart.
+        If a chart names a face that the surface does not have, or the number of fields is not that of charts.
 
     References
     ----------
@@ -96,13 +96,13 @@ def edge_seam_ratio(
     rng = np.random.default_rng(SEED)
     depth, aside = rng.uniform((0.5, 2.0), (1.0, INSIDE), (len(found.chart), 2)).T
     points = found.place + (depth * found.deep.max(axis=1))[:, None, None] * found.inward
-    # Inside, about a place that lies between texels as the edge does.
+    # Inside, around a place between texels, as on the edge.
     middles = found.place[:, 0] + np.rint((aside * found.deep[:, 0])[:, None] * found.inward[:, 0])
     across, inside = MeanDifference(), MeanDifference()
     for index, chart in enumerate(texels.charts):
         own = np.flatnonzero(found.chart[:, 0] == index)
         edge, middle, array = found.place[own, 0], middles[own], texels.arrays[index]
-        # The same step in the exemplar, which may run otherwise on the chart.
+        # The same step in the exemplar, which may have another direction on the chart.
         field = fields[index] if fields else WarpField.identity()
         step = field.at(*(edge - 0.5).T) @ (points[own, 0] - edge)[:, :, None]
         half = np.linalg.solve(field.at(*(middle - 0.5).T), step)[:, :, 0]
@@ -128,8 +128,8 @@ class WrapSeams:
         Differences across the wrapped edges over those everywhere: 1.0 is invisible, more shows, less is
         blur.
     low, high
-        5th and 95th percentile of the same ratio for one row line and one column line anywhere inside: within
-        them the wrapped edges are lines like any other.
+        5th and 95th percentile of the same ratio for one row line and one column line anywhere inside. Within
+        this range the wrapped edges are lines like any other.
     """
 
     ratio: float
@@ -138,12 +138,12 @@ class WrapSeams:
 
 
 def wrap_seams(image: PixelArray) -> WrapSeams | None:
-    """Measure whether an image repeats without seams, laid side by side and one below the other.
+    """Measure whether an image repeats without seams, side by side and one below the other.
 
-    The mean absolute difference between the first and the last row and column, over the same between
-    neighbouring rows and columns. Values are sRGB-coded, all channels weigh alike. Wrapped edges are but two
-    lines, and lines of a regular texture differ: the percentiles, over 4096 random pairs of lines, tell how
-    much.
+    The mean absolute difference between the first and the last row and column, divided by that between
+    neighbouring rows and columns. Values are sRGB-coded, all channels weigh the same. The wrapped edges are
+    only two lines, and lines of a regular texture differ. The percentiles, over 4096 random pairs of lines,
+    show how much.
 
     Parameters
     ----------
@@ -153,8 +153,8 @@ def wrap_seams(image: PixelArray) -> WrapSeams | None:
     Returns
     -------
     WrapSeams or None
-        The ratio and its range; None for an image of a single row or column. A ratio is 1.0 where nothing
-        differs anywhere, and infinite where only the wrapped edges do.
+        The ratio and its range; None for an image of a single row or column. A ratio is 1.0 if nothing
+        differs anywhere, and infinite if only the wrapped edges do.
 
     References
     ----------
@@ -163,7 +163,7 @@ def wrap_seams(image: PixelArray) -> WrapSeams | None:
     if min(image.shape[:2]) < 2:
         return None
     values = coded(image)
-    # Sums over the lines, so that the longer ones count for more.
+    # Sums over the lines, so that longer lines count more.
     rows, columns = (np.abs(np.diff(values, axis=axis)).sum(axis=(1 - axis, 2)) for axis in (0, 1))
     whole = float(rows.mean() + columns.mean())
     wrapped = float(np.abs(values[-1] - values[0]).sum() + np.abs(values[:, -1] - values[:, 0]).sum())
@@ -176,5 +176,5 @@ def wrap_seams(image: PixelArray) -> WrapSeams | None:
 
 
 def _at(array: PixelArray, places: NDArray[np.float64]) -> NDArray[np.float32]:
-    # Samples at places (n, 2), texel (r, c) having its centre at (r + ½, c + ½).
+    # Samples at places (n, 2); texel (r, c) has its centre at (r + ½, c + ½).
     return bilinear(array, *(places - 0.5).T)

@@ -1,4 +1,4 @@
-"""Whether triangles bound a solid that can be printed: closed, without folds, and how thick its walls are."""
+"""Whether triangles bound a printable solid: closed, without folds; and the thickness of its walls."""
 
 from dataclasses import dataclass
 
@@ -14,45 +14,45 @@ from upholster.types import FloatArray, IntArray
 __all__ = ["Solid", "check_solid", "shown_length", "solid_lines", "volume"]
 
 _RAYS = 20_000
-"""Vertices from which walls are measured."""
+"""The most vertices from which walls are measured."""
 
 _EVEN = 0.95
-"""How well the normals about a vertex agree from which walls are measured, 0 to 1."""
+"""Walls are measured from vertices whose adjacent normals agree at least this well, 0 to 1."""
 
 _MANY_OVERLAPS = 1e-3
 """Share of vertices: below it, single precision or grazing rays may be the cause."""
 
 _LIFT = 1e-5
-"""Where a ray starts below the surface, of half the model's size: single precision can tell that apart."""
+"""Depth below the surface where a ray starts, in halves of the model's size: above single precision."""
 
 
 @dataclass(frozen=True, slots=True)
 class Solid:
-    """What `check_solid` finds.
+    """The findings of `check_solid`.
 
     Attributes
     ----------
     triangles
-        How many there are.
+        Number of triangles.
     borders
         Edges with one triangle.
     crowded
         Edges with more than two.
     turned
-        Edges whose two triangles run along them the same way: one is inside out.
+        Edges whose two triangles run along them the same way, so that one is inside out.
     manifold
-        What manifold3d says of the triangles: whether they bound a solid. None where it was not asked.
+        Whether manifold3d accepts the triangles as a solid. None if it was not used.
     volume, volume_before
-        In cubic model units, and before vertices moved; None unless the surface is closed.
+        In cubic model units, now and before vertices moved; None unless the surface is closed.
     folded
-        Triangles that turned over when their vertices moved: there the surface passes through itself.
+        Triangles that turned over when their vertices moved; the surface passes through itself there.
     fold
         (x, y, z) of one of them.
     wall, common_wall
         Least thickness along the normals and its first percentile, in model units, away from edges and folds;
         None unless the surface is closed.
     thinnest
-        (x, y, z) of the surface where the wall is least.
+        (x, y, z) on the surface where the wall is thinnest.
     overlaps
         Share of the measured places at which another part of the surface is inside the wall.
     """
@@ -73,7 +73,7 @@ class Solid:
 
     @property
     def is_closed(self) -> bool:
-        """Whether each edge has two triangles that run along it opposite ways."""
+        """Whether each edge has two triangles, which run along it in opposite directions."""
         return not (self.borders or self.crowded or self.turned)
 
 
@@ -85,8 +85,8 @@ def check_solid(positions: FloatArray, triangles: IntArray, before: FloatArray |
     positions, triangles
         (V, 3) and (T, 3): counter-clockwise seen from outside.
     before
-        (V, 3): where the vertices were before a displacement; walls are measured along the normals there, so
-        that the height map's grain does not count as a wall. By default as `positions`.
+        (V, 3): where the vertices were before a displacement. Walls are measured along the normals there, so
+        that the grain of the height map does not count as a wall. By default `positions`.
     """
     before = positions if before is None else before
     borders, crowded, turned = _edge_faults(triangles, len(positions))
@@ -94,7 +94,7 @@ def check_solid(positions: FloatArray, triangles: IntArray, before: FloatArray |
         return Solid(len(triangles), borders, crowded, turned, _by_manifold(positions, triangles))
     normals, evenness = vertex_normals(before, triangles)
     folded = np.flatnonzero(folds(positions, triangles, normals))
-    even = evenness > _EVEN  # on an edge or a tip there is no wall to look through
+    even = evenness > _EVEN  # at an edge or a tip the wall is not defined
     even[triangles[folded]] = False
     walls, places, overlaps = _walls(positions, triangles, normals, np.flatnonzero(even))
     least = int(walls.argmin()) if len(walls) else 0
@@ -116,14 +116,14 @@ def check_solid(positions: FloatArray, triangles: IntArray, before: FloatArray |
 
 
 def solid_lines(solid: Solid, metres: float | None) -> list[str]:
-    """Say what `check_solid` found, a line each.
+    """Describe the findings of `check_solid`, one per line.
 
     Parameters
     ----------
     solid
-        What it found.
+        The findings.
     metres
-        Length of a model unit in metres: lengths are then in millimetres. None: they are in model units.
+        Length of a model unit in metres, to show millimetres. None shows model units.
     """
     count = number_of(solid.triangles, "triangle")
     if not solid.is_closed:
@@ -132,15 +132,15 @@ def solid_lines(solid: Solid, metres: float | None) -> list[str]:
             (solid.crowded, "with more than two triangles"),
             (solid.turned, "where one triangle is inside out"),
         )
-        told = ", ".join(f"{number_of(number, 'edge')} {what}" for number, what in faults if number)
-        return [f"{count}, which are not a solid: {told}"]
+        listed = ", ".join(f"{number_of(number, 'edge')} {what}" for number, what in faults if number)
+        return [f"{count}, which are not a solid: {listed}"]
     assert solid.volume is not None
     assert solid.volume_before is not None
     lines = [f"{count}, a closed solid of {_shown_volume(solid.volume, metres)}"]
     if solid.volume != solid.volume_before:
         lines[0] += f" ({_shown_volume(solid.volume_before, metres)} before it was displaced)"
     if solid.manifold is False:
-        lines.append("manifold3d does not take it for a solid")
+        lines.append("manifold3d does not accept it as a solid")
     if solid.volume < 0:
         lines.append("its triangles face inward: it is inside out, and was displaced inward")
     if solid.folded and solid.fold is not None:
@@ -159,7 +159,7 @@ def solid_lines(solid: Solid, metres: float | None) -> list[str]:
 
 
 def shown_length(length: float, metres: float | None) -> str:
-    """Return a length for people: in millimetres where the model's unit is known."""
+    """Return a length as text: in millimetres if the model's unit is known."""
     return f"{length:.3g}" if metres is None else f"{length * metres * 1000:.3g} mm"
 
 
@@ -173,7 +173,7 @@ def _shown_volume(size: float, metres: float | None) -> str:
 
 
 def volume(positions: FloatArray, triangles: IntArray) -> float:
-    """Return the volume that closed triangles (T, 3) bound; below 0 where they are inside out."""
+    """Return the volume that closed triangles (T, 3) bound; below 0 if they are inside out."""
     a, b, c = (positions - positions.mean(axis=0))[triangles].transpose(1, 0, 2)
     return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6)
 
@@ -188,7 +188,7 @@ def _edge_faults(triangles: IntArray, vertices: int) -> tuple[int, int, int]:
     first = triangles.astype(np.int64)
     last = np.roll(first, -1, axis=1)
     key = (np.minimum(first, last) * vertices + np.maximum(first, last)).ravel()
-    # The lowest bit tells which way a side runs along its edge.
+    # The lowest bit is the direction of a side along its edge.
     key = np.sort(key * 2 + (first < last).ravel())
     edge = key >> 1
     starts = np.flatnonzero(np.concatenate([[True], edge[1:] != edge[:-1]]))
@@ -204,7 +204,7 @@ def _edge_faults(triangles: IntArray, vertices: int) -> tuple[int, int, int]:
 def _by_manifold(positions: FloatArray, triangles: IntArray) -> bool:
     from manifold3d import Error, Manifold, Mesh64
 
-    # It takes no read-only arrays.
+    # manifold3d does not accept read-only arrays.
     mesh = Mesh64(positions.astype(np.float64, order="C"), triangles.astype(np.uint64, order="C"))
     found = Manifold(mesh)
     return bool(found.status() == Error.NoError and not found.is_empty())
@@ -215,8 +215,8 @@ def _walls(
 ) -> tuple[FloatArray, FloatArray, float]:
     """Measure walls from some of the usable vertices against normals, (V, 3).
 
-    Returns thicknesses (n,), places (n, 3), and at which share of the vertices a ray first meets a triangle
-    from outside: there parts overlap, and there is no wall.
+    Returns thicknesses (n,), places (n, 3), and the share of vertices whose ray first meets a triangle from
+    outside: parts overlap there, and there is no wall.
     """
     if not len(usable):
         return np.empty(0), np.empty((0, 3)), 0.0
@@ -228,11 +228,11 @@ def _walls(
     geometry = EmbreeTriangles(scene, points, np.ascontiguousarray(triangles, np.int32))
     inward = (-normals[chosen]).astype(np.float32)
     hits = scene.run(points[chosen] + inward * np.float32(_LIFT), inward, query="INTERSECT", output=1)
-    del geometry  # it had to live as long as the scene was asked
+    del geometry  # the scene needed it until its last query
     met = np.flatnonzero(hits["primID"] >= 0)
     facing = crossed(positions, triangles[hits["primID"][met]])
     leaves = (facing * inward[met]).sum(axis=1) >= 0
-    grazed = (triangles[hits["primID"][met]] == chosen[met, None]).any(axis=1)  # beside where it starts
+    grazed = (triangles[hits["primID"][met]] == chosen[met, None]).any(axis=1)  # next to its start
     measured = met[leaves & ~grazed]
     walls = (hits["tfar"][measured].astype(np.float64) + _LIFT) * radius
     return walls, positions[chosen[measured]], float((~leaves & ~grazed).sum()) / len(chosen)

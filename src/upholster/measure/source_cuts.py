@@ -1,4 +1,4 @@
-"""Cuts, and what of the sample meets at each."""
+"""Cuts, and the parts of the sample that meet at each."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -16,23 +16,23 @@ from upholster.types import FloatArray, IntArray
 __all__ = ["SourceCuts", "cuts_at_seams", "cuts_inside", "cuts_of"]
 
 EVERY = 8
-"""Texels each way of which one tells the area."""
+"""The area is measured on every eighth texel each way."""
 
 CONTINUED = 16
-"""A texel beyond a seam continues the other within so many 1/16 pixels: charts are unfolded, not exact."""
+"""Texels across a seam count as continued within this many 1/16 pixels: unfolding charts is not exact."""
 
 Index = NDArray[np.intp]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class SourceCuts:
-    """Edges of texels at which two sources meet that do not continue one another.
+    """Edges of texels between two sources that do not continue one another.
 
     Attributes
     ----------
     onward, found
-        (n, 2) rows and columns in the sample, in 1/16 pixel: where the second texel would lie if the first
-        one's source went on, and where it lies.
+        (n, 2) rows and columns in the sample, in 1/16 pixel: where the second texel would be if the first
+        one's source continued, and where it is.
     lengths
         (n,) in pixels of the sample.
     charts
@@ -56,7 +56,7 @@ class SourceCuts:
 def cuts_of(
     quilt: Quilt, charted: ChartedSurface | None, crease: float
 ) -> tuple[SourceCuts, SeamPlaces | None, float]:
-    """Return the cuts of a quilt; the places of its seams, if it is known what it lies on; and its area.
+    """Return the cuts of a quilt; the places of its seams, if its surface is known; and its area.
 
     Only texels on the surface count, and no cuts along its creases, see `broken_elements`. The area is in
     square pixels of the sample.
@@ -78,7 +78,7 @@ def cuts_of(
 def cuts_inside(trace: Trace, shown: NDArray[np.bool_] | None = None) -> Iterator[SourceCuts]:
     """Yield the cuts inside a window of a chart: those between rows, and those between columns.
 
-    Of `shown` (rows, columns of the window) both texels must be, where it is given.
+    If `shown` (rows, columns of the window) is given, both texels must be in it.
     """
     for axis in (0, 1):
         border = trace.border(axis)
@@ -88,7 +88,7 @@ def cuts_inside(trace: Trace, shown: NDArray[np.bool_] | None = None) -> Iterato
             cut &= shown[border.rows, border.columns] & shown[beyond]
         rows = border.rows[cut] + trace.window.row + (axis == 0)
         columns = border.columns[cut] + trace.window.column + (axis == 1)
-        # The second texel through either source: the first one's goes on by a texel.
+        # The second texel through either source: its own, and the first one's continued by a texel.
         first, second = (
             step_sources(trace.field, side[cut], rows, columns) for side in (border.first, border.second)
         )
@@ -100,12 +100,12 @@ def cuts_inside(trace: Trace, shown: NDArray[np.bool_] | None = None) -> Iterato
 
 
 def cuts_at_seams(quilt: Quilt, seams: SeamPlaces) -> Iterator[SourceCuts]:
-    """Yield the cuts along seams: where the texel beyond does not go on."""
+    """Yield the cuts along seams, where the texel across does not continue."""
     for a, b in np.unique(seams.chart, axis=0).tolist():
         own = np.flatnonzero((seams.chart == (a, b)).all(axis=1))
         texel, step = seams.texel[own], seams.step[own, 0]
         ends = texel[:, :1].repeat(2, axis=1)
-        # A texel's edge that the seam follows: along the rows where the other texel lies above or below.
+        # The texel's edge along the seam: along the rows if the other texel is above or below.
         ends[np.arange(len(own)), 1, np.abs(step).argmin(axis=1)] += 1
         yield _met(quilt, (a, texel[:, 0]), (b, texel[:, 1]), step, ends)
 
@@ -117,7 +117,7 @@ def _met(
     step: FloatArray,
     ends: Index,
 ) -> SourceCuts:
-    # Cuts between texels (n, 2) of two charts, the second ones a `step` (n, 2) of the first one's texels on.
+    # Cuts between texels (n, 2) of two charts; the second ones are a `step` (n, 2) of the first chart away.
     (first, place), (second, found) = (_sources(quilt, *side) for side in (here, there))
     matrices = quilt.fields[here[0]].at(*here[1].T)
     turned = SYMMETRIES[first["symmetry"]].reshape(-1, 2, 2) @ matrices @ step[:, :, None]
@@ -132,7 +132,7 @@ def _met(
 
 
 def _sources(quilt: Quilt, chart: int, texel: Index) -> tuple[NDArray[np.void], IntArray]:
-    # The placements that own texels (n, 2), and where these lie in the exemplar (2, n).
+    # The placements that own texels (n, 2), and the texels' places in the exemplar (2, n).
     if not len(texel):
         return quilt.placements[:0], np.zeros((2, 0), np.int32)
     low, high = texel.min(axis=0), texel.max(axis=0) + 1
@@ -142,7 +142,7 @@ def _sources(quilt: Quilt, chart: int, texel: Index) -> tuple[NDArray[np.void], 
 
 
 def _area(trace: Trace, shown: NDArray[np.bool_] | None) -> float:
-    # Of the texels that are shown, in square pixels of the sample.
+    # The area of the texels that are shown, in square pixels of the sample.
     if shown is None:
         shown = np.ones(trace.owners.shape, bool)
     rows, columns = np.nonzero(shown[::EVERY, ::EVERY])

@@ -35,17 +35,17 @@ class Peak:
 
 @dataclass(frozen=True, slots=True)
 class Structure:
-    """The strongest peaks of the autocorrelation, and what is left of the exemplar's.
+    """The strongest peaks of the autocorrelation, and how much of the exemplar's is kept.
 
     Attributes
     ----------
     exemplar, result
-        Up to four peaks each, highest first; none where nothing repeats.
+        Up to four peaks each, highest first; none if nothing repeats.
     kept
         For each of the exemplar's peaks, the highest correlation of the result within 3 pixels of it.
     loss
-        Mean over the exemplar's peaks of their height minus what is kept: 0 is equal, negative where the
-        result repeats more strongly. None where the exemplar has no peak.
+        Mean over the exemplar's peaks of their height minus the kept height: 0 is equal, negative if the
+        result repeats more strongly. None if the exemplar has no peak.
     """
 
     exemplar: tuple[Peak, ...]
@@ -55,13 +55,13 @@ class Structure:
 
 
 def structure(results: Sequence[PixelArray], exemplar: PixelArray) -> Structure:
-    """Compare at which shifts result and exemplar repeat.
+    """Compare the shifts at which result and exemplar repeat.
 
     Both are reduced to one channel, the exemplar's first principal component of sRGB-coded colour. The
-    autocorrelation at shift d is the mean of x(p)·x(p + d) over all places where both exist, x having mean 0
-    and variance 1; shifts go to half the exemplar's sides, 256 at most. A peak is the highest value within 3
-    pixels round it, at least 0.05, other than the centre. At most 2 Mtexels of either are looked at, in
-    windows of at most 512².
+    autocorrelation at shift d is the mean of x(p)·x(p + d) over all places where both exist; x has mean 0 and
+    variance 1, and shifts go up to half the exemplar's sides, 256 at most. A peak is the highest value within
+    3 pixels, at least 0.05, other than the centre. At most 2 Mtexels of each are examined, in windows of at
+    most 512².
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ def structure(results: Sequence[PixelArray], exemplar: PixelArray) -> Structure:
     Raises
     ------
     InputError
-        If numbers of channels differ or something is smaller than 7 pixels each way.
+        If numbers of channels differ or an array is smaller than 7 pixels each way.
 
     References
     ----------
@@ -113,7 +113,7 @@ def _autocorrelation(planes: Sequence[FloatArray], half: tuple[int, int]) -> Flo
     count = sum(plane.size for plane in planes)
     mean = sum(float(plane.sum()) for plane in planes) / count
     variance = sum(float(((plane - mean) ** 2).sum()) for plane in planes) / count
-    if variance < 1e-12:  # nothing varies: nothing repeats
+    if variance < 1e-12:  # constant, so nothing repeats
         return np.zeros((half[0] + 1, 2 * half[1] + 1))
     total, pairs = np.zeros((half[0] + 1, 2 * half[1] + 1)), np.zeros((half[0] + 1, 2 * half[1] + 1))
     rows, columns = np.arange(half[0] + 1)[:, None], np.arange(-half[1], half[1] + 1)

@@ -1,4 +1,4 @@
-"""Which placement each texel comes from, and which neighbouring texels continue one another."""
+"""The placement of each texel, and the neighbouring texels that continue one another."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -28,16 +28,16 @@ Steps = NDArray[np.integer[Any]]
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Border:
-    """The pairs of neighbouring texels along one axis that two placements paint.
+    """The pairs of neighbouring texels along one axis that belong to two placements.
 
     Attributes
     ----------
     rows, columns
         (n,) of the first texel of each pair, counted from the window's corner.
     first, second
-        (n,) of `PLACEMENT`: who paints the first texel and its right or lower neighbour.
+        (n,) of `PLACEMENT`: those of the first texel and of its right or lower neighbour.
     continued
-        (n,) whether the second texel is where the first one's placement would have it, within ½ pixel.
+        (n,) whether the second texel is where the first one's placement would put it, within ½ pixel.
     """
 
     rows: NDArray[np.intp]
@@ -54,13 +54,13 @@ class Trace:
     Attributes
     ----------
     window
-        Which part of which chart.
+        The part of a chart.
     field
         The chart's warp field.
     placements
-        The chart's.
+        The placements of the chart.
     owners
-        (height, width) int32: index into `placements`; −1 where nobody sees it, beyond the surface.
+        (height, width) int32: index into `placements`; −1 beyond the surface, where it is invisible.
     """
 
     window: Window
@@ -70,7 +70,7 @@ class Trace:
 
     @classmethod
     def of(cls, quilt: Quilt, window: Window, charted: ChartedSurface | None = None) -> "Trace":
-        """Trace a window of a quilt (`Window.index` is the chart): of a `charted` surface what lies on it."""
+        """Trace a window of a quilt (`Window.index` is the chart), on a `charted` surface only its texels."""
         index, shape = window.index, (window.height, window.width)
         owners = quilt.owners(index, window.row, window.column, *shape)
         if charted is not None:
@@ -78,7 +78,7 @@ class Trace:
         return cls(window, quilt.fields[index], quilt.on_chart(index), owners)
 
     def border(self, axis: int) -> Border:
-        """Return the pairs of texels that two placements paint: lower neighbours (0) or right ones (1)."""
+        """Return the pairs of texels with two placements: lower neighbours (0) or right ones (1)."""
         one, other = _pair(self.owners, axis)
         rows, columns = np.nonzero((one != other) & (one >= 0) & (other >= 0))
         first, second = self.placements[one[rows, columns]], self.placements[other[rows, columns]]
@@ -89,7 +89,7 @@ class Trace:
         return Border(rows, columns, first, second, near)
 
     def links(self, axis: int) -> Flags:
-        """Return which texels the lower (0) or right (1) neighbour continues: one less than the window."""
+        """Return whether the lower (0) or right (1) neighbour continues a texel: one less than the window."""
         one, other = _pair(self.owners, axis)
         linked: Flags = (one == other) & (one >= 0)
         border = self.border(axis)
@@ -98,14 +98,14 @@ class Trace:
 
 
 def step_sources(field: WarpField, owner: NDArray[np.void], rows: Steps, columns: Steps) -> IntArray:
-    """Return where the middles of steps lie in the exemplar, each through its own placement.
+    """Return the places in the exemplar of the middles of steps, each through its own placement.
 
     Parameters
     ----------
     field
         The chart's warp field.
     owner
-        (n,) of `PLACEMENT`: the one that each step is seen through.
+        (n,) of `PLACEMENT`: the one that each step uses.
     rows, columns
         (n,) the steps.
 
@@ -118,19 +118,19 @@ def step_sources(field: WarpField, owner: NDArray[np.void], rows: Steps, columns
 
 
 def charted_of(quilt: Quilt) -> ChartedSurface | None:
-    """Return what a quilt's charts lie on; None where it does not know its surface."""
+    """Return the charted surface of a quilt; None if it does not know its surface."""
     return None if quilt.surface is None else charted_surface(quilt.surface, quilt.charts)
 
 
 def traces(quilt: Quilt) -> Iterator[Trace]:
-    """Trace the parts of a quilt's charts that are measured: what lies on its surface, where it knows it."""
+    """Trace the parts of a quilt's charts that are measured; only texels on its surface, if it is known."""
     charted = charted_of(quilt)
     for window in quilt_windows(quilt):
         yield Trace.of(quilt, window, charted)
 
 
 def quilt_windows(quilt: Quilt) -> list[Window]:
-    """Choose the parts of a quilt's charts that are measured (`Window.index` is the chart)."""
+    """Choose the parts of a quilt's charts to measure (`Window.index` is the chart)."""
     shapes = [(chart.height, chart.width) for chart in quilt.charts]
     return chosen_windows(shapes, side=SIDE, most=MOST_TEXELS)
 

@@ -1,10 +1,10 @@
 """The methods of synthesis: from an exemplar and a layout of charts to a quilt.
 
-`synthesis` settles layout, scale and direction and calls a method: `paper`, `pixel` or `quilt`.
+`synthesis` sets layout, scale and direction and calls a method: `paper`, `pixel` or `quilt`.
 """
 
 from upholster.methods.guidance import Guidance
-from upholster.methods.guided import guidance_files, is_guided, read_guidance, sized_sample, with_names
+from upholster.methods.guided import given_guidance, guidance_files, read_guidance, sized_sample, with_names
 from upholster.methods.synthesis import (
     Prepared,
     asked_files,
@@ -27,9 +27,9 @@ __all__ = [
     "asked_files",
     "coarser",
     "execute",
+    "given_guidance",
     "guidance_files",
     "holding",
-    "is_guided",
     "kept_sample",
     "lay_plan",
     "matched_image",

@@ -1,6 +1,6 @@
-"""Maximum flow on a grid, and the cut that it leaves (Dinic's algorithm).
+"""Maximum flow on a grid, and the resulting cut (Dinic's algorithm).
 
-`cut_grid` separates cells that are held on either side; `cut_weighted` lets each cell prefer a side.
+`cut_grid` separates cells that are fixed to either side; `cut_weighted` lets each cell prefer a side.
 """
 
 import numpy as np
@@ -10,8 +10,7 @@ from upholster.jit import inline, kernel
 
 __all__ = ["FREE", "NEW", "OLD", "OUTSIDE", "cut_grid", "cut_weighted"]
 
-# What is known of a cell before the cut: nothing, that it stays old or becomes new, or that it is no part of
-# the grid.
+# State of a cell before the cut: free, stays old, becomes new, or outside the grid.
 FREE, OLD, NEW, OUTSIDE = 0, 1, 2, 3
 
 
@@ -26,8 +25,9 @@ def _step_to(direction: int, width: int) -> int:
 def _rank(
     residual: NDArray[np.int64], seeds: NDArray[np.int8], width: int, work: NDArray[np.int32]
 ) -> tuple[int, bool]:
-    # Breadth first from all new cells at once: how far each cell is from them. Cells held old take flow and
-    # pass none on. Returns how many new cells lead the queue, and whether an old one was reached.
+    # Breadth first from all new cells at once: the distance of each cell from them. Cells held old take flow
+    # and pass none on. Returns the number of new cells at the front of the queue, and whether an old one was
+    # reached.
     level, pointer, queue = work[0], work[1], work[2]
     head, tail = 0, 0
     for n in range(seeds.shape[0]):
@@ -57,7 +57,7 @@ def _rank(
 def _advance(
     residual: NDArray[np.int64], seeds: NDArray[np.int8], width: int, work: NDArray[np.int32], n: int
 ) -> int:
-    # The next cell with a higher level that takes flow from cell n; -1 if there is none any more.
+    # The next cell with a higher level that takes flow from cell n; -1 if there is none left.
     level, pointer = work[0], work[1]
     while pointer[n] < 4:
         d = pointer[n]
@@ -71,7 +71,7 @@ def _advance(
 
 @inline
 def _augment(residual: NDArray[np.int64], width: int, work: NDArray[np.int32], depth: int) -> tuple[int, int]:
-    # Pushes along the trail what its narrowest step takes; returns how much, and that step's place.
+    # Pushes as much along the trail as its narrowest step takes; returns the amount, and that step's place.
     pointer, trail = work[1], work[3]
     least = residual[pointer[trail[0]], trail[0]]
     for k in range(1, depth):
@@ -136,8 +136,8 @@ def cut_grid(
 def _rank_weighted(
     residual: NDArray[np.int64], balance: NDArray[np.int64], width: int, work: NDArray[np.int32]
 ) -> tuple[int, bool]:
-    # As `_rank`, from all cells that have flow left to give: how many they are, and whether one that takes
-    # some was reached.
+    # As `_rank`, from all cells that have flow left to give: returns their number, and whether a cell that
+    # takes flow was reached.
     level, pointer, queue = work[0], work[1], work[2]
     head, tail = 0, 0
     for n in range(balance.shape[0]):
@@ -163,7 +163,7 @@ def _rank_weighted(
 
 @inline
 def _advance_weighted(residual: NDArray[np.int64], width: int, work: NDArray[np.int32], n: int) -> int:
-    # The next cell with a higher level that takes flow from cell n; -1 if there is none any more.
+    # The next cell with a higher level that takes flow from cell n; -1 if there is none left.
     level, pointer = work[0], work[1]
     while pointer[n] < 4:
         d = pointer[n]
@@ -184,8 +184,8 @@ def _augment_weighted(
     depth: int,
     n: int,
 ) -> tuple[int, int]:
-    # Pushes from the trail's first cell to cell n at its end what both and the steps between take; returns
-    # how much, and the place of the first step that takes no more, or the trail's length.
+    # Pushes from the trail's first cell to cell n at its end as much as both and the steps between take;
+    # returns the amount, and the place of the first saturated step, or the trail's length.
     pointer, trail = work[1], work[3]
     source = trail[0]
     least = min(balance[source], -balance[n])
@@ -211,13 +211,13 @@ def cut_weighted(
     work: NDArray[np.int32],
     cells: NDArray[np.uint8],
 ) -> int:
-    """Choose a side for each cell of a grid, the cheapest; return what it costs, mark the new side.
+    """Choose a side for each cell of a grid at the lowest cost; return the cost, mark the new side.
 
-    The new side is 1 in `cells`. A cell that stays old costs its `balance` where that is positive, one that
-    becomes new costs the balance without its sign where that is negative; and a step from a new cell to an
-    old one costs the capacity in `residual` (4, n), to the right, below, left and above, which must be 0
-    across the grid's rim. Of equal choices that with the fewest new cells is taken. Both arrays are used up.
-    `work` (4, n) is scratch as of `cut_grid`.
+    The new side is 1 in `cells`. A cell that stays old costs its `balance` if that is positive; a cell that
+    becomes new costs the absolute balance if that is negative. A step from a new cell to an old one costs the
+    capacity in `residual` (4, n), to the right, below, left and above, which must be 0 across the grid's rim.
+    Of equal choices the one with the fewest new cells is taken. Both arrays are used up. `work` (4, n) is
+    scratch as for `cut_grid`.
     """
     level, pointer, queue, trail = work[0], work[1], work[2], work[3]
     flow = 0

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from upholster.charts.directions._kernels import nearest_triangles
 from upholster.charts.maps import MapGround, SurfaceMap, parse_map, region, softened
+from upholster.charts.maps.ground import located
 from upholster.errors import InputError
 from upholster.image.masks import Used
 from upholster.methods.quilt.guides import EITHER, Again, Guide, Rectangle, as_guide
@@ -244,10 +245,15 @@ def region_again(wanted: SurfaceMap, ground: MapGround, seed: int) -> Again:
     InputError
         As `SurfaceMap.values`; if nothing of the surface lies in it.
     """
-    own = [_spread(one.view(np.uint8), _BLENDED, np.minimum) > 0 for one in region(wanted, ground)]
-    if not any(one.any() for one in own):
+    # Steps off the surface are outside, but nothing of them stays.
+    surface = [triangles >= 0 for triangles in located(ground.charted)]
+    stays = tuple(
+        _spread((on & ~own).view(np.uint8), _BLENDED, np.maximum) > 0
+        for own, on in zip(region(wanted, ground), surface, strict=True)
+    )
+    if not any((on & ~held).any() for on, held in zip(surface, stays, strict=True)):
         raise InputError(f"region {wanted.text!r} has nothing of the surface; allowed: one that has some")
-    return Again(tuple(~one for one in own), seed)
+    return Again(stays, seed)
 
 
 @stage

@@ -27,7 +27,9 @@ from upholster.options import SampleOptions, SynthesisOptions
 from upholster.stages import file_stage
 from upholster.types import IntArray, PixelArray
 
-__all__ = ["guidance_files", "is_guided", "read_guidance", "sized_sample", "with_names"]
+__all__ = ["given_guidance", "guidance_files", "read_guidance", "sized_sample", "with_names"]
+
+_GUIDED = ("guide", "labels", "zone", "again", "put")
 
 _LUMINANCE = "luminance"
 """The word for how light a sample is: of its colours."""
@@ -42,9 +44,9 @@ _TAILS = 0.02
 """Of all pixels: as many are 0, and as many 1, in a guide that the sample itself is."""
 
 
-def is_guided(asked: SynthesisOptions) -> bool:
-    """Whether something is asked of where things go."""
-    return bool(asked.guide or asked.labels or asked.zone or asked.again or asked.put)
+def given_guidance(asked: SynthesisOptions) -> list[str]:
+    """Return the options that are given of those that say where things go."""
+    return [option for option in _GUIDED if getattr(asked, option)]
 
 
 def guidance_files(asked: SynthesisOptions) -> list[str]:
@@ -138,7 +140,7 @@ def read_guidance(
     InputError
         If a text is wrong, a file cannot be read, or a map has another size than the sample.
     """
-    if not is_guided(asked):
+    if not given_guidance(asked):
         return source, None
     pairs = [_pair(parse_guide(text), source, reading) for text in asked.guide or ()]
     pairs += [_pair(parse_guide(text, "labels"), source, reading, labels=True) for text in asked.labels or ()]
@@ -171,7 +173,7 @@ def _put(put: PutText, shape: tuple[int, int], rectangle: Rectangle | None, mate
     if isinstance(put.piece, str):
         assert rectangle is not None
         assert material is not None
-        return Put(put.piece, rectangle, put.place, put.size, put.degrees, material.used)
+        return Put(str(put), rectangle, put.place, put.size, put.degrees, material.used)
     x, y, width, height = put.piece
     text = ",".join(map(str, put.piece))
     if width < MIN_PIECE or height < MIN_PIECE or x + width > shape[1] or y + height > shape[0]:
@@ -179,7 +181,7 @@ def _put(put: PutText, shape: tuple[int, int], rectangle: Rectangle | None, mate
             f"put {text!r} is no part of the sample; allowed: x,y,width,height inside {shape[1]}x{shape[0]}, "
             f"{MIN_PIECE} pixels or more each way"
         )
-    return Put(text, (y, x, height, width), put.place, put.size, put.degrees)
+    return Put(str(put), (y, x, height, width), put.place, put.size, put.degrees)
 
 
 def _again(text: str, number: int) -> tuple[SurfaceMap, int]:
@@ -244,8 +246,9 @@ def _pair(
         pixels = _prepared(text, reading, labels=labels)
         shown = _codes(pixels) if labels else _grey(pixels)
         if shown.shape != shape:
+            what, (height, width) = "image of labels" if labels else "guide", shown.shape
             raise InputError(
-                f"guide {text.sample!r} is {shown.shape[1]}x{shown.shape[0]} pixels; "
+                f"{what} {text.sample!r} is {width}x{height} pixels; "
                 f"allowed: {shape[1]}x{shape[0]}, as the sample"
             )
     return GuidePair(str(text), shown, parse_map(text.target), text.weight, labels)

@@ -1,4 +1,4 @@
-"""Filling a hole with blocks: a flat texture of which all that lies round the hole is kept."""
+"""Filling a hole with blocks: a flat texture of which everything around the hole is kept."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -27,14 +27,14 @@ from upholster.types import FloatArray, IntArray, PixelArray, Progress
 __all__ = ["LARGEST_BLOCK", "HoleExemplar", "check_room", "hole_places"]
 
 LARGEST_BLOCK = 48
-"""Pixels of a block's side, where it is not asked for: a photo is no one texture, and larger blocks find
-nothing that fits round a hole."""
+"""Default limit of a block's side in pixels: a photo is not a single texture, and no larger block would fit
+around a hole."""
 
 _SMALLEST, _TIMES = 24, 2
-"""Of narrow holes a block's side is so many pixels, or so many times the hole's own width."""
+"""For narrow holes a block's side is limited to this many pixels, or this many times the hole's own width."""
 
 _PHASE = 0.5
-"""What it costs to be out of phase, as in flat textures."""
+"""Cost of being out of phase, as in flat textures."""
 
 _CELL = 2
 """Steps of a cell of labels."""
@@ -42,18 +42,18 @@ _CELL = 2
 
 @dataclass(frozen=True, eq=False, slots=True)
 class HoleExemplar:
-    """What a hole is filled from.
+    """The source for filling a hole.
 
     Attributes
     ----------
     pixels
-        (H, W, C) what is matched: the photo round the hole; or that, and another sample beside it.
+        (H, W, C) the image to match: the photo around the hole, or both that and another sample.
     used
-        (H, W) which pixels blocks show: none of the hole.
+        (H, W) the pixels that blocks may show: none of the hole.
     sample
-        Where the other sample lies; then blocks show that alone. None: there is none.
+        The other sample's rectangle, if any; blocks then show only pixels from it.
     photo
-        Where the photo lies.
+        The photo's rectangle.
     """
 
     pixels: PixelArray
@@ -63,7 +63,7 @@ class HoleExemplar:
 
     @property
     def shown(self) -> tuple[PixelArray, Used]:
-        """What blocks show, and which pixels of that."""
+        """The image that blocks show, and its used pixels."""
         rectangle = self.photo if self.sample is None else self.sample
         return cropped(self.pixels, rectangle), cropped(self.used, rectangle)
 
@@ -74,7 +74,7 @@ class HoleExemplar:
 
 
 def check_room(used: Used, block: int | None, what: str) -> None:
-    """Raise InputError unless there is room for a block in what is used; `what` says whose it is."""
+    """Raise InputError unless a block fits into the used pixels; `what` names their owner in messages."""
     found = largest_square(used)
     if found < LEAST_ROOM:
         raise InputError(
@@ -96,20 +96,20 @@ def hole_places(
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> IntArray:
-    """Return which pixel of the exemplar each pixel of a part of a photo shows, its hole filled.
+    """Return the pixel of the exemplar that each pixel of a part of a photo shows, with its hole filled.
 
-    Blocks are laid one after another, those next to what is kept first.
+    Blocks are laid one after another, those next to kept pixels first.
 
     Parameters
     ----------
     exemplar
-        What the hole is filled from.
+        The source for filling the hole.
     hole
-        (h, w): what is missing in this part.
+        (h, w): the pixels missing in this part.
     corner
         Row and column in the exemplar of the part's first pixel.
     block
-        Side of a block in pixels, as `check_room` allows it; None: as it suits photo and hole.
+        Side of a block in pixels, within `check_room`; None: chosen for photo and hole.
     seed, threads, progress
         As in `upholster.synthesize`.
 
@@ -122,7 +122,7 @@ def hole_places(
     side = usable_side(_side(pixels, hole), used) if block is None else block
     chart = Chart(0, *hole.shape)
     charted = charted_plane(chart)
-    # What stays is whole cells of labels: so no cell with a pixel of the hole in it shows what was there.
+    # Whole cells of labels are kept, so that no cell with a pixel of the hole shows the old pixels.
     stays = ~_in_cells(hole)
     kept = _as_it_is(chart, corner, exemplar.pixels.shape[:2]), (stays,)
     zones, phases = None, None
@@ -137,7 +137,7 @@ def hole_places(
         (WarpField.identity(),),
         np.broadcast_to((1.0, 0.0, 0.0), (len(charted.chart), 3, 3)),
         1.0,
-        # A photo is no one texture: what is rare in it stays rare.
+        # A photo is not a single texture: rare parts stay rare.
         options=QuiltOptions(block=side, evenness=0.0),
         phases=phases,
         used=exemplar.used,
@@ -155,7 +155,7 @@ def _side(pixels: PixelArray, hole: NDArray[np.bool_]) -> int:
 
 
 def _in_cells(hole: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    # The cells that have something of a hole in them, as pixels.
+    # The cells that contain any part of a hole, as pixels.
     height, width = hole.shape
     whole = np.pad(hole, ((0, -height % _CELL), (0, -width % _CELL)))
     cells = whole.reshape(len(whole) // _CELL, _CELL, -1, _CELL).any(axis=(1, 3))
@@ -163,11 +163,11 @@ def _in_cells(hole: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 
 def _as_it_is(chart: Chart, corner: tuple[int, int], shape: tuple[int, ...]) -> Quilt:
-    # A quilt with one placement, that reads the photo at each step.
+    # A quilt with one placement, which reads the photo at each step.
     placed = np.zeros(1, PLACEMENT)
     for name, size, first in zip(("row", "column"), (chart.height, chart.width), corner, strict=True):
         at = size // 2
-        # The middle of a step lies half a step behind its number, that of a pixel at it.
+        # The middle of a step is half a step after its number, that of a pixel at its number.
         placed[name], placed[f"source_{name}"] = 16 * at + 8, 16 * (first + at)
     labels = np.zeros(label_shape(chart.height, chart.width, _CELL), np.int32)
     layers = ((LabelMap(_CELL, labels),),)
@@ -176,7 +176,7 @@ def _as_it_is(chart: Chart, corner: tuple[int, int], shape: tuple[int, ...]) -> 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _PhotoPhases:
-    # The phases that a photo wants: its own, and in the hole those that go on from what lies round it.
+    # The wanted phases of a photo: its own, and in the hole a continuation of those around it.
     phases: NDArray[np.int16]  # (n, H, W)
     corner: tuple[int, int]
 
@@ -195,8 +195,8 @@ def _own_phases(pixels: PixelArray, used: Used, corner: tuple[int, int]) -> Want
 
 
 def _gone_on(lattice: Lattice, used: Used) -> NDArray[np.int16]:
-    # Phases over the hole: its pixels tell nothing of them. By how much they are ahead of even waves is taken
-    # from round it.
+    # Phases over the hole, where pixels have no information. Their lead over even waves is interpolated from
+    # around the hole.
     rows, columns = np.arange(used.shape[0])[:, None], np.arange(used.shape[1])
     found = []
     for wave, phases in zip(lattice.waves, lattice.phases, strict=True):

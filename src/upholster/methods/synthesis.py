@@ -1,4 +1,4 @@
-"""From an exemplar and a surface to a quilt: the one place that settles layout, scale, direction, method."""
+"""From an exemplar and a surface to a quilt: layout, scale, direction and method are all set here."""
 
 import secrets
 from dataclasses import dataclass, replace
@@ -81,50 +81,49 @@ __all__ = [
 ]
 
 _SURFACE_PHASE, _FLAT_PHASE = 2.0, 0.5
-"""What it costs to be out of phase where nothing else is asked for: on a surface courses do not close by
-themselves."""
+"""Default cost of being out of phase. It is higher on a surface, where courses do not close by themselves."""
 
 _MOST_OCTAVES = 6
-"""Texels for a step are 2^6 each way at most, as in `Quilt.density`."""
+"""Texels per step are at most 2^6 each way, as in `Quilt.density`."""
 
 
 @dataclass(frozen=True, eq=False)
 class Prepared:
-    """What a synthesis will do, settled and checked before it begins.
+    """The settings of a synthesis, complete and checked before it begins.
 
     Attributes
     ----------
     charts, fields
-        The layout; fields are empty where the method has no use for them.
+        The layout; fields are empty if the method does not use them.
     scale
-        Sizes of texels and sample on the surface; None where they were not asked for (methods "paper" and
+        Sizes of texels and sample on the surface; None if they were not requested (methods "paper" and
         "pixel", flat textures).
     direction
-        In words; empty where there is none.
+        In words; empty if there is none.
     options
-        Of the method, all settled.
+        The method's options, with all values set.
     field
-        Which way the sample's rows run on a mesh.
+        The direction of the sample's rows on a mesh.
     phases
-        Where in its periods a sample that repeats shall be; None: it does not, or that is not asked for.
+        The wanted phases of a sample that repeats; None if it does not, or phases are not requested.
     turns
-        (T,) on a mesh, quarter turns from the warp fields to that: see `upholster.charts.turns`.
+        (T,) on a mesh, quarter turns from the warp fields to the wanted phases: see `upholster.charts.turns`.
     charted
-        What method "quilt" lays blocks on.
+        The charted surface on which method "quilt" lays blocks.
     vectors
-        (T, 3, 3) which way the sample's rows run at its triangles' corners.
+        (T, 3, 3) direction of the sample's rows at its triangles' corners.
     density
-        Texels for a step of the charts, each way: a power of two.
+        Texels per step of the charts, each way: a power of two.
     used
-        (H, W) which pixels of the sample blocks show; None: all.
+        (H, W) the pixels of the sample that blocks may show; None: all.
     steering
-        What blocks are asked to show where; None: nothing.
+        Requests for what blocks show where; None: none.
     again
-        Regions that are laid once more, one after another.
+        Regions that are laid again, one after another.
     held
-        Of each chart (height, width) where another quilt stays, see `holding`; None: nowhere.
+        For each chart (height, width), where another quilt is kept, see `holding`; None: nowhere.
     sizes
-        How many times as large the sample is at the corners of `charted`; None: once.
+        Factor of the sample's size at the corners of `charted`; None: 1.
     """
 
     charts: tuple[Chart, ...]
@@ -146,19 +145,19 @@ class Prepared:
 
     @property
     def painted(self) -> tuple[Chart, ...]:
-        """The charts as they are painted, in texels."""
+        """The charts at their painted size, in texels."""
         return painted_charts(self.charts, self.density)
 
 
 def kept_sample(exemplar: PixelArray | Material, options: SynthesisOptions) -> PixelArray | Material:
-    """Return a sample as it is matched and painted: without small coefficients where the options say so.
+    """Return a sample as it is matched and painted: without small coefficients if the options say so.
 
-    Each map of a material is treated on its own.
+    Each map of a material is treated separately.
 
     Raises
     ------
     InputError
-        If `exemplar` is an array that is no exemplar.
+        If `exemplar` is an array but not a valid exemplar.
     """
     if options.threshold is None and options.coefficients is None:
         return exemplar
@@ -178,7 +177,7 @@ def _kept(
 
 
 def needs_patches(options: SynthesisOptions) -> bool:
-    """Return whether what is asked for can be done on patches, and not on a mesh."""
+    """Return whether the options require patches, and cannot be used on a mesh."""
     along = options.direction
     on_patches = callable(along) or (isinstance(along, str) and along.strip() in ("u", "v"))
     on_patches = on_patches or is_direction_image(along)
@@ -186,7 +185,7 @@ def needs_patches(options: SynthesisOptions) -> bool:
 
 
 def settled_seed(seed: int | None) -> int:
-    """Return a seed as a number; for None a fresh one, drawn by the system.
+    """Return a seed as a number; for None a new one, drawn from the system.
 
     Raises
     ------
@@ -201,17 +200,17 @@ def settled_seed(seed: int | None) -> int:
 
 
 def matched_image(exemplar: PixelArray | Material, options: SynthesisOptions) -> PixelArray:
-    """Return what a method looks at: of a material all maps that count for "quilt", or the base colour alone.
+    """Return the image to match: for "quilt" all maps of a material that count, otherwise the base colour.
 
     Returns
     -------
     ndarray
-        (H, W, C), C as many as that takes.
+        (H, W, C), with as many channels as needed.
 
     Raises
     ------
     InputError
-        If `exemplar` is an array that is no exemplar.
+        If `exemplar` is an array but not a valid exemplar.
     """
     if isinstance(exemplar, Material):
         turned = options.mirror or options.rotate
@@ -230,12 +229,12 @@ def _color(material: Material) -> PixelArray:
 
 
 def asked_files(options: SynthesisOptions) -> list[str]:
-    """Return the files that options name: of strokes, images of directions and of sizes, of guides.
+    """Return the files that options name: of strokes, of images of directions and sizes, of guides.
 
     Raises
     ------
     InputError
-        If a text that names one is wrong.
+        If a text that names a file is malformed.
     """
     images = [options.direction.strip()] if is_direction_image(options.direction) else []
     sizes = () if options.size_map is None else parse_size_map(options.size_map).map.files
@@ -260,10 +259,10 @@ def prepare(
     used: Used | None = None,
     guidance: Guidance | None = None,
 ) -> Prepared:
-    """Settle what `synthesize` will do; parameters as there.
+    """Set up what `synthesize` will do; parameters are as for `synthesize`.
 
     On patches no chart of method "quilt" is longer than `largest` texels. `model` is the file that a mesh was
-    read from. Blocks show pixels alone that are `used`, (H, W) bool; None: all. They lie as `guidance` says.
+    read from. Blocks only show `used` pixels, (H, W) bool; None: all. `guidance` steers where they go.
 
     Raises
     ------
@@ -297,7 +296,7 @@ def prepare(
 
 
 def _prepare_flat(seen: Seen, surface: AnySurface, chart: Chart, options: SynthesisOptions) -> Prepared:
-    # A flat texture: a step is a pixel, rows run along rows.
+    # A flat texture: a step is a pixel, and the sample's rows run along rows.
     if options.size_map is not None:
         raise InputError("size_map is given for a flat texture; allowed: on surfaces and models")
     for name in ("crease", "stroke"):
@@ -407,16 +406,16 @@ def _prepare_mesh(
 
 @stage
 def coarser(prepared: Prepared, exemplar: PixelArray, octaves: int) -> Prepared:
-    """Return what is done for a quick look at the same texture: longer steps, and blocks twice as wide.
+    """Return the settings for a quick look at the same texture: longer steps, and blocks twice as wide.
 
-    Directions, phases and sizes are those of `prepared`, of method "quilt".
+    Directions, phases and sizes are those of `prepared`, for method "quilt".
 
     Parameters
     ----------
     prepared, exemplar
-        What `prepare` returned, and for which exemplar.
+        The result of `prepare`, and its exemplar.
     octaves
-        By how many powers of two steps are longer, 1 to 6.
+        Steps are longer by this many powers of two, 1 to 6.
     """
     options = prepared.options
     assert prepared.charted is not None
@@ -442,7 +441,7 @@ def coarser(prepared: Prepared, exemplar: PixelArray, octaves: int) -> Prepared:
 
 @stage
 def holding(prepared: Prepared, before: Quilt) -> Prepared:
-    """Return what is done where regions stay as another quilt has them, `prepared.held`.
+    """Return the settings for keeping the regions `prepared.held` as they are in another quilt.
 
     Raises
     ------
@@ -456,7 +455,7 @@ def holding(prepared: Prepared, before: Quilt) -> Prepared:
     )
     if not same:
         raise InputError(
-            "a pinned region can not stay where model, sizes, texels or directions change; allowed: unpin it"
+            "a pinned region cannot stay where model, sizes, texels or directions change; allowed: unpin it"
         )
     steering = replace(prepared.steering or Steering(), kept=(before, prepared.held))
     again = tuple(
@@ -467,7 +466,7 @@ def holding(prepared: Prepared, before: Quilt) -> Prepared:
 
 
 def _texels_a_step(scale: TextureScale) -> float:
-    """Return how many texels a step has, each way: a step is about a pixel, or a texel that is larger."""
+    """Return the texels per step, each way: a step is about a pixel, or a texel if that is larger."""
     octaves = round(float(np.log2(scale.density / scale.scale)))
     return 2.0 ** min(max(octaves, 0), _MOST_OCTAVES)
 
@@ -485,12 +484,13 @@ def _scale(seen: Seen, surface: AnySurface, options: SynthesisOptions, metres: f
 
 
 def sample_width(exemplar: PixelArray, options: SynthesisOptions, metres: float | None) -> float | None:
-    """Return the sample's width in model units, as it is asked for, or as its elements are; None: neither.
+    """Return the sample's width in model units, as requested or from its elements' width; None: neither.
 
     Raises
     ------
     InputError
-        If a length has a unit and the model none, or elements are told and the sample does not repeat.
+        If a length has a unit and the model has none, or a size of elements is given and the sample does not
+        repeat.
     """
     if options.sample_size is not None:
         return parse_length(options.sample_size, metres, name="sample size")
@@ -499,7 +499,7 @@ def sample_width(exemplar: PixelArray, options: SynthesisOptions, metres: float 
     lattice = find_lattice(exemplar)
     if lattice is None:
         raise InputError(
-            f"element size is {options.element_size!r}, but nothing repeats surely in the sample; "
+            f"element size is {options.element_size!r}, but no pattern clearly repeats in the sample; "
             "allowed: sample size"
         )
     length = parse_length(options.element_size, metres, name="element size")
@@ -552,7 +552,7 @@ def execute(
 
 
 def lay_plan(prepared: Prepared, exemplar: PixelArray, *, seed: int = 0) -> LayPlan:
-    """Return what method "quilt" lays a surface by, as prepared."""
+    """Return the plan by which method "quilt" lays a surface, as prepared."""
     assert prepared.charted is not None
     assert prepared.vectors is not None  # method "quilt" has both
     assert isinstance(prepared.options, QuiltOptions)
@@ -589,24 +589,24 @@ def synthesize(
     ----------
     exemplar
         (H, W) or (H, W, C) with 1 to 4 channels, 32×32 to 4096×4096; uint8, uint16 or float. Or a
-        material: its maps are matched together, by methods "paper" and "pixel" its base colour alone. Or the
-        path of an image, or of a material's folder; or a `Sample`, which may name a mask.
+        material: its maps are matched together, or by methods "paper" and "pixel" its base colour alone. Or
+        the path of an image, or of a material's folder; or a `Sample`, which may name a mask.
     surface
         The surface to cover; or its text form, ``"torus:R=2,r=0.7"``, or the path of its file. Or a mesh,
-        which is laid out flat first; or one that has been, see `upholster.charts.unwrap`.
+        which is laid out flat first; or one that is already laid out, see `upholster.charts.unwrap`.
     options
-        Method, scale, direction and what else can be chosen; see `upholster.SynthesisOptions`.
+        Method, scale, direction and all other choices; see `upholster.SynthesisOptions`.
     seed
         0 to 2^63 − 1. The same seed gives the same quilt, whatever the number of threads and on any machine.
-        None: a random one, which `Quilt.seed` tells.
+        None draws a random seed, which `Quilt.seed` records.
     threads
         1 to 256; by default one per core.
     progress
         Called as ``progress(stage, done, total)``, with stages "blocks" and, for method "paper", "seams"; for
         method "pixel" "texels".
     choices
-        Single options, by the names that they have in `upholster.SynthesisOptions`: they come before
-        `options`, and None is as if not given. Of the most use: `method`, "quilt" (one texture at true scale
+        Single options, by their names in `upholster.SynthesisOptions`. They override `options`, and None is
+        as if not given. The most useful ones: `method`, "quilt" (one texture at true scale
         over the whole surface), "paper" (the paper's, patch by patch) or "pixel" (texel by texel); `texels`,
         a number, or (width, height) of a flat texture; `sample_size`, the exemplar's width in model units;
         `direction`, in words, as degrees, as a vector (x, y, z) or as a function, see
@@ -615,8 +615,8 @@ def synthesize(
     Returns
     -------
     Quilt
-        Charts and placements; `upholster.paint` makes texels of it. With `threshold` or `coefficients` it is
-        chosen by what `upholster.methods.kept_sample` returns, which is then what to paint.
+        Charts and placements; `upholster.paint` turns it into texels. With `threshold` or `coefficients` it
+        is matched against the result of `upholster.methods.kept_sample`, which is then the sample to paint.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""The working form: an exemplar in fixed point, as every method matches it on any machine."""
+"""The working form: an exemplar in fixed point, which gives every method equal results on any machine."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,9 +11,9 @@ WORKING_MAX = 1023
 
 
 def working_form(exemplar: PixelArray) -> NDArray[np.uint16]:
-    """Return what matching compares of the exemplar: (H, W, C) uint16 from 0 to 1023.
+    """Return the exemplar in the form that matching compares: (H, W, C) uint16 from 0 to 1023.
 
-    8-bit samples times 4, 16-bit samples divided by 64; float samples from their smallest to their largest.
+    8-bit samples times 4, 16-bit samples divided by 64; float samples scaled from their minimum to maximum.
     """
     if exemplar.dtype == np.uint8:
         return np.left_shift(exemplar, 2, dtype=np.uint16)

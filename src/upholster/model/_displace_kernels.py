@@ -1,6 +1,6 @@
-"""Kernels of displaced meshes: what the height map asks for at a place, bisecting edges, moving vertices.
+"""Kernels of displaced meshes: evaluating the height map, bisecting edges, moving vertices.
 
-A *side* is an edge as one triangle has it: number 3·triangle + k runs from corner k to corner k + 1. The
+A *side* is an edge as seen from one triangle: number 3·triangle + k runs from corner k to corner k + 1. The
 sides of one edge form a ring by `Growing.next_side`, so an edge may have any number of triangles.
 """
 
@@ -15,42 +15,43 @@ from upholster.jit import inline, kernel, shared
 __all__ = ["MOST_STEPS", "Growing", "HeightField", "measure_edges", "move_vertices", "refine"]
 
 MOST_STEPS = 16
-"""Texels of the finest level that an edge spans at most, and steps in which it is compared with the map."""
+"""Greatest number of texels of the finest level along an edge, and of steps in which it is compared with the
+map."""
 
-_TOO_LONG = 1e20  # times their length: long sides come before all others, the longest first
-_MITRE = 0.5  # cosine between the sides of a crease and its vertex's way below which it goes no farther
+_TOO_LONG = 1e20  # times their length: long sides come before all others, longest first
+_MITRE = 0.5  # least cosine between a crease's sides and its vertex's direction in the mitre
 
 
 class HeightField(NamedTuple):
-    """How far the surface moves at each place of each chart."""
+    """The displacement of the surface at each place of each chart."""
 
     values: NDArray[np.float32]  # heights, level by level, chart by chart
     levels: NDArray[np.int64]  # (charts, levels, 3): first value, height, width
-    texel: float  # texels of the chart along a texel of level 0
-    amount: float  # what height 1 moves, in model units
-    mid: float  # the height that stays
-    kept: NDArray[np.float64]  # (2, 3): least and greatest corner of the box that stays
-    falloff: float  # model units beside the box over which the displacement sets in
+    texel: float  # chart texels per texel of level 0
+    amount: float  # displacement at height 1, in model units
+    mid: float  # the height that does not move
+    kept: NDArray[np.float64]  # (2, 3): least and greatest corner of the box that does not move
+    falloff: float  # model units around the box over which the displacement sets in
 
 
 class Growing(NamedTuple):
-    """Triangles while edges are bisected: arrays with room for more."""
+    """Triangles while edges are bisected: arrays with spare room."""
 
     positions: NDArray[np.float64]  # (V, 3)
     corners: NDArray[np.int32]  # (T, 3)
     places: NDArray[np.float32]  # (T, 3, 2): of the corners on the triangle's chart, in texels
-    normals: NDArray[np.float32]  # (T, 3, 3): where height 1 moves the corners, each side of a crease its own
+    normals: NDArray[np.float32]  # (T, 3, 3): displacement of the corners at height 1, per side of a crease
     chart: NDArray[np.int32]  # (T,); −1: without texture
     edges: NDArray[np.int32]  # (T, 3): the edge of each side
     next_side: NDArray[np.int32]  # (3·T,)
-    side: NDArray[np.int32]  # (E,): one side of each edge; −1: no edge any more
+    side: NDArray[np.int32]  # (E,): one side of each edge; −1: removed
     keys: NDArray[np.float32]  # (E,) of the heap: errors times lengths
     heap: NDArray[np.int32]  # (E,): edges, the largest key first
 
 
 @inline
 def kept_weight(field: HeightField, x: float, y: float, z: float) -> float:
-    """Return which share of the displacement a point gets: 0 in the kept box, 1 beyond the falloff."""
+    """Return the share of the displacement at a point: 0 in the kept box, 1 beyond the falloff."""
     low, high = field.kept[0], field.kept[1]
     dx = max(low[0] - x, x - high[0], 0.0)
     dy = max(low[1] - y, y - high[1], 0.0)
@@ -81,9 +82,9 @@ def height_at(field: HeightField, chart: int, level: int, row: float, column: fl
 
 @inline
 def filtered_height(field: HeightField, chart: int, spacing: float, row: float, column: float) -> float:
-    """Return the height at a place, averaged for vertices that stand `spacing` texels apart.
+    """Return the height at a place, averaged for vertices that are `spacing` texels apart.
 
-    Between two levels of which the coarser's texels are half the spacing or more (Williams 1983).
+    Interpolates between two levels; the coarser one's texels are half the spacing or more (Williams 1983).
     """
     most = field.levels.shape[1] - 1
     detail = min(max(math.log2(max(spacing / field.texel, 1e-9)) - 1.0, 0.0), float(most))
@@ -136,7 +137,7 @@ def side_error(mesh: Growing, field: HeightField, triangle: int, k: int) -> floa
 
 @shared
 def edge_error(mesh: Growing, field: HeightField, edge: int) -> tuple[float, float]:
-    """Return the largest error of an edge's sides, and the largest times texels: of the edge alone."""
+    """Return the largest error of an edge's sides, and that of error times length; only the edge matters."""
     start = mesh.side[edge]
     side, worst, weight = start, 0.0, 0.0
     while True:
@@ -150,7 +151,7 @@ def edge_error(mesh: Growing, field: HeightField, edge: int) -> tuple[float, flo
 
 @inline
 def is_longer(mesh: Growing, side: int, other: int) -> bool:
-    """Tell whether a side is longer than another in space; of equal ones one is, whoever asks."""
+    """Return whether a side is longer than another in space; ties are broken consistently."""
     a, b = mesh.corners[side // 3, side % 3], mesh.corners[side // 3, (side % 3 + 1) % 3]
     c, d = mesh.corners[other // 3, other % 3], mesh.corners[other // 3, (other % 3 + 1) % 3]
     x, y = mesh.positions[a], mesh.positions[b]
@@ -176,7 +177,7 @@ def longest_side(mesh: Growing, triangle: int) -> int:
 
 @inline
 def push(mesh: Growing, size: int, edge: int, key: float) -> int:
-    """Add an edge to the heap; return the heap's new size. Of equal keys the older edge comes first."""
+    """Add an edge to the heap; return the heap's new size. Among equal keys the older edge comes first."""
     at = size
     while at > 0:
         above = (at - 1) >> 1
@@ -190,7 +191,7 @@ def push(mesh: Growing, size: int, edge: int, key: float) -> int:
 
 @inline
 def drop_first(mesh: Growing, size: int) -> int:
-    """Take the heap's first edge off; return its new size."""
+    """Remove the heap's first edge; return its new size."""
     size -= 1
     key, edge = mesh.keys[size], mesh.heap[size]
     at = 0
@@ -214,7 +215,7 @@ def drop_first(mesh: Growing, size: int) -> int:
 
 @inline
 def replace_side(mesh: Growing, old: int, new: int) -> None:
-    """Give a side's place in its ring, and its edge, to another side."""
+    """Transfer a side's place in its ring, and its edge, to another side."""
     edge = mesh.edges[old // 3, old % 3]
     mesh.edges[new // 3, new % 3] = edge
     if mesh.side[edge] == old:
@@ -243,7 +244,7 @@ def join_side(mesh: Growing, edge: int, side: int) -> None:
 
 @inline
 def set_middle(mesh: Growing, triangle: int, corner: int, source: int, k: int) -> None:
-    """Give a corner the place and the normal of the middle of a triangle's side k."""
+    """Set a corner's place and normal to those of the midpoint of a triangle's side k."""
     last = (k + 1) % 3
     for axis in range(2):
         mesh.places[triangle, corner, axis] = 0.5 * (
@@ -257,7 +258,7 @@ def set_middle(mesh: Growing, triangle: int, corner: int, source: int, k: int) -
 
 @inline
 def copy_corner(mesh: Growing, triangle: int, corner: int, source: int, k: int) -> None:
-    """Make a corner of a triangle what a corner of another one is."""
+    """Copy a corner of another triangle to a corner of a triangle."""
     mesh.corners[triangle, corner] = mesh.corners[source, k]
     for axis in range(2):
         mesh.places[triangle, corner, axis] = mesh.places[source, k, axis]
@@ -267,7 +268,7 @@ def copy_corner(mesh: Growing, triangle: int, corner: int, source: int, k: int) 
 
 @shared
 def bisect(mesh: Growing, edge: int, counts: NDArray[np.int64]) -> None:
-    """Cut an edge, and each of its triangles, at its middle. `counts`: vertices, triangles, edges so far.
+    """Cut an edge, and each of its triangles, at its middle. `counts`: current vertices, triangles, edges.
 
     The new edges are the last ones: the halves, then one across each triangle.
     """
@@ -326,13 +327,13 @@ def longest_nearby(mesh: Growing, edge: int) -> tuple[int, int]:
 def refine(
     mesh: Growing, field: HeightField, tolerance: float, most: int, counts: NDArray[np.int64]
 ) -> float:
-    """Bisect edges until the errors of all are below a tolerance, or triangles run out.
+    """Bisect edges until all errors are below a tolerance, or the limit of triangles is reached.
 
-    The edge with the largest error times its length comes first: so triangles are not spent on single texels
-    of a grain while larger ones are off by nearly as much.
-    An edge is cut only where it is the longest of its triangles; before that, theirs are cut (Rivara 1997).
-    So triangles keep their shape, and there are no cracks. `counts` has vertices, triangles and edges;
-    triangles end at `most`. Returns the largest error that is left.
+    The edge with the largest error times length comes first. This avoids spending triangles on single texels
+    of grain while larger triangles have almost the same error. An edge is cut only if it is the longest of
+    its triangles; otherwise their longest edges are cut first (Rivara 1997). So triangles keep their shape,
+    and there are no cracks. `counts` has vertices, triangles and edges; triangles end at `most`. Returns the
+    largest remaining error.
     """
     size = 0
     for edge in range(counts[2]):
@@ -367,7 +368,7 @@ def refine(
 
 @kernel
 def measure_edges(mesh: Growing, count: int, spacing: NDArray[np.float32]) -> None:
-    """Find the shortest side in texels at each vertex: `spacing`, filled with large numbers before."""
+    """Find the shortest side in texels at each vertex: `spacing`, filled with large numbers on entry."""
     for triangle in range(count):
         if mesh.chart[triangle] >= 0:
             for k in range(3):
@@ -379,7 +380,7 @@ def measure_edges(mesh: Growing, count: int, spacing: NDArray[np.float32]) -> No
 
 @inline
 def corner_angle(mesh: Growing, triangle: int, k: int) -> float:
-    """Return a triangle's angle at a corner, in radians; 0 where it has none."""
+    """Return a triangle's angle at a corner, in radians; 0 if it is degenerate."""
     x = mesh.positions[mesh.corners[triangle, k]]
     y = mesh.positions[mesh.corners[triangle, (k + 1) % 3]]
     z = mesh.positions[mesh.corners[triangle, (k + 2) % 3]]
@@ -398,11 +399,11 @@ def move_vertices(
     sums: NDArray[np.float64],
     out: NDArray[np.float64],
 ) -> None:
-    """Displace vertices into `out` (V, 3), with `spacing` of `measure_edges`; `sums` (V, 7) is zero before.
+    """Displace vertices into `out` (V, 3), with `spacing` from `measure_edges`; `sums` (V, 7) begins as 0.
 
-    A vertex moves along the mean of its corners' normals, weighted with their angles, by the mean of what
-    their charts say. Where corners' normals differ, at creases, it moves as much farther as it must for the
-    faces beside it to move by that height (a mitre), at most twice.
+    A vertex moves along the mean of its corners' normals, weighted by their angles, by the mean of its
+    charts' heights. Where corners' normals differ, at creases, it moves farther, so that the adjacent faces
+    move by that height (a mitre): at most twice as far.
     """
     for triangle in range(counts[1]):
         chart = mesh.chart[triangle]

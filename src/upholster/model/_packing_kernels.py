@@ -1,4 +1,4 @@
-"""Hot loops of packing islands by their shapes: which squares of texels each needs, and where these fit."""
+"""Hot loops of packing islands by their shapes: the squares of texels that each needs, and free places."""
 
 from typing import Any
 
@@ -20,26 +20,26 @@ def mark_squares(
     reach: float,
     marked: NDArray[np.bool_],
 ) -> None:
-    """Mark the squares that triangles meet, or come near to.
+    """Mark the squares that triangles intersect or come near to.
 
-    A square and a triangle are apart where a line lies between them: along a side of the square, which the
-    bounds of the loops see to, or along an edge of the triangle.
+    A square and a triangle are apart if a line separates them: along a side of the square, which the bounds
+    of the loops ensure, or along an edge of the triangle.
 
     Parameters
     ----------
     places
         (T, 3, 2) rows and columns of the triangles' corners on their charts, in texels.
     island
-        (T,) which island each lies on; -1: none.
+        (T,) the island of each triangle; -1: none.
     grids
         (islands, 5): row and column on the chart, in texels, at which the island's squares begin; their rows
-        and columns; and which of `marked` is the first.
+        and columns; and the index of the first one in `marked`.
     side
-        Of a square, in texels.
+        Side of a square, in texels.
     reach
-        How near a triangle must come, in texels.
+        Distance at which a triangle counts as near, in texels.
     marked
-        Of all islands, row by row: those met become True.
+        The squares of all islands, row by row: marked ones become True.
     """
     half = 0.5 * side + reach
     for t in range(len(places)):
@@ -66,7 +66,7 @@ def mark_squares(
 def _apart(
     ay: float, ax: float, by: float, bx: float, oy: float, ox: float, y: float, x: float, half: float
 ) -> bool:
-    # Whether a square about (y, x) lies beyond the edge from a to b, or beyond the corner opposite to it.
+    # Whether a square about (y, x) is beyond the edge from a to b, or beyond the opposite corner.
     across, down = by - ay, ax - bx
     deep, at = (oy - ay) * down + (ox - ax) * across, (y - ay) * down + (x - ax) * across
     wide = half * (abs(across) + abs(down))
@@ -84,32 +84,32 @@ def lay_stencils(
     since: NDArray[np.int64],
     places: NDArray[np.int64],
 ) -> None:
-    """Lay stencils one after the other, each in the first row that has room for it, as far left as can be.
+    """Place stencils one after the other, each in the first row with room for it, as far left as possible.
 
-    One that is as high and wide as others before it starts where the last of these lies: else thousands of
-    small islands would look at all that is full. 64 columns are looked at at once: not free are those where
-    one of a stencil's squares would lie on one that is taken.
+    A stencil as high and wide as earlier ones starts where the last of these was placed; otherwise thousands
+    of small islands would search all occupied space. 64 columns are tested at once: a column is not free if
+    one of the stencil's squares would be on an occupied one.
 
     Parameters
     ----------
     order
-        Which stencils, in which order.
+        The stencils to place, in order.
     runs
-        (R, 4) squares of stencils that lie side by side: row, first column, how many, and the power of two
-        in that number.
+        (R, 4) runs of adjacent squares of stencils: row, first column, length, and the exponent of the
+        largest power of two in the length.
     spans
-        (stencils, 6): height, runs from, to, of the longest run the row and how many, and the kind.
+        (stencils, 6): height, runs from, to, the row and the length of the longest run, and the kind.
     together
-        Whether to stop at the first stencil that there is no room for.
+        Whether to stop at the first stencil that does not fit.
     taken
-        (levels, rows, words): bit c % 64 of word c // 64 in level 0 tells whether a square of the page is
-        taken, in level j whether one of the 2^j from it on is. Beyond the last word all are.
+        (levels, rows, words): bit c % 64 of word c // 64 in level 0 is set if a square of the page is
+        occupied, in level j if one of the 2^j squares from it on is. Beyond the last word all are.
     room
-        (rows,) how many squares that lie side by side are free, at most.
+        (rows,) length of the longest run of free squares.
     since
-        (kinds,) where each kind is looked for: zeros at first.
+        (kinds,) the row at which the search for each kind starts: zeros at first.
     places
-        (stencils, 2) row and column of those that are laid; of the others as before.
+        (stencils, 2) row and column of the placed ones; the others are unchanged.
     """
     for n in order:
         start, stop, row, column = spans[n, 1], spans[n, 2], since[spans[n, 5]], int64(-1)
@@ -127,11 +127,11 @@ def lay_stencils(
 
 @inline
 def _free_column(taken: NDArray[np.uint64], row: int, runs: NDArray[np.int64], start: int, stop: int) -> Any:
-    # The first column at which runs are free where they begin in that row; -1: none.
+    # The first column at which all runs are free when they begin in that row; -1: none.
     for word in range(taken.shape[2]):
         free = ~uint64(0)
         for k in range(start, stop):
-            # Two powers of two, which may overlap, are as long as the run.
+            # Two powers of two, which may overlap, cover the run.
             level, at = runs[k, 3], row + runs[k, 0]
             rest = runs[k, 2] - (int64(1) << level)
             free &= ~_shifted(taken, level, at, runs[k, 1], word)
@@ -148,7 +148,7 @@ def _free_column(taken: NDArray[np.uint64], row: int, runs: NDArray[np.int64], s
 
 @inline
 def _shifted(taken: NDArray[np.uint64], level: int, row: int, by: int, word: int) -> Any:
-    # A word of a row of a level whose columns are moved to the left.
+    # A word of a row of a level, with its columns shifted to the left.
     at, bits, words = word + (by >> 6), uint64(by & 63), taken.shape[2]
     low = taken[level, row, at] if at < words else ~uint64(0)
     if not bits:
@@ -184,7 +184,7 @@ def _take(
 
 @inline
 def _longest(taken: NDArray[np.uint64], row: int) -> Any:
-    # How many squares of a row that lie side by side are free, at most.
+    # The length of the longest run of free squares in a row.
     longest, length = int64(0), int64(0)
     for word in range(taken.shape[2]):
         bits = taken[0, row, word]

@@ -1,12 +1,13 @@
-"""The atlas: all charts' texels in one image, with gutters that hide where a chart ends.
+"""The atlas: all charts' texels in one image, with gutters that hide the ends of charts.
 
-On patches one cell per chart: the chart and a gutter round it, filled with what lies across the edge, so
-that bilinear filtering at an edge sees the same colours from both sides. Sizes and positions of cells are
-multiples of the largest power of two in the gutter: down to mip level log2(gutter), rounded down, no texel
-mixes two cells. On meshes the same is true of the squares that are an island's (`upholster.model.islands`).
-They are cut from its chart, which reaches beyond the island and shows there how the texture goes on.
+On patches there is one cell per chart: the chart and a gutter around it. The gutter is filled from the
+neighbour across the edge, so that bilinear filtering at an edge sees the same colours from both sides. Sizes
+and positions of cells are multiples of the largest power of two in the gutter. So down to mip level
+log2(gutter), rounded down, no texel mixes two cells. On meshes the same is true of each island's own squares
+(`upholster.model.islands`). They are cut from its chart, which extends beyond the island and continues the
+texture there.
 
-What is too large for one texture lies on several pages. In the image they lie one below the other.
+If the texels are too many for one texture, there are several pages. In the image they are stacked vertically.
 """
 
 from collections import defaultdict
@@ -35,11 +36,11 @@ class Atlas:
     Attributes
     ----------
     pixels
-        (H, W, C) of the exemplar's dtype, read-only: all pages, one below the other.
+        (H, W, C) of the exemplar's dtype, read-only: all pages, stacked vertically.
     cells
-        One per chart, in the charts' order.
+        One cell per chart, in the charts' order.
     pages
-        The parts of `pixels` that are textures of their own.
+        The parts of `pixels` that are separate textures.
     """
 
     pixels: PixelArray
@@ -59,14 +60,14 @@ class Atlas:
         Raises
         ------
         InputError
-            If a chart of the mesh is not here.
+            If a chart of the mesh is not in the atlas.
         """
         return np.ascontiguousarray((self._layout.rows_columns(mesh) / self.pixels.shape[:2])[:, ::-1])
 
     def page_coordinates(self, mesh: Mesh) -> tuple[IntArray, FloatArray]:
         """Return the page of every vertex of `mesh`, (V,) int32, and (u, v) on it, (V, 2) in 0…1.
 
-        A polygon has all its vertices on one page, for they are one chart's.
+        All vertices of a polygon are on one page, because they belong to one chart.
 
         Raises
         ------
@@ -87,23 +88,23 @@ def build_atlas(
     *,
     threads: int | None = None,
 ) -> Atlas:
-    """Lay all charts in one image, and fill their gutters from the neighbours across the edges.
+    """Place all charts in one image, and fill their gutters from the neighbours across the edges.
 
     Parameters
     ----------
     texels
         The charts' texels.
     seams
-        How the charts meet, from either side: see `upholster.charts.seams.find_seams`.
+        Where the charts meet, from both sides: see `upholster.charts.seams.find_seams`.
     layout
-        Where they lie, by default as `upholster.model.packing.pack_charts` says.
+        The charts' places, by default those of `upholster.model.packing.pack_charts`.
     threads
-        By default one per core; used for large charts.
+        By default one per core; only for large charts.
 
     Returns
     -------
     Atlas
-        What no chart covers of a page has the mean colour of its charts.
+        Parts of a page that no chart covers have the mean colour of its charts.
 
     Raises
     ------
@@ -122,7 +123,7 @@ def build_atlas(
         mine = layout.on_page(number)
         _fill(own, _mean_color([texels.arrays[n] for n in mine]))
         tasks += [partial(_lay, own, page.top, mine[n], n, of_chart[n], texels.arrays) for n in mine]
-    # Small charts are laid by Python more than by memory: threads would wait for each other.
+    # Placing small charts is limited by Python, not by memory: threads would wait for each other.
     large = texels.count >= len(cells) << 20
     run_tasks(tasks, threads=threads if large else 1)
     return Atlas(frozen_array(pixels), cells, pages)
@@ -139,11 +140,11 @@ def build_page(
     Parameters
     ----------
     layout, number
-        All pages, and which it is.
+        All pages, and the number of this one.
     seams
         Each chart's, see `by_chart`.
     arrays
-        Texels of the charts on the page, and of others what `page_windows` tells.
+        Texels of the charts on the page, and of other charts the windows of `page_windows`.
     """
     page, cells = layout.pages[number], layout.on_page(number)
     first = arrays[next(iter(cells))]
@@ -157,7 +158,7 @@ def build_page(
 def page_windows(
     layout: AtlasLayout, number: int, seams: Mapping[int, Sequence[ChartSeam]]
 ) -> dict[int, list[tuple[slice, slice]]]:
-    """Return which texels of charts elsewhere a page's gutters show: rows and columns, chart by chart."""
+    """Return the texels on other pages that a page's gutters show: rows and columns, by chart."""
     cells, found = layout.on_page(number), defaultdict[int, list[tuple[slice, slice]]](list)
     for n, cell in cells.items():
         depths = gutter_depths(cell)
@@ -176,7 +177,7 @@ def _lay(
     seams: Sequence[ChartSeam],
     arrays: Sequence[PixelArray] | Mapping[int, PixelArray],
 ) -> None:
-    """Write a chart and its gutters into its page, whose first row is row `top` of the atlas."""
+    """Write a chart and its gutters into its page; the page's first row is row `top` of the atlas."""
     inside = pixels[cell.top - top : cell.top - top + cell.height, cell.left : cell.left + cell.width]
     if cell.stencil is None:
         fill_gutters(inside, cell.row - cell.top, cell.column - cell.left, n, seams, arrays)
@@ -193,20 +194,20 @@ def _lay_island(inside: PixelArray, cell: AtlasCell, stencil: NDArray[np.bool_],
     shown = np.pad(texels, beyond, mode="edge")[max(-above, 0) :, max(-before, 0) :]
     side = cell.height // len(stencil)
     own = np.repeat(np.repeat(stencil, side, axis=0), side, axis=1)
-    # A texel is copied as one thing, not channel by channel: twenty times as fast.
+    # Copying a texel as one item, not channel by channel, is twenty times as fast.
     texel = f"V{texels.shape[2] * texels.itemsize}"
     to, of = inside.view(texel)[:, :, 0], shown[: cell.height, : cell.width].view(texel)[:, :, 0]
     np.copyto(to, of, where=own)
 
 
 def _fill(pixels: PixelArray, color: NDArray[np.generic]) -> None:
-    """Paint all of a page, row by row: of a single colour NumPy makes three numbers at a time."""
+    """Fill a page, row by row: NumPy would write a single colour three numbers at a time."""
     pixels[:1] = color
     pixels[1:] = pixels[:1]
 
 
 def by_chart(seams: Sequence[ChartSeam]) -> dict[int, list[ChartSeam]]:
-    """Return the seams of each chart that has any; none for others."""
+    """Return the seams of each chart that has any."""
     found: dict[int, list[ChartSeam]] = defaultdict(list)
     for seam in seams:
         found[seam.chart].append(seam)
@@ -214,7 +215,7 @@ def by_chart(seams: Sequence[ChartSeam]) -> dict[int, list[ChartSeam]]:
 
 
 def _mean_color(arrays: Sequence[PixelArray]) -> NDArray[np.generic]:
-    """Return the mean of every eighth texel each way: near enough for what nobody sees."""
+    """Return the mean of every eighth texel each way: accurate enough for invisible texels."""
     dtype = arrays[0].dtype
     means = [array[::8, ::8].mean(axis=(0, 1), dtype=np.float64) for array in arrays]
     mean = np.mean(means, axis=0)

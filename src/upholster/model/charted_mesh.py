@@ -15,12 +15,12 @@ __all__ = ["charted_mesh", "charted_tangents"]
 
 
 def charted_mesh(surface: MeshSurface, charts: Sequence[Chart]) -> Mesh:
-    """Return a mesh as it is, with places on its charts.
+    """Return a mesh's own triangles, with places on its charts.
 
     Parameters
     ----------
     surface
-        The mesh; triangles that lie on no island show a texel of the first one.
+        The mesh; triangles on no island show a texel of the first one.
     charts
         One for each island, see `upholster.charts.mesh_layout.mesh_charts`.
     """
@@ -50,9 +50,9 @@ def charted_mesh(surface: MeshSurface, charts: Sequence[Chart]) -> Mesh:
 
 
 def charted_tangents(mesh: Mesh) -> FloatArray:
-    """Return the direction in which u of the texture grows at every vertex, (V, 3), see `vertex_tangents`.
+    """Return the direction in which the texture's u increases at every vertex, (V, 3): see `vertex_tangents`.
 
-    The mean of what a vertex's triangles say, weighted by their area.
+    It is the area-weighted mean over the vertex's triangles.
     """
     corners, flat = mesh.positions[mesh.triangles], mesh.places[mesh.triangles]
     edges, steps = corners[:, 1:] - corners[:, :1], flat[:, 1:] - flat[:, :1]

@@ -1,9 +1,9 @@
-"""Displaced meshes: a model's mesh, refined where the height map asks for it, with its vertices moved.
+"""Displaced meshes: a model's mesh, refined where the height map requires it, with its vertices moved.
 
-Of a model's mesh all vertices at one place become one, so that what comes out is as watertight as the model.
-Edges are bisected until straight lines between their ends follow the height map (`_displace_kernels.refine`);
-whether an edge is cut depends on the edge alone, so triangles beside each other always fit. Then vertices
-move along the normals by what the height map says there, on a seam by the mean of what both charts say.
+Vertices of a model's mesh at the same place are merged, so the result is as watertight as the model. Edges
+are bisected until straight lines between their ends follow the height map (`_displace_kernels.refine`).
+Whether an edge is cut depends only on the edge, so adjacent triangles always fit. Then vertices move along
+the normals by the height there, on a seam by the mean of both charts' heights.
 """
 
 from collections.abc import Sequence
@@ -32,18 +32,19 @@ CREASE = 60.0
 """Degrees between two faces above which their edge is a crease: normals are not smoothed across it."""
 
 _LEAST_COSINE = 0.5
-"""Between a vertex's normal and the triangles about it: below it the vertex goes no farther to move these."""
+"""Least cosine between a vertex's normal and its triangles' for the full mitre; below it, it goes no
+farther."""
 
 _TOLERANCE = 0.02
-"""Of the amount: how far edges may be from the height map, by default."""
+"""Default tolerance of edges against the height map, as a share of the amount."""
 
 _FALLOFF = 2.0
-"""Times the amount: how far from what is kept flat the displacement sets in."""
+"""Distance from the kept region over which the displacement sets in, as a multiple of the amount."""
 
 
 @dataclass(frozen=True, eq=False)
 class DisplacedMesh(Shown):
-    """Triangles without texture; those that meet share their vertices.
+    """Triangles without texture; adjacent triangles share their vertices.
 
     Attributes
     ----------
@@ -52,12 +53,12 @@ class DisplacedMesh(Shown):
     triangles
         (T, 3) int32, read-only: counter-clockwise seen from outside.
     before
-        (V, 3): where the vertices were before they moved.
+        (V, 3): the vertices' original positions.
     error
-        How far, in model units, a straight edge may still be from the height map, where triangles ran out;
-        0 where the map is followed.
+        Greatest remaining distance, in model units, between a straight edge and the height map, if the limit
+        of triangles was reached; 0 if the map is followed.
     held
-        How many vertices moved less than they should, so that the surface does not fold over.
+        Number of vertices that moved less than they should, so that the surface does not fold over.
     """
 
     positions: FloatArray
@@ -79,7 +80,7 @@ Array = TypeVar("Array", bound=NDArray[Any])
 
 
 class _Base(NamedTuple):
-    """A model's mesh before it is refined, its vertices welded."""
+    """A model's mesh before refinement, with merged vertices."""
 
     positions: FloatArray
     corners: IntArray
@@ -102,27 +103,27 @@ def displaced(
 ) -> DisplacedMesh:
     """Refine a mesh until it can follow a height map, and move its vertices outward by it.
 
-    Vertices move along normals that are smooth but across creases of more than 60°. There, and where the
-    surface has a border, triangles stay together. In concave corners vertices move less where triangles would
+    Vertices move along normals that are smooth except across creases of more than 60°. At creases and at the
+    surface's borders, triangles stay connected. In concave corners vertices move less where triangles would
     fold over, see `upholster.model.folds`.
 
     Parameters
     ----------
     mesh
-        The surface. Triangles of which all corners lie at one place of a chart are without texture, and stay.
+        The surface. Triangles with all corners at one place of a chart are without texture, and do not move.
     height
-        Heights, or colours, whose luminance counts, see `upholster.model.heights.height_values`.
+        Heights, or colours, whose luminance is used: see `upholster.model.heights.height_values`.
     amount
-        How far height 1 moves, in model units; below 0 inward.
+        Displacement at height 1, in model units; negative is inward.
     triangles
-        How many there may be, up to 8,000,000.
+        Greatest number of triangles, up to 8,000,000.
     keep
-        The box that stays as it is, (2, 3): its least and its greatest corner, which may be infinite; see
-        `kept_box`. Beside it the displacement sets in over twice the amount.
+        The box that does not move, (2, 3): its least and its greatest corner, which may be infinite; see
+        `kept_box`. Around it the displacement sets in over twice the amount.
     mid
-        The height that stays, 0 to 1.
+        The height that does not move, 0 to 1.
     tolerance
-        How far an edge may be from the height map, in model units: by default a fiftieth of the amount.
+        Greatest distance of an edge from the height map, in model units: by default a fiftieth of the amount.
 
     Raises
     ------
@@ -165,7 +166,7 @@ def displaced(
 
 
 def plain_solid(mesh: Mesh) -> DisplacedMesh:
-    """Return a model's mesh as it is, its vertices welded: what is printed without a displacement."""
+    """Return a model's mesh with merged vertices, for printing without a displacement."""
     base = _welded_base(mesh)
     return DisplacedMesh(base.positions, base.corners, base.positions)
 
@@ -176,7 +177,7 @@ def kept_box(conditions: Sequence[Condition], metres_per_unit: float | None) -> 
     Raises
     ------
     InputError
-        If they hold nowhere, or a bound has a unit and the model's is not known.
+        If they hold nowhere, or a bound has a unit and the model's unit is not known.
     """
     box = np.array([[-np.inf] * 3, [np.inf] * 3])
     for condition in conditions:
@@ -193,11 +194,11 @@ def kept_box(conditions: Sequence[Condition], metres_per_unit: float | None) -> 
 
 
 def _welded_base(mesh: Mesh) -> _Base:
-    """Weld a mesh's vertices, and find its edges and its corners' normals."""
+    """Merge a mesh's vertices, and find its edges and its corners' normals."""
     positions, vertex = welded(mesh.positions)
     split = mesh.all_triangles()
     corners = vertex[split]
-    whole = (corners != np.roll(corners, -1, axis=1)).all(axis=1)  # −0 and 0 are one place only here
+    whole = (corners != np.roll(corners, -1, axis=1)).all(axis=1)  # −0 and 0 count as equal only here
     split, corners = split[whole], np.ascontiguousarray(corners[whole], np.int32)
     used, inverse = np.unique(corners, return_inverse=True)
     positions, corners = positions[used], inverse.reshape(-1, 3).astype(np.int32)
@@ -234,11 +235,11 @@ def _rings(corners: IntArray, vertices: int) -> tuple[IntArray, IntArray]:
 
 
 def _corner_normals(positions: FloatArray, corners: IntArray, next_side: IntArray) -> NDArray[np.float32]:
-    """Return normals of triangles' corners, (T, 3, 3), smoothed over edges that are no creases.
+    """Return normals of triangles' corners, (T, 3, 3), smoothed over edges that are not creases.
 
-    Each is the mean over the triangles about its vertex, up to creases, weighted with their angles there; and
-    so long that its mean component along theirs is 1: moved by it, flat triangles are as far from where they
-    were as they should be, and it is a unit vector where the surface is smooth.
+    Each is the mean over the triangles around its vertex, up to creases, weighted by their angles there. It
+    is scaled so that its mean component along their normals is 1. So flat triangles move by the full height,
+    and where the surface is smooth it is a unit vector.
     """
     points = positions[corners]
     sides = np.roll(points, -1, axis=1) - points
@@ -249,7 +250,7 @@ def _corner_normals(positions: FloatArray, corners: IntArray, next_side: IntArra
     two = next_side[one]
     smooth = (one < two) & (next_side[two] == one)
     one, two = one[smooth], two[smooth]
-    opposed = corners[one // 3, one % 3] != corners[two // 3, two % 3]  # of one orientation
+    opposed = corners[one // 3, one % 3] != corners[two // 3, two % 3]  # same orientation
     smooth = opposed & ((flat[one // 3] * flat[two // 3]).sum(axis=1) > np.cos(np.radians(CREASE)))
     one, two = one[smooth], two[smooth]
     after_one, after_two = one // 3 * 3 + (one + 1) % 3, two // 3 * 3 + (two + 1) % 3
@@ -262,14 +263,14 @@ def _corner_normals(positions: FloatArray, corners: IntArray, next_side: IntArra
     sums = np.stack([np.bincount(group, weighted[:, axis], corners.size) for axis in range(3)], axis=1)
     squares = (sums**2).sum(axis=1, keepdims=True)
     weights = np.bincount(group, (angles * (area[:, 0] > 0)[:, None]).ravel(), corners.size)[:, None]
-    # The mean's direction over its mean cosine, which is its length; at most twice as long as a unit vector.
+    # The mean's direction divided by its mean cosine, which is its length; at most twice a unit vector.
     reach = np.maximum(squares, _LEAST_COSINE * weights * np.sqrt(squares))
     normals = np.divide(sums * weights, reach, out=np.zeros_like(sums), where=reach > 0)
     return np.asarray(normals[group].reshape(-1, 3, 3), np.float32)
 
 
 def _with_room(base: _Base, most: int) -> tuple[Growing, NDArray[np.int64]]:
-    """Return arrays with room for so many triangles, and how many vertices, triangles and edges there are."""
+    """Return arrays with room for this many triangles, and the numbers of vertices, triangles and edges."""
     count, edges = len(base.corners), int(base.edges.max()) + 1
     more = most - count
     vertices = len(base.positions)

@@ -1,4 +1,4 @@
-"""Where a surface that was moved folds over: its triangles turn away from where they faced before."""
+"""Finding and undoing folds of a moved surface: triangles that face away from their original normals."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,15 +11,15 @@ _ROUNDS = 24
 
 
 def crossed(positions: FloatArray, triangles: IntArray) -> FloatArray:
-    """Return normals of triangles, (T, 3), as long as twice their area."""
+    """Return normals of triangles, (T, 3), with twice their area as length."""
     a, b, c = positions[triangles].transpose(1, 0, 2)
     return np.asarray(np.cross(b - a, c - a))
 
 
 def vertex_normals(positions: FloatArray, triangles: IntArray) -> tuple[FloatArray, FloatArray]:
-    """Return unit normals of vertices, (V, 3), means over triangles by area; and how well these agree, (V,).
+    """Return unit normals of vertices, (V, 3), area-weighted means over triangles; and their agreement, (V,).
 
-    They agree by 1 where the surface is flat, by less at an edge. Where there is no area both are zero.
+    The agreement is 1 where the surface is flat, and less at an edge. Without area both are zero.
     """
     own = crossed(positions, triangles)
     corners = triangles.ravel()
@@ -33,32 +33,32 @@ def vertex_normals(positions: FloatArray, triangles: IntArray) -> tuple[FloatArr
 
 
 def folds(positions: FloatArray, triangles: IntArray, normals: FloatArray) -> NDArray[np.bool_]:
-    """Tell which triangles face away from where their vertices' normals, (V, 3), pointed before."""
+    """Return which triangles face away from the original normals of their vertices, (V, 3)."""
     return np.asarray((crossed(positions, triangles) * normals[triangles].sum(axis=1)).sum(axis=1) < 0)
 
 
 def held_back(
     positions: FloatArray, before: FloatArray, triangles: IntArray
 ) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Take vertices back toward where they were, until no triangle folds over, or little can be done.
+    """Move vertices back toward their original positions until no triangle folds over, as far as possible.
 
-    In a concave corner both sides move toward each other, and through each other where they are nearer than
-    they move. There vertices go only part of their way: halves of it for a fold's own vertices, three
-    quarters for those next to them, again and again.
+    In a concave corner both sides move toward each other, and through each other where the gap is smaller
+    than the displacement. There vertices move only part of their way. In each round, a fold's own vertices
+    keep half of it, those next to them three quarters.
 
     Parameters
     ----------
     positions, before
-        (V, 3): where vertices are, and were.
+        (V, 3): the vertices' present and original positions.
     triangles
         (T, 3).
 
     Returns
     -------
     positions
-        (V, 3): where they are to be.
+        (V, 3): the vertices' new positions.
     held
-        (V,): which were taken back.
+        (V,): which vertices were moved back.
     """
     normals, _ = vertex_normals(before, triangles)
     share = np.ones(len(positions))
@@ -68,11 +68,11 @@ def held_back(
         folded = near[folds(out, near, normals)]
         if not len(folded):
             break
-        own, beside = (np.zeros(len(positions), np.bool_) for _ in range(2))
+        own, around = (np.zeros(len(positions), np.bool_) for _ in range(2))
         own[folded] = True
-        beside[triangles[own[triangles].any(axis=1)]] = True
+        around[triangles[own[triangles].any(axis=1)]] = True
         share[own] *= 0.5
-        share[beside & ~own] *= 0.75
-        out[beside] = before[beside] + share[beside, None] * (positions[beside] - before[beside])
-        near = triangles[beside[triangles].any(axis=1)]
+        share[around & ~own] *= 0.75
+        out[around] = before[around] + share[around, None] * (positions[around] - before[around])
+        near = triangles[around[triangles].any(axis=1)]
     return out, share < 1

@@ -23,21 +23,21 @@ def fill_gutters(
     """Write a chart and its gutters into its cell of the atlas.
 
     Across a seam the gutter continues with the neighbour's texels, nearest ones where the sizes differ. At a
-    border and at a degenerate edge the outermost texel is repeated. In a corner the two gutters that meet are
+    border and at a degenerate edge the outermost texel is repeated. In a corner the two adjacent gutters are
     continued and blended.
 
     Parameters
     ----------
     cell
-        (cell height, cell width, C): written.
+        (cell height, cell width, C): receives the result.
     row, column
-        Where the chart's first texel lies in the cell.
+        The place of the chart's first texel in the cell.
     chart
-        Which of the charts it is.
+        The chart's number.
     seams
-        The chart's own.
+        The chart's own seams.
     arrays
-        Texels of all charts, or by number of those that are shown, see `shown_beyond`.
+        Texels of all charts, or a mapping by number with those that are shown, see `shown_beyond`.
     """
     texels = arrays[chart]
     height, width = texels.shape[:2]
@@ -58,14 +58,14 @@ def fill_gutters(
 
 
 def beyond(seam: ChartSeam, count: int) -> tuple[slice, FloatArray]:
-    """Return which of `count` texels along an edge a seam holds, and where on the other edge they meet it."""
+    """Return which of `count` texels along an edge a seam contains, and their places along the other edge."""
     first, last = np.searchsorted(np.arange(count) + 0.5, (seam.start, seam.stop)).tolist()
     slope = (seam.other_stop - seam.other_start) / (seam.stop - seam.start)
     return slice(first, last), seam.other_start + slope * (np.arange(first, last) + 0.5 - seam.start)
 
 
 def shown_beyond(seam: ChartSeam, depth: int, other: Chart) -> tuple[slice, slice]:
-    """Return which rows and columns of the chart across a seam a gutter of a depth shows, or a few more."""
+    """Return the rows and columns of the chart across a seam that a gutter shows, or a few more."""
     tall, wide = (other.height, other.width) if seam.other_edge & 1 else (other.width, other.height)
     low, high = sorted((seam.other_start, seam.other_stop))
     along = slice(max(0, int(low) - 1), min(tall, int(high) + 2))
@@ -90,7 +90,7 @@ def _band(
     seams: Sequence[ChartSeam],
     arrays: Sequence[PixelArray] | Mapping[int, PixelArray],
 ) -> PixelArray:
-    """Return what lies beyond an edge: (texels along the edge, depth, C), outward."""
+    """Return the texels beyond an edge: (texels along the edge, depth, C), outward."""
     own = _inward(texels, edge)
     count = own.shape[0]
     band = np.repeat(own[:, :1], depth, axis=1)
@@ -124,8 +124,8 @@ def _inward(texels: PixelArray, edge: int) -> PixelArray:
 def mixed_corner(vertical: PixelArray, horizontal: PixelArray) -> PixelArray:
     """Continue two gutters into the corner between them: (rows outward, columns outward, C).
 
-    `vertical` (rows, C) is the column of one gutter that adjoins the corner, `horizontal` (columns, C) the
-    row of the other; each prevails near itself.
+    `vertical` (rows, C) is the column of one gutter next to the corner, `horizontal` (columns, C) the row of
+    the other; each dominates near itself.
     """
     rows = np.arange(vertical.shape[0])[:, None] + 0.5
     columns = np.arange(horizontal.shape[0])[None, :] + 0.5

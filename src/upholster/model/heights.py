@@ -1,4 +1,4 @@
-"""Heights from texels: a height map's, or the luminance of colours, as levels of a pyramid for each chart."""
+"""Heights from texels: from a height map or the luminance of colours, as a pyramid for each chart."""
 
 import math
 
@@ -12,13 +12,13 @@ from upholster.types import PixelArray
 __all__ = ["height_levels", "height_values"]
 
 _LUMA = np.array([0.2126, 0.7152, 0.0722], np.float32)
-"""Shares of red, green and blue in what looks bright (ITU-R BT.709)."""
+"""Shares of red, green and blue in perceived brightness (ITU-R BT.709)."""
 
 _LEVELS = 5
-"""Levels of the pyramid: beyond 16 texels a chart's gutter would not fill what filtering reads."""
+"""Levels of the pyramid: beyond 16 texels, filtering would read past a chart's gutter."""
 
 _TEXELS_PER_TRIANGLE = 2
-"""Texels of the finest level for each triangle at least, and up to four times as many."""
+"""Least number of texels of the finest level per triangle; there may be up to four times as many."""
 
 
 def height_values(pixels: PixelArray) -> NDArray[np.float32]:
@@ -27,9 +27,9 @@ def height_values(pixels: PixelArray) -> NDArray[np.float32]:
     Parameters
     ----------
     pixels
-        (h, w, C) as texels have them. Of one or two channels the first is the height, plain numbers from 0 to
-        the largest integer. Of three or four the luma: the luminance of colours as they are coded, so that
-        equal steps look equal.
+        (h, w, C), in the form of texels. With one or two channels the first is the height, plain numbers from
+        0 to the largest integer. With three or four it is the luma: the luminance of colours as coded, so
+        that equal steps look equal.
     """
     if pixels.shape[2] >= 3:
         coded = from_linear(pixels[..., :3], "uint16") if pixels.dtype.kind == "f" else pixels[..., :3]
@@ -42,24 +42,24 @@ def height_values(pixels: PixelArray) -> NDArray[np.float32]:
 
 
 def height_levels(texels: Texels, triangles: int) -> tuple[NDArray[np.float32], NDArray[np.int64], int]:
-    """Return the levels of each chart's heights that so many triangles can show.
+    """Return the levels of each chart's heights that this many triangles can show.
 
     Parameters
     ----------
     texels
-        The height map, or colours, see `height_values`.
+        The height map, or colours: see `height_values`.
     triangles
-        How many triangles there will be.
+        Number of triangles.
 
     Returns
     -------
     values
-        All levels of all charts, one after the other.
+        All levels of all charts, concatenated.
     table
-        (charts, levels, 3): first value, height and width of each. Texel (r, c) of level l is the mean of
-        texels step·2^l·(r, c) up to step·2^l·(r + 1, c + 1) of the chart, as far as it goes.
+        (charts, levels, 3): first value, height and width of each. Texel (r, c) of level l is the mean of the
+        chart's texels from step·2^l·(r, c) up to step·2^l·(r + 1, c + 1), or up to the chart's end.
     step
-        Texels of the chart along a texel of level 0: a power of two.
+        Chart texels along a texel of level 0: a power of two.
     """
     share = texels.count / (_TEXELS_PER_TRIANGLE * triangles)
     step = 2 ** max(0, math.floor(math.log2(share) / 2)) if share > 1 else 1
@@ -89,7 +89,7 @@ def _halved(heights: NDArray[np.float32]) -> NDArray[np.float32]:
 
 
 def _means(heights: NDArray[np.float32], step: int) -> NDArray[np.float32]:
-    """Return the means over squares of `step` texels; at the end over as many as there are."""
+    """Return the means over squares of `step` texels, fewer at the end."""
     if step == 1:
         return heights
     for axis in (0, 1):

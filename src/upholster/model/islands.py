@@ -1,9 +1,9 @@
-"""Where each island of a mesh lies in the atlas: shapes, not rectangles, packed on one page or several.
+"""Placing each island of a mesh in the atlas: by shape, not by rectangle, packed on one page or several.
 
-An island's *stencil* is all that its triangles read, in squares of texels that lie on one grid over the page.
-Stencils may interlock, and lie in each other's holes; a square is one island's alone. Sides of squares are
-powers of two: down to the mip level whose texels are as large as a square, filtering anywhere on a triangle
-reads the island's own squares.
+An island's *stencil* covers all texels that its triangles read, in squares of texels on one grid over the
+page. Stencils may interlock, and may be in each other's holes; each square belongs to a single island. Sides
+of squares are powers of two. Down to the mip level whose texels are as large as a square, filtering anywhere
+on a triangle reads only the island's own squares.
 """
 
 import math
@@ -35,16 +35,18 @@ from upholster.types import FloatArray, frozen_array
 __all__ = ["island_padding", "pack_islands", "pack_surface"]
 
 _LEAST_PADDING, _MOST_PADDING, _PADDINGS = 4, 16, 400
-"""Texels between islands by default, at least and at most; how many of them a square atlas is wide, about."""
+"""Default texels between islands: least, greatest, and about how many of these distances a square atlas is
+wide."""
 
 _SQUARES = 512
-"""Squares of a page each way, about, at most: more take longer to pack than they save."""
+"""Approximate greatest number of squares of a page each way: more take longer to pack than they save."""
 
 _WIDTHS = (1.1, 1.2, 1.3, 1.0, 1.45, 1.6, 1.8, 0.9, 0.8)
-"""Widths of a page that are tried, in sides of a square of the stencils' area."""
+"""Widths of a page to try, as multiples of the side of a square with the stencils' area."""
 
 _TRIES, _LEAST_TRIES = 3000, 3
-"""How many stencils are laid to find the smallest page, about; and how many pages are tried at least."""
+"""Approximate number of stencils placed in the search for the smallest page; and least number of pages
+tried."""
 
 _Place = tuple[int, int]
 _Page = tuple[dict[int, _Place], _Place]
@@ -62,7 +64,7 @@ def pack_surface(
 ) -> AtlasLayout:
     """Arrange charts in an atlas: islands of a mesh by `pack_islands`, all others by `pack_charts`.
 
-    Parameters and errors are as there; the gutter by default what is default there.
+    Parameters and errors are as for these; so is the default gutter.
     """
     if isinstance(surface, MeshSurface):
         return pack_islands(surface, charts, gutter=gutter, size=size, limit=limit, powers=powers)
@@ -78,17 +80,17 @@ def pack_islands(
     limit: int | None = None,
     powers: bool = False,
 ) -> AtlasLayout:
-    """Arrange islands by their shapes on as few and small pages as can be found.
+    """Arrange islands by their shapes on pages as few and as small as possible.
 
     Parameters
     ----------
     surface, charts
-        The islands, and the chart over each; they are neither turned nor rescaled.
+        The islands, and the chart over each; they are neither rotated nor rescaled.
     gutter
-        Texels between triangles of two islands, at least: 0 to 256; half as many to a page's border. By
-        default what `island_padding` says. Squares' sides are multiples of the largest power of two in it.
+        Least number of texels between triangles of two islands: 0 to 256; half as many to a page's border. By
+        default see `island_padding`. Squares' sides are multiples of the largest power of two in it.
     size, limit, powers
-        How large pages are, see `upholster.model.packing.pack_charts`.
+        The sizes of pages: see `upholster.model.packing.pack_charts`.
 
     Raises
     ------
@@ -114,9 +116,10 @@ def pack_islands(
 
 
 def island_padding(texels: float) -> int:
-    """Return how many texels lie between two islands by default, where so many lie on the mesh: 4, 8 or 16.
+    """Return the default number of texels between two islands, 4, 8 or 16, for this many texels on the mesh.
 
-    Then the coarsest mip level that mixes no two islands shows the whole page in about 500 x 500 texels.
+    With it, the coarsest mip level that mixes no two islands shows the complete page in about 500 x 500
+    texels.
     """
     padding = power_of_two(math.ceil(math.sqrt(texels) / _PADDINGS))
     return min(max(padding, _LEAST_PADDING), _MOST_PADDING)
@@ -124,9 +127,9 @@ def island_padding(texels: float) -> int:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Stencils:
-    """Of each island: its squares, and where on the chart, in texels, the first of them begins.
+    """For each island: its squares, and the place on the chart, in texels, where the first of them begins.
 
-    `sizes` (n, 2) are their rows and columns; `runs` and `spans` what `lay_stencils` takes.
+    `sizes` (n, 2) are their rows and columns; `runs` and `spans` are inputs of `lay_stencils`.
     """
 
     side: int
@@ -138,13 +141,13 @@ class _Stencils:
 
 
 def _area(places: FloatArray) -> float:
-    """Return how many texels triangles cover."""
+    """Return the number of texels that triangles cover."""
     (a, b), (c, d) = (places[:, 1:] - places[:, :1]).transpose(1, 2, 0)
     return float(np.abs(a * d - b * c).sum() / 2)
 
 
 def _stencils(surface: MeshSurface, places: FloatArray, islands: int, side: int, reach: float) -> _Stencils:
-    """Return the stencils: all squares that come as near to a triangle as `reach` texels."""
+    """Return the stencils: all squares within `reach` texels of a triangle."""
     laid = surface.island >= 0
     low, high = np.full((islands, 2), np.inf), np.full((islands, 2), -np.inf)
     np.minimum.at(low, surface.island[laid], places[laid].min(axis=1))
@@ -157,7 +160,7 @@ def _stencils(surface: MeshSurface, places: FloatArray, islands: int, side: int,
     mark_squares(places, surface.island, grids, float(side), reach, marked)
     runs, island = _runs(marked, firsts, sizes)
     ends = np.searchsorted(island, np.arange(islands + 1))
-    # Rows and columns at a stencil's end that a triangle just does not touch are left out.
+    # Removes rows and columns at a stencil's end that no triangle touches.
     filled = np.maximum.reduceat(runs[:, :2] + [1, 0] + runs[:, [2]] * [0, 1], ends[:-1])
     longest = runs[np.lexsort((-runs[:, 2], island))[ends[:-1]]][:, [0, 2]]
     kind = np.unique(filled, axis=0, return_inverse=True)[1].reshape(-1, 1)
@@ -175,9 +178,9 @@ def _stencils(surface: MeshSurface, places: FloatArray, islands: int, side: int,
 def _runs(
     marked: NDArray[np.bool_], firsts: NDArray[np.int64], sizes: NDArray[np.int64]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return runs of squares, (R, 4) as `lay_stencils` takes them, and the island of each, in their order."""
+    """Return runs of squares, (R, 4) as for `lay_stencils`, and the island of each, in their order."""
     columns = np.repeat(sizes[:, 1], sizes[:, 0])
-    outer = np.zeros(len(marked) + 1, np.bool_)  # where rows begin, and the last one ends
+    outer = np.zeros(len(marked) + 1, np.bool_)  # where rows begin, and where the last one ends
     outer[np.cumsum([0, *columns])] = True
     start = np.flatnonzero(marked & (outer[:-1] | ~np.roll(marked, 1)))
     stop = np.flatnonzero(marked & (outer[1:] | ~np.roll(marked, -1))) + 1
@@ -188,7 +191,7 @@ def _runs(
 
 
 def _on_pages(stencils: _Stencils, most: int, rounded: Callable[[int], int]) -> list[_Page]:
-    """Lay stencils on pages of at most so many texels each way; one that is larger has a page of its own."""
+    """Place stencils on pages of at most this many texels each way; a larger one has a page of its own."""
     squares = most // stencils.side
     large = (stencils.sizes > squares).any(axis=1)
     pages: list[_Page] = [
@@ -209,7 +212,7 @@ def _on_pages(stencils: _Stencils, most: int, rounded: Callable[[int], int]) -> 
 def _on_one_page(
     stencils: _Stencils, which: NDArray[np.int64], squares: int, rounded: Callable[[int], int]
 ) -> _Page | None:
-    """Return the smallest page found that holds stencils; None: they do not fit `squares` each way."""
+    """Return the smallest page found that holds stencils; None if they do not fit `squares` each way."""
     area = sum(int(stencils.masks[n].sum()) for n in which)
     ideal, widest = math.sqrt(area), int(stencils.sizes[which, 1].max())
     best, smallest = None, rounded(squares * stencils.side) ** 2 + 1
@@ -219,7 +222,7 @@ def _on_one_page(
     for factor, order in islice(tries, max(_LEAST_TRIES, _TRIES // len(which))):
         width = rounded(max(widest, int(ideal * factor)) * stencils.side) // stencils.side
         width = min(width, squares)
-        # A page that would be no smaller than the best one is given up as soon as that shows.
+        # A page that cannot be smaller than the best one is abandoned as soon as possible.
         rows = min(squares, (smallest - 1) // (rounded(width * stencils.side) * stencils.side))
         places = _laid(stencils, order, (rows, width), together=True)
         if (places[which, 0] < 0).any():
@@ -232,7 +235,7 @@ def _on_one_page(
 
 
 def _orders(stencils: _Stencils, which: NDArray[np.int64]) -> list[NDArray[np.int64]]:
-    """Return orders in which stencils are laid: the highest, the longest, the largest first."""
+    """Return orders in which to place stencils: highest, longest or largest first."""
     height, width = stencils.sizes[which].T
     keys = ((-width, -height), (-np.minimum(height, width), -np.maximum(height, width)), (-height * width,))
     return [which[np.lexsort((which, *key))] for key in keys]
@@ -241,12 +244,12 @@ def _orders(stencils: _Stencils, which: NDArray[np.int64]) -> list[NDArray[np.in
 def _laid(
     stencils: _Stencils, order: NDArray[np.int64], size: _Place, *, together: bool
 ) -> NDArray[np.int64]:
-    """Return row and column of each stencil on a page of so many squares; -1 where it is not on it."""
+    """Return row and column of each stencil on a page of this many squares; -1 if it is not on the page."""
     rows, columns = size
     levels = int(stencils.runs[:, 3].max()) + 1
     taken = np.zeros((levels, rows, -(-columns // 64)), np.uint64)
     for level in range(levels):
-        # What lies beyond the page is taken: in this level from 2^level - 1 columns before its end on.
+        # Squares beyond the page are occupied: at this level from 2^level - 1 columns before its end on.
         start = max(0, columns - (1 << level) + 1)
         taken[level, :, start // 64 :] = ~np.uint64(0)
         taken[level, :, start // 64 : start // 64 + 1] <<= np.uint64(start % 64)
@@ -257,7 +260,7 @@ def _laid(
 
 
 def _page(stencils: _Stencils, which: NDArray[np.int64], places: NDArray[np.int64]) -> _Page:
-    """Return a page that is as large as the stencils on it take."""
+    """Return a page that is as large as its stencils require."""
     rows, columns = (places[which] + stencils.sizes[which]).max(axis=0).tolist()
     return {int(n): (int(places[n, 0]), int(places[n, 1])) for n in which}, (rows, columns)
 

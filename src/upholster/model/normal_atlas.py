@@ -1,4 +1,4 @@
-"""The atlas of a normal map: what gutters take over from a neighbour is told in the chart's own frame."""
+"""The atlas of a normal map: gutters convert a neighbour's vectors to the chart's own frame."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -27,15 +27,15 @@ def build_normal_atlas(
     *,
     threads: int | None = None,
 ) -> Atlas:
-    """Lay the charts of a normal map in one image, as `build_atlas` does for colours.
+    """Place the charts of a normal map in one image, as `build_atlas` does for colours.
 
-    A neighbour's vectors lie in its own tangent frame (`upholster.quilt.paint_normals`). In the gutter
-    they are turned by the angle between the two frames, at each point of the edge.
+    A neighbour's vectors are in its own tangent frame (`upholster.quilt.paint_normals`). In the gutter they
+    are rotated by the angle between the two frames, at each point of the edge.
 
     Parameters
     ----------
     surface
-        What the charts lie on.
+        The surface with the charts.
     texels, seams, layout, threads
         As for `build_atlas`; texels of 3 channels.
 
@@ -60,7 +60,7 @@ def turn_gutters(
     pixels: PixelArray,
     top: int,
 ) -> None:
-    """Turn the vectors in the gutters of some cells; row 0 of `pixels` is row `top` of the atlas."""
+    """Rotate the vectors in the gutters of some cells; row 0 of `pixels` is row `top` of the atlas."""
     for n, cell in cells.items():
         first = cell.top - top
         _turn_gutters(
@@ -71,10 +71,10 @@ def turn_gutters(
 
 
 def _turn_gutters(pixels: PixelArray, cell: AtlasCell, angles: Sequence[FloatArray]) -> None:
-    """Turn the vectors in a cell's gutters by angles per edge and texel along it."""
+    """Rotate the vectors in a cell's gutters by angles per edge and texel along it."""
     top, left = cell.row - cell.top, cell.column - cell.left
     bottom, right = top + cell.chart.height, left + cell.chart.width
-    # Of each edge: the gutter beyond it, (texels along the edge, across it outward, 3).
+    # For each edge the gutter beyond it, (texels along the edge, across it outward, 3).
     bands = (
         pixels[:top, left:right][::-1].swapaxes(0, 1),
         pixels[top:bottom, right:],
@@ -93,7 +93,7 @@ def _turn_gutters(pixels: PixelArray, cell: AtlasCell, angles: Sequence[FloatArr
 def _angles(
     surface: Surface, charts: Sequence[Chart], index: int, edge: int, seams: Sequence[ChartSeam]
 ) -> FloatArray:
-    """Return at each texel along an edge the angle of the neighbour's frame in the own one: 0 at borders."""
+    """Return for each texel along an edge angles from the chart's frame to its neighbour's: 0 at borders."""
     count = charts[index].height if edge & 1 else charts[index].width
     angles = np.zeros(count)
     for seam in seams:

@@ -1,4 +1,4 @@
-"""Where each chart lies in the atlas: charts with gutters, in rows, on one page or several."""
+"""Placing each chart in the atlas: charts with gutters, in rows, on one page or several."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -29,35 +29,35 @@ __all__ = [
 ]
 
 PAGE_LIMIT = 8192
-"""Most texels of a page each way: what any graphics card and any image format takes."""
+"""Most texels of a page each way: any graphics card and any image format accepts this."""
 
 MAX_PAGES = 1000
 MAX_GUTTER = 256
 
 GUTTER = 16
-"""Texels around a chart of patches where nothing is said."""
+"""Default gutter in texels around a chart of patches."""
 
 _Size = tuple[int, int]
 
 
 @dataclass(frozen=True, slots=True)
 class AtlasCell:
-    """Where a chart lies in the atlas, in texels.
+    """A chart's place in the atlas, in texels.
 
     Attributes
     ----------
     chart
         The chart.
     row, column
-        Of its first texel: the gutters lie outside.
+        The place of its first texel; the gutters are outside.
     top, left, height, width
         The cell, gutters included.
     page
-        Which page the cell lies on. Rows count from the top of the first page.
+        The number of the cell's page. Rows count from the top of the first page.
     stencil
-        Of an island of a mesh: which squares of the cell are its own, (rows, columns); others may be other
-        islands'. The cell's first square is the stencil's, and need not hold the chart's first texel. None:
-        all of the cell is the chart's.
+        For an island of a mesh: which squares of the cell are its own, (rows, columns); others may belong to
+        other islands. The stencil begins at the cell's first square, which need not contain the chart's first
+        texel. None: the complete cell belongs to the chart.
     """
 
     chart: Chart
@@ -73,7 +73,7 @@ class AtlasCell:
 
 @dataclass(frozen=True, slots=True)
 class AtlasPage:
-    """A part of the atlas that is a texture of its own: `height` rows from row `top` on, `width` columns."""
+    """A part of the atlas that is a separate texture: `height` rows from row `top` on, `width` columns."""
 
     top: int
     height: int
@@ -82,7 +82,7 @@ class AtlasPage:
 
 @dataclass(frozen=True, slots=True)
 class AtlasLayout:
-    """Cells of all charts, in the charts' order, and the pages that they lie on, one below the other."""
+    """Cells of all charts, in the charts' order, and their pages, stacked vertically."""
 
     cells: tuple[AtlasCell, ...]
     pages: tuple[AtlasPage, ...]
@@ -94,12 +94,12 @@ class AtlasLayout:
     def page_coordinates(self, mesh: Mesh) -> tuple[IntArray, FloatArray]:
         """Return the page of every vertex of `mesh`, (V,) int32, and (u, v) on it, (V, 2) in 0…1.
 
-        A polygon has all its vertices on one page, for they are one chart's.
+        All vertices of a polygon are on one page, because they belong to one chart.
 
         Raises
         ------
         InputError
-            If a chart of the mesh is not here.
+            If a chart of the mesh is not in the atlas.
         """
         rows_columns = self.rows_columns(mesh)
         page = np.array([cell.page for cell in self.cells], np.int32)[mesh.chart]
@@ -108,7 +108,7 @@ class AtlasLayout:
         return page, np.ascontiguousarray(((rows_columns - first) / shape)[:, ::-1])
 
     def rows_columns(self, mesh: Mesh) -> FloatArray:
-        """Return row and column of every vertex of `mesh` in the whole atlas, (V, 2); errors as there."""
+        """Return row and column of every vertex of `mesh` in the complete atlas, (V, 2); errors as above."""
         if (last := int(mesh.chart.max(initial=0))) >= len(self.cells):
             raise InputError(f"mesh has chart {last}; the atlas has 0 to {len(self.cells) - 1}")
         origin = np.array([(cell.row, cell.column) for cell in self.cells], np.float64)
@@ -116,7 +116,7 @@ class AtlasLayout:
 
 
 def gutter_depths(cell: AtlasCell) -> tuple[int, int, int, int]:
-    """Return how deep a cell's gutters are beyond each edge of its chart, in texels."""
+    """Return the depths of a cell's gutters beyond each edge of its chart, in texels."""
     row, column = cell.row - cell.top, cell.column - cell.left
     return row, cell.width - column - cell.chart.width, cell.height - row - cell.chart.height, column
 
@@ -129,20 +129,20 @@ def pack_charts(
     limit: int | None = None,
     powers: bool = False,
 ) -> AtlasLayout:
-    """Arrange charts and their gutters in rows, tallest first, on as few pages as that takes.
+    """Arrange charts and their gutters in rows, tallest first, on as few pages as possible.
 
     Parameters
     ----------
     charts
-        The charts; they are neither turned nor rescaled.
+        The charts; they are neither rotated nor rescaled.
     gutter
         Least number of texels between a chart and the border of its cell: 0 to 256, by default 16. Sizes and
         positions of cells are multiples of the largest power of two in it.
     size
-        Height and width of every page; by default pages are as large as what lies on them.
+        Height and width of every page; by default pages are as large as their contents.
     limit
-        Without `size`: the most texels of a page each way; by default 8192. What fits one page lies on one,
-        about as wide as high. A chart that is larger has a page of its own, as large as it needs.
+        Without `size`: the most texels of a page each way; by default 8192. If everything fits on one page,
+        there is one, about as wide as high. A larger chart has a page of its own, as large as it needs.
     powers
         Without `size`: whether sides of pages are powers of two.
 
@@ -187,7 +187,7 @@ def pack_charts(
 
 
 def check_charts(charts: Sequence[Chart], gutter: int) -> None:
-    """Raise InputError where there are no charts, or the gutter is out of range."""
+    """Raise InputError if there are no charts, or the gutter is out of range."""
     if not 0 <= gutter <= MAX_GUTTER:
         raise InputError(f"gutter is {gutter}; allowed: 0 to {MAX_GUTTER}")
     if not charts:
@@ -195,7 +195,7 @@ def check_charts(charts: Sequence[Chart], gutter: int) -> None:
 
 
 def check_pages(count: int) -> None:
-    """Raise InputError where there are too many pages."""
+    """Raise InputError if there are too many pages."""
     if count > MAX_PAGES:
         raise InputError(
             f"the atlas would have {count} pages; allowed: {MAX_PAGES}: larger pages, or fewer texels"
@@ -203,12 +203,12 @@ def check_pages(count: int) -> None:
 
 
 def check_fit(charts: Sequence[Chart], gutter: int, size: int, largest: int) -> None:
-    """Raise InputError where `largest`, a side of a cell, is above a page's; say how many texels fit."""
+    """Raise InputError if `largest`, a side of a cell, exceeds a page's; say how many texels fit."""
     if largest <= size:
         return
     chart = max(charts, key=lambda chart: max(chart.height, chart.width))
     texels = sum(chart.height * chart.width for chart in charts)
-    # Two texels less, for sides are rounded up; and no digits that pretend to more.
+    # Two texels less, because sides are rounded up; and no more digits than are accurate.
     share = (size - 2 * gutter - 2) / max(chart.height, chart.width)
     fitting = _rounded_down(int(texels * share**2))
     raise InputError(
@@ -219,23 +219,23 @@ def check_fit(charts: Sequence[Chart], gutter: int, size: int, largest: int) -> 
 
 
 def _rounded_down(number: int) -> int:
-    """Return a number with its first two digits, followed by zeros."""
+    """Round a number down to its first two digits."""
     zeros = max(0, len(str(number)) - 2)
     return int(str(number)[:2]) * int("1" + "0" * zeros)
 
 
 def power_of_two(side: int) -> int:
-    """Return the least power of two that is no smaller."""
+    """Return the smallest power of two that is at least `side`."""
     return 1 << (side - 1).bit_length()
 
 
 def _on_one_page(
     sizes: Sequence[_Size], rounded: Callable[[int], int]
 ) -> tuple[list[tuple[int, int, int]], list[_Size]]:
-    """Return (page, top, left) of each rectangle on one page, and that page's size before it is rounded."""
+    """Return (page, top, left) of each rectangle on one page, and that page's size before rounding."""
     widest = max(width for _, width in sizes)
     ideal = sum(height * width for height, width in sizes) ** 0.5
-    # Whole multiples of the widest cell suit charts of one size, the others those of many.
+    # Multiples of the widest cell suit charts of one size, the other widths suit many sizes.
     limits = {max(widest, int(ideal * factor)) for factor in (1, 1.1, 1.25)}
     limits |= {widest * max(1, round(ideal / widest) + more) for more in (-1, 0, 1)}
     limits |= {max(widest, rounded(limit)) for limit in limits}
@@ -250,7 +250,7 @@ def _on_one_page(
 
 
 def _shelves(sizes: Sequence[_Size], limit: int) -> tuple[list[tuple[int, int]], int, int]:
-    """Lay rectangles in rows no wider than `limit`; return their corners and the height and width used."""
+    """Place rectangles in rows no wider than `limit`; return their corners and the height and width used."""
     places = []
     top = left = shelf = used = 0
     for height, width in sizes:
@@ -264,10 +264,10 @@ def _shelves(sizes: Sequence[_Size], limit: int) -> tuple[list[tuple[int, int]],
 
 
 def _on_pages(sizes: Sequence[_Size], limit: int) -> tuple[list[tuple[int, int, int]], list[_Size]]:
-    """Return (page, top, left) of rectangles, tallest first, and the size used of each page.
+    """Return (page, top, left) of rectangles, tallest first, and the size used on each page.
 
-    Each goes into the first row that has room, a new row on the first page that has room (hybrid first fit:
-    F. R. K. Chung, M. R. Garey, D. S. Johnson: On packing two-dimensional bins, 1982).
+    Each goes into the first row that has room, or else a new row on the first page that has room (hybrid
+    first fit: F. R. K. Chung, M. R. Garey, D. S. Johnson: On packing two-dimensional bins, 1982).
     """
     places: list[tuple[int, int, int]] = []
     rows: list[list[int]] = []  # page, top, first free column

@@ -12,27 +12,27 @@ from upholster.types import FloatArray, IntArray
 __all__ = ["mesh_tangents", "unit_across", "vertex_tangents"]
 
 _FLAT = 1e-5
-"""A derivative this much shorter than the chart's longest has no direction."""
+"""A derivative shorter than this share of the chart's longest has no direction."""
 
 _INWARD = 1 / 1024
-"""How far inside, in shares of the chart, the direction is taken then."""
+"""Distance inward, as a share of the chart, at which the direction is then taken."""
 
 
 def vertex_tangents(surface: Surface, charts: Sequence[Chart], mesh: Mesh) -> FloatArray:
-    """Return the direction in which t, and u of the texture, grows at every vertex.
+    """Return the direction in which t, and u of the texture, increases at every vertex.
 
     Parameters
     ----------
     surface, charts
-        What the mesh was made of.
+        The surface and the charts that the mesh was made from.
     mesh
         Its vertices' charts and places.
 
     Returns
     -------
     FloatArray
-        (V, 3) float64: S_t, perpendicular to the vertex's normal, of length 1. At a degenerate edge the
-        direction just inside the chart.
+        (V, 3) float64: S_t, made perpendicular to the vertex's normal, with length 1. At a degenerate edge,
+        the direction just inside the chart.
     """
     tangents = np.empty_like(mesh.positions)
     order = np.argsort(mesh.chart, kind="stable")
@@ -51,12 +51,12 @@ def vertex_tangents(surface: Surface, charts: Sequence[Chart], mesh: Mesh) -> Fl
 
 
 def unit_across(tangents: FloatArray, normals: FloatArray) -> FloatArray:
-    """Return vectors (V, 3) turned across unit normals, with length 1."""
+    """Project vectors (V, 3) perpendicular to unit normals, and normalize them."""
     tangents = tangents - np.einsum("ij,ij->i", tangents, normals)[:, None] * normals
     length = np.linalg.norm(tangents, axis=1)
     bad = np.flatnonzero(~(length > 0))
     if len(bad):
-        # A surface without area there: any direction across the normal does.
+        # The surface is degenerate there: any direction perpendicular to the normal will do.
         axis = np.eye(3)[np.abs(normals[bad]).argmin(axis=1)]
         tangents[bad] = np.cross(normals[bad], axis)
         length[bad] = np.linalg.norm(tangents[bad], axis=1)
@@ -81,8 +81,8 @@ def mesh_tangents(
     Returns
     -------
     FloatArray
-        (V, 4) float64 as glTF has them: perpendicular to the normal, of length 1; and 1, or -1 where the
-        texture is mirrored. A vertex's triangles count by their angles there.
+        (V, 4) float64 as in glTF: perpendicular to the normal, of length 1; and 1, or -1 where the texture is
+        mirrored. A vertex's triangles are weighted by their angles there.
 
     References
     ----------
@@ -93,7 +93,7 @@ def mesh_tangents(
     (u1, v1), (u2, v2) = (uv[:, 1] - uv[:, 0]).T, (uv[:, 2] - uv[:, 0]).T
     turn = u1 * v2 - u2 * v1
     along = np.sign(turn)[:, None] * (a * v2[:, None] - b * v1[:, None])
-    upward = -np.sign(turn)  # of normals that lie on the side from which the triangle turns to the left
+    upward = -np.sign(turn)  # for normals on the side from which the triangle is counter-clockwise
     facing = (np.cross(a, b) * normals[triangles].sum(axis=1)).sum(axis=1)
     upward = np.where(facing < 0, -upward, upward)
     total = np.zeros((len(positions), 4))
@@ -117,7 +117,7 @@ def _corner_angle(corners: FloatArray, corner: int) -> FloatArray:
 
 
 def _flat_unit(vectors: FloatArray, normals: FloatArray) -> FloatArray:
-    """Return vectors turned across normals, with length 1; 0 where nothing is left."""
+    """Project vectors perpendicular to normals, and normalize them; 0 where nothing is left."""
     vectors = vectors - (vectors * normals).sum(axis=1, keepdims=True) * normals
     length = np.linalg.norm(vectors, axis=1, keepdims=True)
     unit: FloatArray = np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 0)

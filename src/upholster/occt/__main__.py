@@ -1,4 +1,4 @@
-"""Reads a CAD file and writes what it holds: ``python -m upholster.occt FILE RESULT OPTIONS``."""
+"""Reads a CAD file and writes its contents: ``python -m upholster.occt FILE RESULT OPTIONS``."""
 
 import json
 import os
@@ -14,39 +14,39 @@ from upholster.types import Progress
 __all__ = ["main"]
 
 _EVERY = 0.1
-"""Seconds between two lines of progress, at least."""
+"""Least number of seconds between two lines of progress."""
 
 
 _NO_ROOM = "bad_alloc", "failed to map", "annot allocate memory"
-"""What is said where libraries find no room for themselves."""
+"""Parts of error messages from libraries that could not allocate memory for themselves."""
 
 
 def main(file: str, result: str, options: str) -> None:
-    """Read a file within limits; write its record, or an error's text, and meanwhile progress to stdout.
+    """Read a file within limits; write its record, or an error's text. Write progress to stdout meanwhile.
 
-    A line of progress is a stage's name, how much of it is done, and of how much. Who reads it may be gone:
-    then writing fails, and reading ends.
+    A line of progress has a stage's name, the count done, and the total. If the reading process has ended,
+    writing fails and this process ends.
 
     Parameters
     ----------
     file, result
-        Names of the two.
+        Names of the two files.
     options
-        As JSON: ``memory`` in bytes, ``seconds``, ``unit`` in millimetres or null, and what
-        `upholster.occt.bodies.add_bodies` takes.
+        JSON: ``memory`` in bytes, ``seconds``, ``unit`` in millimetres or null, and the options of
+        `upholster.occt.bodies.add_bodies`.
     """
     wanted = json.loads(options)
     _limit(wanted.pop("memory"), wanted.pop("seconds"))
-    tell = _teller()
+    report = _reporter()
     found: CadRecord | str
     try:
-        found = _read(Path(file), wanted, tell)
+        found = _read(Path(file), wanted, report)
     except MemoryError:
         found = "memory"
     Path(result).write_bytes(pickle.dumps(found, protocol=5))
 
 
-def _read(file: Path, options: dict[str, Any], tell: Progress) -> CadRecord | str:
+def _read(file: Path, options: dict[str, Any], report: Progress) -> CadRecord | str:
     try:
         from upholster.occt.bodies import add_bodies
         from upholster.occt.reading import UnreadableError, read_shapes
@@ -55,29 +55,29 @@ def _read(file: Path, options: dict[str, Any], tell: Progress) -> CadRecord | st
     except ImportError as error:
         if any(said in str(error) for said in _NO_ROOM):
             return "memory"
-        return f"it can not be read: Open CASCADE does not load: {error}".splitlines()[0]
+        return f"it cannot be read: Open CASCADE does not load: {error}".splitlines()[0]
     try:
         record, leaves = read_shapes(file, options.pop("unit"))
-        add_bodies(record, leaves, **options, progress=tell)
+        add_bodies(record, leaves, **options, progress=report)
     except UnreadableError as error:
         return f"it {error}"
     except ModuleNotFoundError as error:
         return f"missing {error.name}"
-    except RuntimeError as error:  # what OCP makes of C++ exceptions
-        return "memory" if "bad_alloc" in str(error) else f"it can not be read: {error}".splitlines()[0]
+    except RuntimeError as error:  # OCP raises C++ exceptions as RuntimeError
+        return "memory" if "bad_alloc" in str(error) else f"it cannot be read: {error}".splitlines()[0]
     except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
-        # A damaged file, of which a library gives something else than what it promises.
-        return f"it can not be read: {type(error).__name__}"
+        # A damaged file, for which a library returns something other than it promises.
+        return f"it cannot be read: {type(error).__name__}"
     return record
 
 
-def _teller() -> Progress:
-    """Return what writes progress to stdout. What Open CASCADE writes there is not heard."""
+def _reporter() -> Progress:
+    """Return a function that writes progress to stdout. Open CASCADE's own output to stdout is discarded."""
     line = os.fdopen(os.dup(1), "w", encoding="ascii")
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
     last = 0.0
 
-    def tell(stage: str, done: int, total: int) -> None:
+    def report(stage: str, done: int, total: int) -> None:
         nonlocal last
         now = time.monotonic()
         if done < total and now - last < _EVERY:
@@ -86,7 +86,7 @@ def _teller() -> Progress:
         line.write(f"{stage} {done} {total}\n")
         line.flush()
 
-    return tell
+    return report
 
 
 def _limit(memory: int, seconds: float) -> None:
@@ -96,7 +96,7 @@ def _limit(memory: int, seconds: float) -> None:
         return
     resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    # Of the processor's time: an end to it even where nobody is left to stop it.
+    # Limits processor time, so that the process ends even if nothing is left to stop it.
     resource.setrlimit(resource.RLIMIT_CPU, (int(seconds) + 60,) * 2)
 
 

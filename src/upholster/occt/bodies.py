@@ -1,4 +1,4 @@
-"""Shapes as bodies: each solid or sheet once, with its faces, and all places where it stands."""
+"""Shapes as bodies: each solid or sheet once, with its faces and all its placements."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -27,13 +27,13 @@ from upholster.types import FloatArray, Progress
 __all__ = ["add_bodies"]
 
 _SEWN = 1e-5
-"""Loose faces are sewn where they meet within this part of the model's size, or their own tolerance."""
+"""Loose faces are sewn where they meet within this share of the model's size, or their own tolerance."""
 
 _FINE, _COARSE, _COARSE_ANGLE = 2000.0, 100.0, 30.0
-"""Parts of the model's size by which triangles may miss the faces, and degrees, where few will do."""
+"""Model's size over the deviation of triangles, fine and coarse, and degrees for coarse triangles."""
 
 _APPROXIMATED = 0.1
-"""Of the deviation, by which surfaces that are not rational may be missed."""
+"""Share of the deviation by which approximations of non-rational surfaces may be off."""
 
 
 def add_bodies(
@@ -50,18 +50,18 @@ def add_bodies(
     Parameters
     ----------
     record
-        Gets bodies, tolerance and deviation.
+        Receives bodies, tolerance and deviation.
     leaves
         The file's shapes.
     deviation
-        How far triangles may lie from the faces, in millimetres; by default a two-thousandth of the model's
-        size.
+        Greatest distance of triangles from the faces, in millimetres; by default a two-thousandth of the
+        model's size.
     unique
-        Whether a shape that stands in several places is a body in each.
+        Whether each placement of a shape becomes a separate body.
     coarse
-        Whether few triangles will do, to know which faces can have some.
+        Whether coarse triangles suffice, to find out which faces can have any.
     progress
-        Called with "faces" and "mesh", how many faces are told or have triangles, and how many there are.
+        Called with "faces" and "mesh", the number of faces described or meshed, and their total.
     """
     record.box = _box(leaves)
     size = float(np.linalg.norm(record.box[1] - record.box[0])) or 1.0
@@ -76,7 +76,7 @@ def add_bodies(
         for shape, solid, faces in _parts(leaf, size):
             own = shape.Located(TopLoc_Location())
             stands = Placed(names[0], _matrix(place.Multiplied(shape.Location())))
-            # Sheets are sewn anew each time: what they are made of tells that they are the same.
+            # Sheets are sewn again each time, so equal ones are recognized by the shape they are made of.
             key = (known.Add(own if solid else leaf.shape), leaf.colour, solid)
             if key in by_key and not unique:
                 by_key[key].places.append(stands)
@@ -86,10 +86,10 @@ def add_bodies(
             record.bodies.append(body)
             back = shape.Location().Inverted()
             found.append((body, own, [(face.Moved(back), *labels) for face, *labels in faces]))
-    total, told, meshed = sum(len(faces) for *_, faces in found), 0, 0
+    total, described, meshed = sum(len(faces) for *_, faces in found), 0, 0
     for body, shape, faces in found:
-        _tell_faces(body, faces, record, _after(told, total, "faces", progress))
-        told += len(faces)
+        _describe_faces(body, faces, record, _after(described, total, "faces", progress))
+        described += len(faces)
         mesh_body(
             shape,
             [TopoDS.Face(face) for face, *_ in faces],
@@ -102,7 +102,7 @@ def add_bodies(
 
 
 def _after(before: int, total: int, stage: str, progress: Progress) -> Callable[[int], None]:
-    """Return what tells how many faces of one body are done, after those of the bodies before."""
+    """Return a function that reports the progress of one body's faces, after those of previous bodies."""
     return lambda done: progress(stage, before + done, total)
 
 
@@ -111,7 +111,7 @@ _KnownFace = tuple[Any, str, str, str]
 
 
 def _parts(leaf: Leaf, size: float) -> list[tuple[Any, bool, list[_KnownFace]]]:
-    """Return the solids of a shape, and what else it has as one sheet, sewn: with their faces."""
+    """Return the solids of a shape, and its other faces sewn to one sheet: each with its faces."""
     known = _Known(leaf)
     out = [
         (solid, True, [(face, *known.of(face)) for face in _explored(solid, TopAbs_FACE)])
@@ -132,7 +132,7 @@ def _parts(leaf: Leaf, size: float) -> list[tuple[Any, bool, list[_KnownFace]]]:
         TopExp.MapShapes_s(whole, TopAbs_FACE, inside)
         for face, sewn in zip(loose, found, strict=True):
             number = 0 if sewn.IsNull() else inside.FindIndex(sewn)
-            if not number:  # it was left out: as it was
+            if not number:  # sewing left it out: keep it as it was
                 builder.Add(whole, face)
             faces.append((TopoDS.Face(inside.FindKey(number)) if number else face, *known.of(face)))
         out.append((whole, False, faces))
@@ -140,7 +140,7 @@ def _parts(leaf: Leaf, size: float) -> list[tuple[Any, bool, list[_KnownFace]]]:
 
 
 def _loose_faces(shape: Any) -> list[Any]:
-    """Return the faces that belong to no solid."""
+    """Return the faces that are not part of a solid."""
     out = []
     walk = TopExp_Explorer(shape, TopAbs_FACE, TopAbs_SOLID)
     while walk.More():
@@ -159,7 +159,7 @@ def _explored(shape: Any, kind: Any) -> list[Any]:
 
 
 class _Known:
-    """Names, colours and layers of a shape's faces, also those that a shell or solid has."""
+    """Names, colours and layers of a shape's faces, including those inherited from a shell or solid."""
 
     def __init__(self, leaf: Leaf) -> None:
         self._named: list[tuple[Any, tuple[str, str, str]]] = []
@@ -171,7 +171,7 @@ class _Known:
                 number = self._faces.Add(face)
                 before = self._own.get(number, ("", "", ""))
                 own = (name if is_face else "", colour, layer)
-                # What a face itself is told counts more than what is told of all its shell.
+                # A face's own attributes override those of its shell.
                 first, last = (own, before) if is_face else (before, own)
                 self._own[number] = (first[0] or last[0], first[1] or last[1], first[2] or last[2])
 
@@ -179,10 +179,10 @@ class _Known:
         return self._own.get(self._faces.FindIndex(face), ("", "", ""))
 
 
-def _tell_faces(
+def _describe_faces(
     body: BodyRecord, known: list[_KnownFace], record: CadRecord, progress: Callable[[int], None]
 ) -> None:
-    """Tell what a body's faces are."""
+    """Describe a body's faces."""
     for face, name, colour, layer in known:
         one = FaceRecord(name, colour, layer, reversed=face.Orientation() == TopAbs_REVERSED)
         body.faces.append(one)
@@ -192,8 +192,8 @@ def _tell_faces(
             describe_surface(TopoDS.Face(face), one, _APPROXIMATED * record.deviation)
         except (RuntimeError, ValueError) as error:  # OCP raises C++ exceptions as RuntimeError
             one.surface = None
-            told = str(error).splitlines()[0]
-            record.notes.append(f"a face of {body.name!r} is taken as Open CASCADE has it: {told}")
+            message = str(error).splitlines()[0]
+            record.notes.append(f"a face of {body.name!r} is taken from Open CASCADE's triangles: {message}")
         record.tolerance = max(record.tolerance, BRep_Tool.Tolerance_s(TopoDS.Face(face)))
         progress(len(body.faces))
 

@@ -1,4 +1,4 @@
-"""Triangles of bodies, by Open CASCADE's mesher: neighbours share the vertices of their common edge."""
+"""Triangles of bodies, by Open CASCADE's mesher: neighbouring faces share the vertices of common edges."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -18,16 +18,16 @@ from upholster.occt.records import BodyRecord
 __all__ = ["ANGLE", "mesh_body"]
 
 ANGLE = 7.0
-"""Degrees by which edges of faces bend from a vertex to the next, at most: 7 keep areas to 0.1 %."""
+"""Greatest bend of faces' edges from a vertex to the next, in degrees: 7 keeps areas within 0.1 %."""
 
 
 _INSIDE = 3.0
-"""Times as much bend is allowed inside faces, where the deviation alone keeps triangles near."""
+"""Inside faces this many times as much bend is allowed; there the deviation alone limits the distance."""
 
 
 @dataclass(eq=False)
 class _Vertices:
-    """Vertices of a body as they are found; those on edges by the edge's number."""
+    """Vertices of a body while they are collected; those on edges by the edge's number."""
 
     corners: dict[int, int]
     along: dict[int, list[int]]
@@ -46,22 +46,22 @@ def mesh_body(
     angle: float,
     progress: Callable[[int], None],
 ) -> None:
-    """Triangulate a body's faces; one that has no triangles is left plain.
+    """Triangulate a body's faces; a face without triangles is left plain.
 
     Parameters
     ----------
     shape
         The body.
     faces
-        Its faces, as ``body.faces`` has them.
+        Its faces, in the order of ``body.faces``.
     body
-        Gets positions; its faces get vertices, parameters and triangles.
+        Receives positions; its faces receive vertices, parameters and triangles.
     deviation
-        How far triangles may lie from the faces, in millimetres.
+        Greatest distance of triangles from the faces, in millimetres.
     angle
-        Degrees by which an edge of a face may bend from a vertex to the next.
+        Greatest bend of a face's edge from a vertex to the next, in degrees.
     progress
-        Called with the number of faces whose triangles are known.
+        Called with the number of faces meshed.
     """
     wanted = IMeshTools_Parameters()
     wanted.Deflection = wanted.DeflectionInterior = deviation
@@ -75,7 +75,7 @@ def mesh_body(
     for count, (face, record) in enumerate(zip(faces, body.faces, strict=True), 1):
         try:
             _mesh_face(face, record, vertices, numbers)
-        except RuntimeError as error:  # what OCP makes of C++ exceptions
+        except RuntimeError as error:  # OCP raises C++ exceptions as RuntimeError
             record.plain = f"no triangles: {error}".splitlines()[0]
         progress(count)
     body.positions = np.array(vertices.positions, np.float64).reshape(-1, 3)
@@ -128,7 +128,7 @@ def _number_edge(
     vertices: _Vertices,
     numbers: tuple[Any, Any],
 ) -> None:
-    """Give the nodes of a face along an edge the numbers that they have in the body."""
+    """Give the nodes of a face along an edge their numbers in the body."""
     line = BRep_Tool.PolygonOnTriangulation_s(edge, mesh, place)
     if line is None:
         return

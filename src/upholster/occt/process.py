@@ -1,4 +1,4 @@
-"""Reading a CAD file in a process of its own."""
+"""Reading a CAD file in a separate process."""
 
 import json
 import os
@@ -19,13 +19,13 @@ from upholster.types import Progress
 __all__ = ["MEMORY", "SECONDS", "read_cad"]
 
 SECONDS = 600.0
-"""How long reading may take."""
+"""Default time limit for reading."""
 
 MEMORY = 12 << 30
-"""Bytes of address space that it may use; of memory that is about a quarter less."""
+"""Default limit of its address space, in bytes; the memory used is about a quarter less."""
 
 _EVERY = 0.1
-"""Seconds between two looks at how far it is."""
+"""Seconds between two checks of progress."""
 
 _LIBRARIES = ("OCP", "rhino3dm")
 
@@ -41,29 +41,31 @@ def read_cad(
     memory: int | None = None,
     progress: Progress | None = None,
 ) -> CadRecord:
-    """Read a CAD file: STEP, IGES and BREP by Open CASCADE, 3DM by rhino3dm as well.
+    """Read a CAD file: STEP, IGES and BREP with Open CASCADE, 3DM with rhino3dm in addition.
 
     Parameters
     ----------
     path
         The file, with one of `upholster.formats.CAD_SUFFIXES`.
     deviation
-        How far triangles may lie from their faces, in millimetres; by default a two-thousandth of the size.
+        Greatest distance of triangles from their faces, in millimetres; by default a two-thousandth of the
+        size.
     unique
-        Whether a shape that stands in several places is a body in each.
+        Whether each placement of a shape becomes a separate body.
     unit
-        Length of the file's unit in millimetres, where it tells none itself.
+        Length of the file's unit in millimetres, if the file states none.
     coarse
-        Whether few triangles will do, to know what there is.
+        Whether coarse triangles suffice, to find out what the file contains.
     seconds, memory
-        How long reading may take, and how much memory, in bytes; by default `SECONDS` and `MEMORY`.
+        Limits of time in seconds and memory in bytes; by default `SECONDS` and `MEMORY`.
     progress
-        Called with stages "faces" and "mesh", in the thread that calls this.
+        Called with stages "faces" and "mesh", in the calling thread.
 
     Raises
     ------
     InputError
-        If what reads it is not installed; if it can not be read, has no faces, or needs more than the limits.
+        If a package for reading is not installed; if the file cannot be read, has no faces, or needs more
+        than the limits.
     """
     seconds, memory = SECONDS if seconds is None else seconds, MEMORY if memory is None else memory
     options = {"unit": unit, "deviation": deviation, "unique": unique, "coarse": coarse}
@@ -74,7 +76,7 @@ def read_cad(
         code = _run(command, seconds, progress)
         found: CadRecord | str | None = pickle.loads(result.read_bytes()) if result.is_file() else None
     if found is None:
-        raise InputError(f"Open CASCADE crashes on it (status {code}): it can not be read")
+        raise InputError(f"Open CASCADE crashes on it (status {code}): it cannot be read")
     if isinstance(found, str):
         raise _refused(found, memory)
     if not any(body.faces for body in found.bodies):
@@ -83,7 +85,7 @@ def read_cad(
 
 
 def _run(command: list[str], seconds: float, progress: Progress | None) -> int:
-    """Run the process to its end, or until the time is over; return its status."""
+    """Run the process to its end, or until the time is up; return its status."""
     process: subprocess.Popen[str] | None = None
     heard: deque[str] = deque()
     try:
@@ -103,10 +105,10 @@ def _run(command: list[str], seconds: float, progress: Progress | None) -> int:
         while code is None:
             code = _waited(process, min(_EVERY, end - time.monotonic()))
             if code is None and time.monotonic() >= end:
-                raise InputError(f"takes more than {seconds:g} s to read; allowed: as much")
+                raise InputError(f"it takes more than {seconds:g} s to read; allowed: up to that")
             if code is not None:
                 listener.join()
-            _tell(heard, progress)
+            _report(heard, progress)
         return code
     finally:  # also when the user stops the program
         if process is not None:
@@ -115,7 +117,7 @@ def _run(command: list[str], seconds: float, progress: Progress | None) -> int:
 
 
 def _waited(process: "subprocess.Popen[str]", seconds: float) -> int | None:
-    """Wait for a process to end; return its status, None if it still runs."""
+    """Wait for a process to end; return its status, None if it is still running."""
     try:
         return process.wait(max(0.0, seconds))
     except subprocess.TimeoutExpired:
@@ -127,7 +129,7 @@ def _hear(lines: IO[str], heard: deque[str]) -> None:
         heard.extend(lines)
 
 
-def _tell(heard: deque[str], progress: Progress | None) -> None:
+def _report(heard: deque[str], progress: Progress | None) -> None:
     while heard:
         stage, done, total = heard.popleft().split()
         if progress is not None:
@@ -136,7 +138,9 @@ def _tell(heard: deque[str], progress: Progress | None) -> None:
 
 def _refused(text: str, memory: int) -> InputError:
     if text == "memory":
-        return InputError(f"it needs more than {memory / 2**30:.3g} GiB of memory to read; allowed: as much")
+        return InputError(
+            f"it needs more than {memory / 2**30:.3g} GiB of memory to read; allowed: up to that"
+        )
     missing, _, name = text.partition(" ")
     if missing == "missing" and name.partition(".")[0] in _LIBRARIES:
         return InputError(f"reading it needs {name}; install it: pip install 'upholster[cad]'")
@@ -144,7 +148,7 @@ def _refused(text: str, memory: int) -> InputError:
 
 
 def _environment() -> dict[str, str]:
-    """Return the environment, in which the process finds this package wherever it lies."""
+    """Return the environment, extended so that the process finds this package."""
     root = str(Path(__file__).parents[2])
     known = os.environ.get("PYTHONPATH")
     return os.environ | {"PYTHONPATH": root if not known else f"{root}{os.pathsep}{known}"}

@@ -1,4 +1,4 @@
-"""STEP, IGES and BREP files as shapes, with names, colours and layers where the file has them."""
+"""STEP, IGES and BREP files as shapes, with the file's names, colours and layers."""
 
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -38,23 +38,23 @@ __all__ = ["Leaf", "UnreadableError", "read_shapes"]
 
 
 class UnreadableError(Exception):
-    """The file can not be read: its text says why, as the end of a sentence that begins with the file."""
+    """The file cannot be read. Its text gives the reason as the end of a sentence about the file."""
 
 
 @dataclass(eq=False)
 class Leaf:
-    """A shape that no assembly is made of.
+    """A shape at the end of an assembly: not an assembly itself.
 
     Attributes
     ----------
     name, colour, layer
-        As of `upholster.occt.records.FaceRecord`.
+        As in `upholster.occt.records.FaceRecord`.
     shape
-        A ``TopoDS_Shape`` in its own place.
+        A ``TopoDS_Shape`` with its own location.
     place
         A ``TopLoc_Location``.
     faces
-        Name, colour and layer by face: ``TopoDS_Shape`` in the shape's own space.
+        Name, colour and layer of faces, each a ``TopoDS_Shape`` in the shape's own space.
     """
 
     name: str
@@ -73,12 +73,12 @@ def read_shapes(path: Path, unit: float | None) -> tuple[CadRecord, list[Leaf]]:
     path
         The file.
     unit
-        Length of its unit in millimetres, if it tells none; by default 1.
+        Length of its unit in millimetres, if the file states none; by default 1.
 
     Raises
     ------
     UnreadableError
-        If it can not be read.
+        If it cannot be read.
     """
     suffix = path.suffix.lower()
     if suffix in (".brep", ".brp"):
@@ -88,14 +88,14 @@ def read_shapes(path: Path, unit: float | None) -> tuple[CadRecord, list[Leaf]]:
 
         return read_rhino(path, unit)
     if unit is not None:
-        raise UnreadableError("tells its unit itself; allowed: --unit with .brep, and .3dm without one")
+        raise UnreadableError("states its unit itself; allowed: --unit with .brep, and .3dm without one")
     return _exchange(path, is_step=suffix in (".step", ".stp"))
 
 
 def _brep(path: Path, unit: float | None) -> tuple[CadRecord, list[Leaf]]:
     shape = TopoDS_Shape()
     if not BRepTools.Read_s(shape, str(path), BRep_Builder()) or shape.IsNull():
-        raise UnreadableError("is no BREP file that Open CASCADE can read")
+        raise UnreadableError("is not a BREP file that Open CASCADE can read")
     if unit is not None and unit != 1.0:
         larger = gp_Trsf()
         larger.SetScaleFactor(unit)
@@ -105,7 +105,7 @@ def _brep(path: Path, unit: float | None) -> tuple[CadRecord, list[Leaf]]:
 
 
 def _exchange(path: Path, *, is_step: bool) -> tuple[CadRecord, list[Leaf]]:
-    """Read STEP or IGES: both give a document of labelled shapes."""
+    """Read STEP or IGES: both produce a document of labelled shapes."""
     Interface_Static.SetIVal_s("read.stepcaf.subshapes.name", 1)
     reader = STEPCAFControl_Reader() if is_step else IGESCAFControl_Reader()
     reader.SetNameMode(True)
@@ -113,7 +113,7 @@ def _exchange(path: Path, *, is_step: bool) -> tuple[CadRecord, list[Leaf]]:
     reader.SetLayerMode(True)
     format_ = "STEP" if is_step else "IGES"
     if reader.ReadFile(str(path)) != IFSelect_RetDone:
-        raise UnreadableError(f"is no {format_} file that Open CASCADE can read")
+        raise UnreadableError(f"is not a {format_} file that Open CASCADE can read")
     record = CadRecord(format_, _step_unit(reader) if is_step else _iges_unit(path))
     document = TDocStd_Document(TCollection_ExtendedString("XmlOcaf"))
     leaves = _Labels(document).leaves() if reader.Transfer(document) else []
@@ -125,7 +125,7 @@ def _exchange(path: Path, *, is_step: bool) -> tuple[CadRecord, list[Leaf]]:
 
 
 def _without_products(path: Path, record: CadRecord) -> list[Leaf]:
-    """Read the shapes of a STEP file whose products have none: plain, without names and colours."""
+    """Read the shapes of a STEP file whose products have none, without names and colours."""
     Interface_Static.SetIVal_s("read.step.product.mode", 0)
     reader = STEPControl_Reader()
     reader.ReadFile(str(path))
@@ -151,7 +151,7 @@ def _first_unit(model: Any) -> str:
 
 
 def _as_one(name: str, leaves: list[Leaf]) -> list[Leaf]:
-    """Put the sheets of an IGES file together: each of its faces may be a shape of its own."""
+    """Combine the sheets of an IGES file: each of its faces may be a separate shape."""
     solids = [leaf for leaf in leaves if TopExp_Explorer(leaf.shape, TopAbs_SOLID).More()]
     sheets = [leaf for leaf in leaves if leaf not in solids]
     if len(sheets) < 2:
@@ -176,7 +176,7 @@ def _step_unit(reader: Any) -> str:
 
 
 def _iges_unit(path: Path) -> str:
-    """Return the unit that an IGES file names in its global section."""
+    """Return the unit in an IGES file's global section."""
     lines = path.read_text("latin-1").splitlines()
     text = "".join(line[:72] for line in lines[:400] if line[72:73] == "G")
     fields, rest = [], text
@@ -215,7 +215,7 @@ class _Labels:
         return out
 
     def _walk(self, label: Any, place: Any, name: str, colour: str, out: list[Leaf]) -> None:
-        """Follow an assembly down; what a component is called and coloured counts before its product."""
+        """Descend an assembly; a component's name and colour override its product's."""
         if XCAFDoc_ShapeTool.IsReference_s(label):
             target = TDF_Label()
             XCAFDoc_ShapeTool.GetReferredShape_s(label, target)
@@ -277,7 +277,7 @@ class _Labels:
 
 
 def _own_name(label: Any) -> str:
-    if not label.IsAttribute(TDataStd_Name.GetID_s()):  # asked first: OCP crashes where it finds none
+    if not label.IsAttribute(TDataStd_Name.GetID_s()):  # checked first: without one OCP crashes
         return ""
     found = TDataStd_Name()
     label.FindAttribute(TDataStd_Name.GetID_s(), found)

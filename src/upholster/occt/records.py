@@ -1,4 +1,4 @@
-"""What the process that reads a CAD file tells: plain data, which no package but NumPy is needed for."""
+"""The result of the process that reads a CAD file: plain data that needs no package but NumPy."""
 
 from dataclasses import dataclass, field
 
@@ -18,11 +18,11 @@ class CurveRecord:
     kind
         "line", "arc" or "spline".
     poles
-        Of a line (2, 4): its point at parameter 0 and its direction, weights 1 and 0. Of an arc (3, 4):
-        centre (weight 1) and the two half axes (weight 0), ``centre + cos v · first + sin v · second``. Of a
+        For a line (2, 4): its point at parameter 0 and its direction, weights 1 and 0. For an arc (3, 4):
+        centre (weight 1) and the two half axes (weight 0), ``centre + cos v · first + sin v · second``. For a
         spline (n, 4): homogeneous control points.
     degree, knots
-        Of a spline: the knots with their multiplicities, ``n + degree + 1`` of them.
+        For a spline: ``n + degree + 1`` knots, repeated by multiplicity.
     """
 
     kind: str
@@ -33,21 +33,21 @@ class CurveRecord:
 
 @dataclass(eq=False)
 class SurfaceRecord:
-    """The surface that a face lies on, in one of four forms.
+    """The surface under a face, in one of four forms.
 
     Attributes
     ----------
     form
         "plane", "revolution" (u is the angle), "extrusion" (v is the length) or "spline".
     frame
-        Of a plane (3, 3): origin, and the vectors of u and v. Of a revolution (2, 3): a point of the axis and
-        its direction. Of an extrusion (1, 3): its direction.
+        For a plane (3, 3): origin, and the vectors of u and v. For a revolution (2, 3): a point of the axis
+        and its direction. For an extrusion (1, 3): its direction.
     curve
-        What is turned (by v) or moved (by u).
+        The curve that is revolved (it has parameter v) or extruded (parameter u).
     degrees, knots_u, knots_v, net
-        Of a spline: net (nu, nv, 4), homogeneous.
+        For a spline: net (nu, nv, 4), homogeneous.
     period
-        Of u and v, 0 where there is none.
+        Periods of u and v, 0 if not periodic.
     """
 
     form: str
@@ -67,29 +67,29 @@ class FaceRecord:
     Attributes
     ----------
     name, colour, layer
-        As the file has them, empty where it has none; a colour as "#c08040".
+        As in the file, empty if it has none; a colour as "#c08040".
     kind
-        What a designer calls its surface: "plane", "cylinder", "cone", "sphere", "torus", "revolution",
+        A designer's name for its surface: "plane", "cylinder", "cone", "sphere", "torus", "revolution",
         "extrusion", "spline", "offset", "other".
     box
         Least and greatest u, least and greatest v.
     area
-        By Open CASCADE, in square millimetres.
+        From Open CASCADE, in square millimetres.
     reversed
-        Whether its outside is where the surface's normal does not point.
+        Whether its outside is opposite to the surface's normal.
     surface
-        None where it could not be told.
+        None if it could not be determined.
     axis
-        (2, 3) a point and the direction of its axis, where the surface has one.
+        (2, 3) a point and the direction of its axis, if the surface has one.
     approximated
-        How far the surface given here may lie from the file's own, in millimetres; 0 where it is the same.
+        Greatest distance of the recorded surface from the file's own, in millimetres; 0 if they are the same.
     vertices, uv
         (n,) its vertices' numbers in the body, and (n, 2) their parameters.
     triangles
-        (t, 3) into these, counter-clockwise seen from outside. They cover the face in its parameters; at
-        poles some are lines in space.
+        (t, 3) indices into these, counter-clockwise seen from outside. They cover the face in its parameters;
+        at poles some are degenerate in space.
     plain
-        Why it is left plain; empty where it is not.
+        Why it is left plain; empty if it is not.
     """
 
     name: str = ""
@@ -109,7 +109,7 @@ class FaceRecord:
 
     @property
     def seen(self) -> IntArray:
-        """Those of the triangles that have three different vertices."""
+        """The triangles with three different vertices."""
         a, b, c = self.vertices[self.triangles].T
         seen: IntArray = self.triangles[(a != b) & (b != c) & (c != a)]
         return seen
@@ -117,7 +117,7 @@ class FaceRecord:
 
 @dataclass(eq=False)
 class Placed:
-    """Where a body stands: the name of that place, and the (3, 4) matrix to the model, in millimetres."""
+    """A placement of a body: its name, and the (3, 4) matrix to the model, in millimetres."""
 
     name: str
     matrix: FloatArray
@@ -125,22 +125,22 @@ class Placed:
 
 @dataclass(eq=False)
 class BodyRecord:
-    """A shape, once, and where it stands.
+    """A shape, once, with its placements.
 
     Attributes
     ----------
     name, colour, layer
-        As of `FaceRecord`.
+        As in `FaceRecord`.
     solid
         Whether it is a solid; else a sheet.
     faces
-        All of them.
+        All its faces.
     places
-        At least one.
+        Its placements, at least one.
     positions
         (V, 3) vertices of its triangles, in millimetres, in the body's own space.
     rim
-        (V,) bool: vertices that lie on edges of faces.
+        (V,) bool: whether each vertex is on an edge of a face.
     """
 
     name: str
@@ -155,18 +155,18 @@ class BodyRecord:
 
 @dataclass(eq=False)
 class CadRecord:
-    """What a file holds; lengths in millimetres.
+    """The contents of a file; lengths in millimetres.
 
     Attributes
     ----------
     format
-        "STEP", "IGES", "BREP" or "3DM", with the schema where the file tells.
+        "STEP", "IGES", "BREP" or "3DM", with the schema if the file states it.
     unit
-        The file's own unit, as "mm", "inch"; empty where it tells none.
+        The file's own unit, as "mm", "inch"; empty if it states none.
     tolerance
         Largest tolerance of its edges and vertices.
     deviation
-        How far triangles may lie from their faces.
+        Greatest distance of triangles from their faces.
     box
         Least and greatest coordinates, (2, 3).
     notes

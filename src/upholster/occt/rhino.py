@@ -1,4 +1,4 @@
-"""3DM files, read by rhino3dm and written again as Open CASCADE's shapes: same surfaces, edges and loops."""
+"""3DM files, read by rhino3dm and converted to Open CASCADE's shapes: same surfaces, edges and loops."""
 
 from pathlib import Path
 from typing import Any
@@ -37,31 +37,31 @@ _MILLIMETRES = {
     "Yards": 914.4,
 }
 _DEEPEST = 30
-"""Levels of blocks within blocks."""
+"""Greatest depth of nested blocks."""
 
 
 def read_rhino(path: Path, unit: float | None) -> tuple[CadRecord, list[Leaf]]:
-    """Read the Breps, extrusions and surfaces of a 3DM file, and its blocks where they stand.
+    """Read the Breps, extrusions and surfaces of a 3DM file, and its blocks at their placements.
 
     Parameters
     ----------
     path
         The file.
     unit
-        Length of its unit in millimetres, where it tells none.
+        Length of its unit in millimetres, if the file states none.
 
     Raises
     ------
     UnreadableError
-        If it is no 3DM file, or tells a unit and another one is wanted.
+        If it is not a 3DM file, or both the file and the caller give a unit.
     """
     model = rhino3dm.File3dm.Read(str(path))
     if model is None:
-        raise UnreadableError("is no 3DM file that rhino3dm can read")
+        raise UnreadableError("is not a 3DM file that rhino3dm can read")
     name = str(model.Settings.ModelUnitSystem).rpartition(".")[2]
     own = _MILLIMETRES.get(name)
     if own is not None and unit is not None:
-        raise UnreadableError(f"tells its unit itself ({name.lower()}); allowed: without --unit")
+        raise UnreadableError(f"states its unit itself ({name.lower()}); allowed: without --unit")
     known = name.lower() if own is not None else "" if unit is None else f"{unit:g} mm"
     record = CadRecord("3DM", known)
     reader = _Reader(model, own or unit or 1.0, record)
@@ -70,7 +70,7 @@ def read_rhino(path: Path, unit: float | None) -> tuple[CadRecord, list[Leaf]]:
             reader.add(thing, gp_Trsf(), 0)
     if reader.skipped:
         listed = ", ".join(f"{count} {kind}" for kind, count in sorted(reader.skipped.items()))
-        record.notes.append(f"left out, for they are no surfaces: {listed}")
+        record.notes.append(f"left out because they are not surfaces: {listed}")
     return record, reader.leaves
 
 
@@ -86,7 +86,7 @@ class _Reader:
         self._shapes: dict[str, Any] = {}
 
     def add(self, thing: Any, place: gp_Trsf, depth: int) -> None:
-        """Add an object, and all of a block."""
+        """Add an object, or all objects of a block."""
         geometry = thing.Geometry
         if isinstance(geometry, rhino3dm.InstanceReference):
             block = self._blocks.get(str(geometry.ParentIdefId))
@@ -103,7 +103,7 @@ class _Reader:
             self.skipped[kind] = self.skipped.get(kind, 0) + 1
             return
         layers, on = self._model.Layers, thing.Attributes.LayerIndex
-        layer = layers[on].Name if 0 <= on < len(layers) else ""  # files may name layers that they lack
+        layer = layers[on].Name if 0 <= on < len(layers) else ""  # files may name layers that do not exist
         colour = thing.Attributes.DrawColor(self._model)
         code = "#" + "".join(f"{part:02x}" for part in colour[:3])
         name = thing.Attributes.Name or f"{type(geometry).__name__.lower()} {len(self.leaves) + 1}"
@@ -112,7 +112,7 @@ class _Reader:
         self.leaves.append(Leaf(name, shape, TopLoc_Location(place), code, layer))
 
     def _shape(self, thing: Any) -> Any:
-        """Return an object's shape, None if it is no surface."""
+        """Return an object's shape, None if it is not a surface."""
         key = str(thing.Attributes.Id)
         if key not in self._shapes:
             geometry = thing.Geometry
@@ -124,19 +124,17 @@ class _Reader:
         return self._shapes[key]
 
     def _placed(self, xform: Any) -> gp_Trsf:
-        """Return where a block stands; what is sheared or scaled unevenly stands as nearly as it can."""
+        """Return a block's placement; sheared or unevenly scaled ones are approximated by rigid ones."""
         rows = [[getattr(xform, f"M{i}{j}") for j in range(4)] for i in range(3)]
         out = gp_Trsf()
         try:
             out.SetValues(*rows[0][:3], rows[0][3] * self._scale, *rows[1][:3], rows[1][3] * self._scale,
                           *rows[2][:3], rows[2][3] * self._scale)  # fmt: skip
         except RuntimeError:
-            self._record.notes.append("a block is singular: it stands as in its definition")
+            self._record.notes.append("a block is singular: it is placed as in its definition")
         uneven = gp_GTrsf(out)
         if any(abs(uneven.Value(i + 1, j + 1) - rows[i][j]) > 1e-6 for i in range(3) for j in range(3)):
-            self._record.notes.append(
-                "a block is scaled unevenly, which is left out: it stands as a rigid one"
-            )
+            self._record.notes.append("a block is scaled unevenly, which is ignored: it is placed rigidly")
         return out
 
 
@@ -163,7 +161,7 @@ def _brep(brep: Any, scale: float) -> Any:
 
 
 def _wire(loop: Any, brep: Any, scale: float, edges: dict[int, Any], vertices: dict[int, Any]) -> Any:
-    """Return a loop as a wire; edges that are a point are made by Open CASCADE."""
+    """Return a loop as a wire; Open CASCADE makes the edges that are points."""
     builder, wire = BRep_Builder(), TopoDS_Wire()
     builder.MakeWire(wire)
     for trim in loop.Trims:
@@ -223,13 +221,13 @@ def _curve(nurbs: Any, scale: float) -> Any:
 
 
 def _pole(point: Any, scale: float) -> tuple[gp_Pnt, float]:
-    """Return a control point: rhino3dm has it times its weight."""
+    """Return a control point: rhino3dm's is multiplied by its weight."""
     weight = point.W
     return gp_Pnt(*(scale * value / weight for value in (point.X, point.Y, point.Z))), weight
 
 
 def _knots(listed: Any) -> tuple[Any, Any]:
-    """Return different knots and how often each is there: Rhino leaves the first and the last one out."""
+    """Return distinct knots and their multiplicities: Rhino omits the first and the last knot."""
     values = [listed[k] for k in range(len(listed))]
     values = [values[0], *values, values[-1]]
     knots: list[float] = []

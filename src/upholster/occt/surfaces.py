@@ -1,4 +1,4 @@
-"""What surface a face lies on, told so that it can be written as rational Bézier patches exactly."""
+"""The surface of a face, recorded so that it can be converted exactly to rational Bézier patches."""
 
 from typing import Any
 
@@ -44,27 +44,27 @@ _KINDS = (
     (Geom_OffsetSurface, "offset"),
 )
 _SEGMENTS, _DEGREE = 200, 8
-"""Of approximations, at most."""
+"""Limits of approximations."""
 
 
 def describe_surface(face: Any, record: FaceRecord, tolerance: float) -> None:
-    """Tell kind, axis and surface of a face.
+    """Determine kind, axis and surface of a face.
 
     Parameters
     ----------
     face
         A ``TopoDS_Face``.
     record
-        Its box is known; the rest is written here.
+        Its box is known; this fills in the rest.
     tolerance
-        By how much, in millimetres, a surface that is not rational may be missed.
+        Greatest error, in millimetres, of the approximation of a non-rational surface.
     """
     surface = BRep_Tool.Surface_s(face)
     while isinstance(surface, Geom_RectangularTrimmedSurface):
         surface = surface.BasisSurface()
     record.kind = next((name for known, name in _KINDS if isinstance(surface, known)), "other")
     if isinstance(surface, Geom_OffsetSurface) and surface.Surface() is not None:
-        surface = surface.Surface()  # offsets of planes, cylinders and the like are of the same kind
+        surface = surface.Surface()  # offsets of planes, cylinders etc. have the same kind
     record.axis = _axis(surface)
     record.surface, record.approximated = _surface(surface, record.box, tolerance)
 
@@ -72,7 +72,7 @@ def describe_surface(face: Any, record: FaceRecord, tolerance: float) -> None:
 def _surface(
     surface: Any, box: tuple[float, float, float, float], tolerance: float
 ) -> tuple[SurfaceRecord, float]:
-    """Return a surface's record, and how far that lies from it."""
+    """Return a surface's record, and its distance from the surface."""
     if isinstance(surface, Geom_Plane):
         place = surface.Position()
         frame = [_xyz(place.Location()), _xyz(place.XDirection()), _xyz(place.YDirection())]
@@ -90,13 +90,13 @@ def _surface(
     if isinstance(surface, Geom_SurfaceOfRevolution):
         axis = surface.Axis()
         curve, error = _curve(surface.BasisCurve(), box[2:], tolerance)
-        # Its v is that of the curve; by its u the curve turns.
+        # Its v is the curve's parameter; its u is the angle of revolution.
         return _turned(axis, curve, _period(surface.BasisCurve())), error
     if isinstance(
         surface, (Geom_CylindricalSurface, Geom_ConicalSurface, Geom_SphericalSurface, Geom_ToroidalSurface)
     ):
-        # The curve at u = 0, turned round the axis: the way round is that of u, as all these frames are
-        # right-handed or mirrored with their axis.
+        # The curve at u = 0, revolved around the axis in the direction of u, as all these frames are
+        # right-handed or mirrored together with their axis.
         meridian = surface.UIso(0.0)
         axis = surface.Axis() if surface.Position().Direct() else surface.Axis().Reversed()
         curve, error = _curve(meridian, box[2:], tolerance)
@@ -106,7 +106,7 @@ def _surface(
         tolerance, GeomAbs_C1, GeomAbs_C1, _DEGREE, _DEGREE, _SEGMENTS, 0,
     )  # fmt: skip
     if not found.HasResult():
-        raise ValueError("no rational surface lies near enough")
+        raise ValueError("no rational surface is near enough")
     return _spline(found.Surface()), max(found.MaxError(), 1e-300)
 
 
@@ -116,7 +116,7 @@ def _turned(axis: Any, curve: CurveRecord, period: float) -> SurfaceRecord:
 
 
 def _curve(curve: Any, box: tuple[float, float], tolerance: float) -> tuple[CurveRecord, float]:
-    """Return a curve's record, and how far that lies from it."""
+    """Return a curve's record, and its distance from the curve."""
     while isinstance(curve, Geom_TrimmedCurve):
         curve = curve.BasisCurve()
     if isinstance(curve, Geom_Line):
@@ -140,7 +140,7 @@ def _curve(curve: Any, box: tuple[float, float], tolerance: float) -> tuple[Curv
             Geom_TrimmedCurve(curve, *box), tolerance, GeomAbs_C1, _SEGMENTS, _DEGREE
         )
         if not found.HasResult():
-            raise ValueError("no rational curve lies near enough")
+            raise ValueError("no rational curve is near enough")
         curve, error = found.Curve(), max(found.MaxError(), 1e-300)
     if curve.IsPeriodic():
         curve = curve.Copy()

@@ -1,6 +1,7 @@
 """Projects as files: `chair.upholster.json`, JSON with names of files relative to its folder.
 
-A file may be a stranger's: it reaches nothing outside its folder, and folders that the caller allows.
+A file may come from a stranger. It can name only files in its own folder, and in folders that the caller
+allows.
 """
 
 import hashlib
@@ -42,67 +43,67 @@ def read_project(path: str | os.PathLike[str], *, allow: Sequence[str | os.PathL
     path
         The file, as `save_project` writes it.
     allow
-        Folders beside its own in which files may lie that it names.
+        Further folders from which the project may name files.
 
     Returns
     -------
     Project
-        Its notes tell which files have changed since.
+        Its notes list the files that have changed since it was saved.
 
     Raises
     ------
     InputError, FormatError
-        If it cannot be read or is no project; for an unknown key, a value out of range, or a file outside the
-        folders.
+        If it cannot be read or is not a project; for an unknown key, a value out of range, or a file outside
+        the folders.
     """
     name = path_text(path, "project")
     if not name.lower().endswith(PROJECT_SUFFIX):
         raise InputError(f"project {name!r} has another suffix; allowed: {PROJECT_SUFFIX}")
     try:
-        told = json.loads(read_bytes(name))
+        data = json.loads(read_bytes(name))
     except (ValueError, RecursionError) as error:
-        raise FormatError(f"{name}: it is no JSON: {error}") from None
+        raise FormatError(f"{name}: it is not JSON: {error}") from None
     reader = _Reader(name, [Path(name).parent, *map(Path, allow)])
     try:
-        return reader.project(told)
+        return reader.project(data)
     except (InputError, FormatError) as error:
         raise type(error)(f"{name}: {error}") from None
 
 
-def project_of(told: Any, folder: str | os.PathLike[str]) -> Project:
-    """Return the project that a file's JSON tells, if all files that it names lie in a folder.
+def project_of(data: Any, folder: str | os.PathLike[str]) -> Project:
+    """Return the project in a file's JSON data; all files that it names must be in a folder.
 
     Raises
     ------
     InputError, FormatError
-        As `read_project`.
+        As for `read_project`.
     """
-    return _Reader("project", [Path(folder)]).project(told)
+    return _Reader("project", [Path(folder)]).project(data)
 
 
 def told_of(project: Project, folder: str | os.PathLike[str]) -> dict[str, Any]:
-    """Return what a file tells of a project whose own files lie in a folder: names are relative to it.
+    """Return a project as a file's JSON data; its files must be in a folder, and names are relative to it.
 
     Raises
     ------
     InputError
-        As `save_project`; if a file lies elsewhere.
+        As for `save_project`; if a file is outside the folder.
     """
     keeper = _Keeper(Path(folder))
-    told = keeper.project(project)
+    written = keeper.project(project)
     for source in keeper.copies:
-        raise InputError(f"{os.fspath(source)!r} lies elsewhere; allowed: files in {os.fspath(folder)!r}")
-    return told
+        raise InputError(f"{os.fspath(source)!r} is outside; allowed: files in {os.fspath(folder)!r}")
+    return written
 
 
 class _Reader:
-    """Reads a project's parts; names of files are relative to the first of some folders."""
+    """Reads a project's parts; names of files are relative to the first of the folders."""
 
     def __init__(self, name: str, folders: Sequence[Path]) -> None:
         self.name, self.folders = name, folders
 
-    def project(self, told: Any) -> Project:
-        known = _object(told, "the project", _KEYS)
+    def project(self, data: Any) -> Project:
+        known = _object(data, "the project", _KEYS)
         version = known.get("upholster")
         if version != _VERSION:
             raise FormatError(f"upholster is {version!r}; allowed: {_VERSION}, the version of the format")
@@ -110,7 +111,7 @@ class _Reader:
         options["synthesis"] = self.with_files(options["synthesis"])
         materials = known.get("materials", {})
         if not isinstance(materials, dict):
-            raise FormatError("materials are no object; allowed: samples by the names of parts")
+            raise FormatError("materials is not an object; allowed: samples by the names of parts")
         found = Project(
             self.model(known.get("model")),
             self.sample(known["sample"], "sample") if known.get("sample") is not None else None,
@@ -122,7 +123,7 @@ class _Reader:
         return replace(found, notes=tuple(self.changed(known.get("files", {}))))
 
     def with_files(self, asked: SynthesisOptions) -> SynthesisOptions:
-        """Return options that name files where they lie."""
+        """Return options with the paths of the files that they name."""
         found: dict[str, Any] = dict(with_names(asked, self.file_or_folder))
         if asked.stroke:
             found["stroke"] = tuple(
@@ -134,11 +135,11 @@ class _Reader:
             found["size_map"] = parse_size_map(asked.size_map).named(self.file)
         return replace(asked, **found)
 
-    def pinned(self, told: Any, depth: int = 1) -> Pinned:
-        known = _object(told, "pinned", ("regions", "synthesis", "seed", "before"))
+    def pinned(self, data: Any, depth: int = 1) -> Pinned:
+        known = _object(data, "pinned", ("regions", "synthesis", "seed", "before"))
         regions = known.get("regions")
         if not isinstance(regions, list) or not regions or not all(isinstance(one, str) for one in regions):
-            raise FormatError('regions of pinned are no list of texts; allowed: maps, as ["0,0,1:0.3"]')
+            raise FormatError('regions of pinned is not a list of texts; allowed: maps, as ["0,0,1:0.3"]')
         if depth > MOST_PINNED:
             raise FormatError(f"pinned holds more than {MOST_PINNED} states; allowed: {MOST_PINNED}")
         before = known.get("before")
@@ -149,14 +150,14 @@ class _Reader:
             None if before is None else self.pinned(before, depth + 1),
         )
 
-    def model(self, told: Any) -> str:
-        if not isinstance(told, str):
-            raise FormatError(f"model is {told!r}; allowed: a file's name, or a surface as `torus:R=2,r=0.7`")
-        return self.file(told) if covered_files(told) else told
+    def model(self, data: Any) -> str:
+        if not isinstance(data, str):
+            raise FormatError(f"model is {data!r}; allowed: a file's name, or a surface as `torus:R=2,r=0.7`")
+        return self.file(data) if covered_files(data) else data
 
-    def sample(self, told: Any, what: str) -> Sample:
+    def sample(self, data: Any, what: str) -> Sample:
         names = [entry.name for entry in fields(SampleOptions)]
-        known = dict(_object(told, what, ("source", "size", *names)))
+        known = dict(_object(data, what, ("source", "size", *names)))
         source, size = known.pop("source", None), known.pop("size", None)
         if maps := known.get("maps"):
             known["maps"] = {role: self.file(file) for role, file in _object(maps, f"maps of {what}").items()}
@@ -164,57 +165,57 @@ class _Reader:
         if options.mask is not None:
             options = replace(options, use=self.file(options.mask))
         found = Sample(self.source(source, what), size, options)
-        for file in found.files:  # of a folder as well, in which links may lead elsewhere
+        for file in found.files:  # those of a folder, too: they may be links that lead elsewhere
             self.file(os.path.relpath(file, self.folders[0]))
         return found
 
-    def source(self, told: Any, what: str) -> Source:
-        if isinstance(told, str):
-            return self.file(told)
-        if isinstance(told, list) and told:
-            return [self.file(file) for file in told]
-        if isinstance(told, dict) and told:
-            return {role: self.file(file) for role, file in told.items()}
-        raise FormatError(f"source of {what} is {told!r}; allowed: a file's name, a list, or files by role")
+    def source(self, data: Any, what: str) -> Source:
+        if isinstance(data, str):
+            return self.file(data)
+        if isinstance(data, list) and data:
+            return [self.file(file) for file in data]
+        if isinstance(data, dict) and data:
+            return {role: self.file(file) for role, file in data.items()}
+        raise FormatError(f"source of {what} is {data!r}; allowed: a file's name, a list, or files by role")
 
-    def file(self, told: Any) -> str:
-        if not isinstance(told, str) or not told:
-            raise FormatError(f"a file's name is {told!r}; allowed: a text")
+    def file(self, data: Any) -> str:
+        if not isinstance(data, str) or not data:
+            raise FormatError(f"a file's name is {data!r}; allowed: a text")
         try:
-            path_inside(self.folders, told)
+            path_inside(self.folders, data)
         except InputError as error:
             raise InputError(f"{error}, and in those of --allow DIR") from None
-        return os.path.normpath(os.path.join(self.folders[0], told))
+        return os.path.normpath(os.path.join(self.folders[0], data))
 
-    def file_or_folder(self, told: str) -> str:
-        found = self.file(told)
-        for file in Sample(found).files:  # of a folder those in it: links may lead elsewhere
+    def file_or_folder(self, data: str) -> str:
+        found = self.file(data)
+        for file in Sample(found).files:  # those of a folder, too: they may be links that lead elsewhere
             self.file(os.path.relpath(file, self.folders[0]))
         return found
 
-    def options(self, kind: type[Kind], told: Any, what: str) -> Kind:
-        known = _object(told, what, [entry.name for entry in fields(kind)])  # type: ignore[arg-type]
+    def options(self, kind: type[Kind], data: Any, what: str) -> Kind:
+        known = _object(data, what, [entry.name for entry in fields(kind)])  # type: ignore[arg-type]
         return kind(**{key: _tuples(value) for key, value in known.items()})
 
-    def changed(self, told: Any) -> Iterable[str]:
-        for file, digest in _object(told, "files").items():
+    def changed(self, data: Any) -> Iterable[str]:
+        for file, digest in _object(data, "files").items():
             try:
                 found = file_digest(self.file(file))
             except InputError:
-                continue  # reading it will tell
+                continue  # reading it will report the error
             if found != digest:
                 yield f"{file} has changed since the project was saved"
 
 
-def _object(told: Any, what: str, allowed: Iterable[str] | None = None) -> dict[str, Any]:
-    if not isinstance(told, dict):
-        raise FormatError(f"{what} is {str(told)[:40]!r}; allowed: an object")
+def _object(data: Any, what: str, allowed: Iterable[str] | None = None) -> dict[str, Any]:
+    if not isinstance(data, dict):
+        raise FormatError(f"{what} is {str(data)[:40]!r}; allowed: an object")
     if allowed is not None:
         names = list(allowed)
-        for key in told:
+        for key in data:
             if key not in names:
                 raise FormatError(f"{what} has an unknown key {key!r}; {nearest(key, names)}")
-    return told
+    return data
 
 
 def _tuples(value: Any) -> Any:
@@ -222,43 +223,43 @@ def _tuples(value: Any) -> Any:
 
 
 def save_project(project: Project, path: str | os.PathLike[str]) -> list[str]:
-    """Write a project's file, and copy the files that it needs into its folder, those that lie elsewhere.
+    """Write a project's file, and copy the files that it needs into its folder unless they are there.
 
     Parameters
     ----------
     project
-        What to write.
+        The project to write.
     path
-        The file, ``chair.upholster.json``; its folder is made where it is missing.
+        The file, ``chair.upholster.json``; its folder is made if it is missing.
 
     Returns
     -------
     list of str
-        The files that were copied, where they are now.
+        The paths of the copies.
 
     Raises
     ------
     InputError
-        If something is no file and no text, as an array or a function; if files cannot be written.
+        If a value is neither a file nor text, such as an array or a function; if files cannot be written.
     """
     name = path_text(path, "project")
     if not name.lower().endswith(PROJECT_SUFFIX):
         raise InputError(f"project {name!r} has another suffix; allowed: {PROJECT_SUFFIX}")
     keeper = _Keeper(Path(name).parent)
-    told = keeper.project(project)
+    written = keeper.project(project)
     for source, target in keeper.copies.items():
         target.parent.mkdir(parents=True, exist_ok=True)
         if not target.exists():
             with outputs([target], inputs=[source]) as files:
                 shutil.copyfile(source, files.path(target))
-    told["files"] = {file: file_digest(str(keeper.root / file)) for file in keeper.files}
+    written["files"] = {file: file_digest(str(keeper.root / file)) for file in keeper.files}
     with outputs([name]) as files:
-        files.path(name).write_text(json.dumps(told, indent=2) + "\n", encoding="utf-8")
+        files.path(name).write_text(json.dumps(written, indent=2) + "\n", encoding="utf-8")
     return [str(target) for target in keeper.copies.values()]
 
 
 class _Keeper:
-    """Finds names in a project's folder for its files; `copies` are those that are to be made."""
+    """Finds names in a project's folder for its files; `copies` lists the copies to make."""
 
     def __init__(self, folder: Path) -> None:
         self.root = Path(os.path.realpath(folder))
@@ -273,7 +274,7 @@ class _Keeper:
         if project.materials:
             written["materials"] = {part: self.sample(one) for part, one in project.materials.items()}
         for key in KINDS:
-            if options := _told(getattr(project, key)):
+            if options := _written(getattr(project, key)):
                 written[key] = options
         if synthesis := self.synthesis(project.synthesis):
             written["synthesis"] = synthesis
@@ -282,8 +283,8 @@ class _Keeper:
         return written | {"seed": project.seed}
 
     def synthesis(self, asked: SynthesisOptions) -> dict[str, Any]:
-        """Return what a file tells of options that name files."""
-        written = _told(asked) | with_names(asked, lambda file: str(self.source(Sample(file))))
+        """Return options as a file stores them, with the names of their files."""
+        written = _written(asked) | with_names(asked, lambda file: str(self.source(Sample(file))))
         if asked.stroke:
             written["stroke"] = stroke_texts(asked.stroke)
         if is_direction_image(asked.direction):
@@ -313,13 +314,13 @@ class _Keeper:
         return f"{folder}/{Path(first).name}"
 
     def sample(self, sample: Sample) -> dict[str, Any]:
-        told = _told(sample.options)
+        written = _written(sample.options)
         if sample.options.maps:
-            told["maps"] = {role: self.kept(file) for role, file in sample.options.maps.items()}
+            written["maps"] = {role: self.kept(file) for role, file in sample.options.maps.items()}
         if sample.options.mask is not None:
-            told["use"] = self.kept(sample.options.mask)
+            written["use"] = self.kept(sample.options.mask)
         size = {} if sample.size is None else {"size": sample.size}
-        return {"source": self.source(sample), **size, **told}
+        return {"source": self.source(sample), **size, **written}
 
     def source(self, sample: Sample) -> Any:
         source = sample.source
@@ -335,7 +336,7 @@ class _Keeper:
         raise InputError(f"sample is a {type(source).__name__}; allowed in a project's file: files")
 
     def kept(self, file: str | os.PathLike[str]) -> str:
-        """Return what a file is called in the folder; one that lies elsewhere will be copied there."""
+        """Return a file's name in the folder; a file that is elsewhere will be copied there."""
         place = _place(file)
         if place.is_relative_to(self.root):
             return self._listed(place)
@@ -344,7 +345,7 @@ class _Keeper:
         return self._listed(target)
 
     def kept_together(self, files: Sequence[str], base: str, name: str) -> str:
-        """Return a folder in the project's that has files of another one, `base`, and nothing else."""
+        """Return a folder within the project's that has these files of the folder `base`, and no others."""
         if not files:
             raise InputError(f"folder {base!r} holds no images; allowed: a folder with some")
         places = {_place(file): os.path.relpath(file, base) for file in files}
@@ -372,7 +373,7 @@ class _Keeper:
         )
 
     def _is_free_for(self, target: Path, folder: Path, places: Mapping[Path, str]) -> bool:
-        # Whether a folder is not there, or has the same files and no others.
+        # Whether the folder does not exist, or has the same files and no others.
         if any(target == own and folder != other for other, own in self.folders.items()):
             return False
         if not target.exists():
@@ -394,11 +395,11 @@ def _names(target: Path) -> Iterable[Path]:
     yield target
     for number in range(2, 1000):
         yield target.with_stem(f"{target.stem}-{number}")
-    raise InputError(f"{str(target)!r} and 998 like it are other files; allowed: another folder")
+    raise InputError(f"{str(target)!r} and 998 names like it are taken; allowed: another folder")
 
 
-def _told(options: Any) -> dict[str, Any]:
-    """Return options that differ from the defaults, as JSON can hold them."""
+def _written(options: Any) -> dict[str, Any]:
+    """Return options that differ from the defaults, in a form for JSON."""
     found = differing(options)
     for name, value in found.items():
         try:
@@ -412,5 +413,5 @@ def _told(options: Any) -> dict[str, Any]:
 
 
 def file_digest(file: str) -> str:
-    """Return what stands for a file's content in a project's file."""
+    """Return the digest of a file's content that a project's file stores."""
     return hashlib.blake2b(read_bytes(file), digest_size=16).hexdigest()

@@ -1,7 +1,7 @@
-"""What there is to see of a model that is being covered: soon and coarse first, at last the export's quilt.
+"""Previews of a model that is being covered: coarse ones soon, and last the export's quilt.
 
 Work runs in a thread of its own. It stops when the next preview of the same project begins: at the next
-stage or task, or behind a library's call that can not be stopped, whose result is kept.
+stage or task, or after a library call that can not be interrupted, whose result is kept.
 """
 
 import contextlib
@@ -25,28 +25,28 @@ from upholster.types import Progress
 __all__ = ["Look", "Preview", "Previews"]
 
 _COARSEST = 20_000
-"""Steps that the first look has, about."""
+"""Number of steps of the first look, about."""
 
 _MOST_OCTAVES = 5
 
 _BETWEEN = 3
-"""Octaves between two looks at most: an export of many steps has one more on the way."""
+"""Most octaves between two looks: an export of many steps has one more look on the way."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Look:
-    """A model as far as it is there.
+    """A model as it is at some point of a preview.
 
     Attributes
     ----------
     model
-        With its texels: `TexturedModel.picture`, `TexturedModel.view` …
+        The model with its texels: `TexturedModel.picture`, `TexturedModel.view` …
     quilts
-        Of each sample.
+        The quilt of each sample.
     is_final
-        Whether these are the quilts that an export has.
+        Whether these are the quilts of the export.
     seconds
-        Since the preview began.
+        Time since the preview began.
     """
 
     model: TexturedModel
@@ -56,7 +56,7 @@ class Look:
 
 
 class Preview:
-    """Looks at a model, as they come: an iterator. Made by `Project.preview`.
+    """Looks at a model in order: an iterator. Made by `Project.preview`.
 
     It ends after the last look, or when it is cancelled.
     """
@@ -74,7 +74,7 @@ class Preview:
                 work(self)
         except CancelledError:
             pass
-        except BaseException as error:  # whoever iterates gets it
+        except BaseException as error:  # passed to the iterating caller
             end = error
         self._looks.put(end)
 
@@ -83,7 +83,7 @@ class Preview:
         self._looks.put(Look(model, tuple(quilts), is_final, time.perf_counter() - self.began))
 
     def cancel(self) -> None:
-        """End it; returns at once."""
+        """End it; returns immediately."""
         self._stop.set()
 
     @property
@@ -101,7 +101,7 @@ class Preview:
             with contextlib.suppress(Empty):
                 found = self._looks.get(timeout=0.01)
                 if not isinstance(found, Look):
-                    self._looks.put(found)  # whoever looks again is told the same
+                    self._looks.put(found)  # a later iteration ends the same way
                     if found is None:
                         return
                     raise found
@@ -109,12 +109,12 @@ class Preview:
 
 
 class Previews:
-    """The previews of a project and of all that were made of it, one at a time; and what they have found.
+    """The previews of a project and of all projects made from it, one at a time; and their kept results.
 
     Attributes
     ----------
     stages
-        Results that are kept.
+        The kept results.
     """
 
     def __init__(self) -> None:
@@ -130,7 +130,7 @@ class Previews:
         threads: int | None,
         progress: Progress | None = None,
     ) -> Preview:
-        """Begin a preview in place of the one that is under way; see `Project.preview`."""
+        """Begin a preview, replacing the current one; see `Project.preview`."""
         texels = check_whole("texels", texels, 1000, 2**26)
         check_running(threads, progress)
         if self._running is not None:
@@ -152,7 +152,7 @@ class Previews:
 
 
 def _octaves(coverings: Sequence[Covering]) -> list[int]:
-    """Return by how many powers of two steps of the looks before the last are longer, one after another."""
+    """Return, for each look before the last, by how many powers of two its steps are longer."""
     if any(each.asked.method != "quilt" for each in coverings):
         return []
     steps = sum(chart.height * chart.width for each in coverings for chart in each.prepared.charts)

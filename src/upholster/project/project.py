@@ -1,4 +1,4 @@
-"""A project: what is covered, with which samples, and how. It answers at once where little has changed."""
+"""A project: model, samples and all settings. It answers quickly after small changes."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
@@ -34,23 +34,23 @@ from upholster.types import Progress, frozen_array
 __all__ = ["KINDS", "Project"]
 
 KINDS: dict[str, Any] = {"reading": ModelOptions, "synthesis": SynthesisOptions, "writing": WriteOptions}
-"""The fields of a project that hold options, and of which kind."""
+"""The fields of a project that hold options, and the kind of each."""
 
 
 @dataclass(frozen=True, eq=False)
 class Project(Shown):
     """A model, its samples and all settings; it does not change, `change` returns another.
 
-    What one project finds out, those made of it by `change` need not find out again: a file is read once, a
-    model is laid out flat once, and each further step runs again where something has changed that it depends
-    on. A list of projects is all that undoing takes.
+    Projects made by `change` share their results: a file is read once, a model is laid out flat once, and
+    each further step runs again only if one of its inputs has changed. To undo changes, keep a list of
+    projects.
 
     Attributes
     ----------
     model
-        What is covered: as for `upholster.cover`.
+        The surface to cover: as for `upholster.cover`.
     sample
-        What covers it, or the parts that no material is for; None: those stay as they are.
+        Covers the model, or the parts without a material; None: those parts stay unchanged.
     materials
         Other samples by the names of parts, as for `upholster.cover`.
     reading
@@ -62,14 +62,14 @@ class Project(Shown):
     seed
         0 to 2^63 − 1.
     pinned
-        Regions that stay as they were; None: nothing does.
+        Regions that stay as they were; None: no region does.
     notes
-        What the user should know of its file: that another has changed since.
+        Warnings about its file: that another file has changed since.
 
     Raises
     ------
     InputError
-        If there is no sample, or something is out of range.
+        If there is no sample, or a value is out of range.
     """
 
     model: CoveredLike
@@ -99,14 +99,14 @@ class Project(Shown):
         return on_a_line(self, {"model": self.model, "samples": samples, "seed": self.seed})
 
     def change(self, **choices: Any) -> "Project":
-        """Return another project, changed in some things.
+        """Return a copy with some settings changed.
 
         Parameters
         ----------
         choices
             `model`, `sample`, `materials`, `seed`, or any option by its name in `upholster.ModelOptions`,
             `upholster.SampleOptions` (of `sample`), `upholster.SynthesisOptions` and
-            `upholster.WriteOptions`: ``sample_size="20cm"``. None brings back an option's default.
+            `upholster.WriteOptions`: ``sample_size="20cm"``. None restores an option's default.
 
         Raises
         ------
@@ -118,25 +118,25 @@ class Project(Shown):
         sample = found.get("sample", self.sample)
         found["sample"] = None if sample is None else Sample.of(sample)
         if found["sample"] is not None and {"sample_size", "element_size"} & choices.keys():
-            found["sample"] = replace(found["sample"], size=None)  # what is said last counts
+            found["sample"] = replace(found["sample"], size=None)  # the latest choice counts
         for name, kind in KINDS.items():
             found[name] = _changed(getattr(self, name), kind, choices)
         of_sample = {entry.name for entry in fields(SampleOptions)} & choices.keys()
         if of_sample:
             if found["sample"] is None:
-                raise InputError(f"{min(of_sample)} is for the sample, and there is none; allowed: with one")
+                raise InputError(f"{min(of_sample)} is set, but there is no sample; allowed: with one")
             options = _changed(found["sample"].options, SampleOptions, choices)
             found["sample"] = replace(found["sample"], options=options)
         changes = bool(names - {"seed"} or of_sample or found["reading"] != self.reading)
         if self.pinned is not None and changes:
-            raise InputError("a pinned region can not stay where model or sample change; allowed: unpin it")
+            raise InputError("a pinned region can not stay if model or sample change; allowed: unpin first")
         if choices:
             known = [entry.name for kind in (SampleOptions, *KINDS.values()) for entry in fields(kind)]
             raise InputError(f"unknown option {next(iter(choices))!r}; {nearest(next(iter(choices)), known)}")
         return replace(self, **found)
 
     def again(self, region: str, seed: int | None = None) -> "Project":
-        """Return another project, in which a region is laid once more; all else stays as it is.
+        """Return another project in which a region is laid again; everything else stays as it is.
 
         Parameters
         ----------
@@ -144,12 +144,12 @@ class Project(Shown):
             Where a map is white, see `upholster.charts.maps.parse_map`: ``"0,0,1:0.3"`` (a ball),
             ``"part:Seat"``, ``"mask.png"``.
         seed
-            0 to 2^63 − 1; None: one that no region has had.
+            0 to 2^63 − 1; None: one that no region has used.
 
         Raises
         ------
         InputError
-            If the region is no map.
+            If the region is not a map.
         """
         before = self.synthesis.again or ()
         number = len(before) + 1 if seed is None else settled_seed(seed)
@@ -157,14 +157,14 @@ class Project(Shown):
         return self.change(again=(*before, f"{region}@{number}"))
 
     def pin(self, region: str) -> "Project":
-        """Return another project, in which a region stays as it is now, whatever seed and guides change.
+        """Return another project in which a region stays as it is now, even if seed and guides change.
 
         Model, sample, sizes and directions can not change while something is pinned.
 
         Raises
         ------
         InputError
-            If the region is no map, or regions are pinned at more than eight states.
+            If the region is not a map, or regions are pinned at more than eight states.
         """
         before = self.pinned
         regions = (region,) if before is None else (*before.regions, region)
@@ -173,11 +173,11 @@ class Project(Shown):
         return replace(self, pinned=Pinned(regions, self.synthesis, self.seed, before))
 
     def unpin(self) -> "Project":
-        """Return another project, in which nothing is pinned."""
+        """Return another project in which nothing is pinned."""
         return replace(self, pinned=None)
 
     def coverings(self, notes: list[str] | None = None, progress: Progress | None = None) -> list[Covering]:
-        """Return the samples and what each covers, as `cover` has them; notes are added to those given."""
+        """Return each sample with its surface, as `cover` uses them; notes are appended to those given."""
         found = read_coverings(
             self.sample,
             self.model,
@@ -192,17 +192,17 @@ class Project(Shown):
 
     @property
     def samples(self) -> list[Sample]:
-        """All samples: of parts, then that of all else."""
+        """All samples: those of parts, then the one of all other parts."""
         return [*self.materials.values(), *([self.sample] if self.sample else [])]
 
     def files(self) -> list[str]:
-        """Return the files and folders that it names."""
+        """Return the files and folders that the project names."""
         named = (name for each in self.samples for name in (*each.folders, *each.files))
         more = [] if self.pinned is None else self.pinned.files
         return list(dict.fromkeys([*named, *covered_files(self.model), *asked_files(self.synthesis), *more]))
 
     def inputs(self) -> list[str]:
-        """Return the files that the model is read from: that of a glTF names others."""
+        """Return the files that the model is read from: a glTF file names others."""
         with self.previews.stages.active():
             covered = self.coverings()[0].covered
         named = covered_files(self.model)
@@ -210,29 +210,29 @@ class Project(Shown):
         return list(dict.fromkeys([*named, *more]))
 
     def quilts(self, *, threads: int | None = None, progress: Progress | None = None) -> list[Quilt]:
-        """Return the quilt of each sample: those that `cover` writes."""
+        """Return the quilt of each sample, as `cover` writes them."""
         with self.previews.stages.active():
             return synthesized(self.coverings(), seed=self.seed, threads=threads, progress=progress)
 
     def preview(
         self, *, texels: int = 1_000_000, threads: int | None = None, progress: Progress | None = None
     ) -> Preview:
-        """Begin to cover the model, and return what there is to see, as it comes.
+        """Begin to cover the model, and return an iterator over looks at it.
 
-        A preview that is under way, of this project or one that it was made of, is cancelled.
+        A running preview of this project, or of one that it was made from, is cancelled.
 
         Parameters
         ----------
         texels
-            As many are painted at most, margins of charts included.
+            Largest number of texels to paint, margins of charts included.
         threads, progress
             As in `upholster.synthesize`; `progress` is called in a thread of the preview.
 
         Returns
         -------
         Preview
-            Yields models: the whole one, soon and coarse, then better ones; the last has the quilts that
-            `cover` writes.
+            Yields looks at the complete model: soon a coarse one, then better ones; the last has the quilts
+            that `cover` writes.
         """
 
         def read() -> list[Covering]:
@@ -247,7 +247,7 @@ class Project(Shown):
         tell: Callable[[str], None] | None = None,
         **running: Any,
     ) -> CoverReport:
-        """Write files: `upholster.cover` with this project's settings; `running` is what else that takes."""
+        """Write files: `upholster.cover` with this project's settings; `running` has its other arguments."""
         if tell is not None:
             for note in self.notes:
                 tell(note)
@@ -269,7 +269,7 @@ class Project(Shown):
 
 
 def _frozen(sample: Sample) -> Sample:
-    """Return a sample whose pixels nobody changes: what was found of them is kept."""
+    """Return a sample whose pixels can not change, because results computed from them are kept."""
     pixels = sample.source
     if not isinstance(pixels, np.ndarray) or not pixels.flags.writeable:
         return sample
@@ -277,7 +277,7 @@ def _frozen(sample: Sample) -> Sample:
 
 
 def _changed(options: Any, kind: type[Any], choices: dict[str, Any]) -> Any:
-    """Return options with what is chosen of their kind, which is taken out of `choices`."""
+    """Return options with the choices of their kind applied; those are removed from `choices`."""
     defaults = kind()
     own = {name: choices.pop(name) for name in [entry.name for entry in fields(kind)] if name in choices}
     back = {name: getattr(defaults, name) for name, value in own.items() if value is None}

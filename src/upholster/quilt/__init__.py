@@ -1,7 +1,7 @@
-"""The quilt, all that a decoder needs: charts, placements, warp fields, and painting.
+"""The quilt, with everything that a decoder needs: charts, placements, warp fields, and painting.
 
-`model` has the data types; `placement` and `labels` say what shows where; `warp_field` has the 2×2 matrices
-over a chart; `painting`, `normals` and `materials` turn a quilt and an exemplar into texels.
+`model` has the data types; `placement` and `labels` define what shows where; `warp_field` has the 2×2
+matrices over a chart; `painting`, `normals` and `materials` turn a quilt and an exemplar into texels.
 """
 
 from upholster.quilt.chart import Chart

@@ -1,4 +1,4 @@
-"""The integer arithmetic of warp fields, which every decoder repeats (CONVENTIONS.md, "Painting")."""
+"""The integer arithmetic of warp fields, which every decoder repeats (SPEC.md, section 8)."""
 
 from typing import Any
 
@@ -18,7 +18,7 @@ __all__ = [
 
 @inline
 def node_row(matrices: NDArray[np.int32], margin: Any, place: Any) -> tuple[Any, Any, Any]:
-    """Return the rows of nodes above and below a place, in 1/16 step, and its fraction between, in 1/512."""
+    """Return the rows of nodes above and below a place in 1/16 step, and its fraction between, in 1/512."""
     last = matrices.shape[0] - 1
     y = np.int64(place) - 8
     i, fraction = margin + (y >> 9), y & 511
@@ -33,7 +33,7 @@ def node_row(matrices: NDArray[np.int32], margin: Any, place: Any) -> tuple[Any,
 def matrix_between(
     matrices: NDArray[np.int32], margin: Any, row: Any, column: Any
 ) -> tuple[Any, Any, Any, Any]:
-    """Return M at a place in 1/16 step, in 1/4096: between rows of nodes, rounded, then between columns."""
+    """Return M, in 1/4096, at a place in 1/16 step: between rows of nodes, rounded, then between columns."""
     i, below, down = node_row(matrices, margin, row)
     last = matrices.shape[1] - 1
     x = np.int64(column) - 8
@@ -42,8 +42,8 @@ def matrix_between(
         j, right = np.int64(0), np.int64(0)
     elif j >= last:
         j, right = np.int64(last), np.int64(0)
-    beside = min(j + 1, last)
-    a, b, c, d = matrices[i, j], matrices[i, beside], matrices[below, j], matrices[below, beside]
+    next_column = min(j + 1, last)
+    a, b, c, d = matrices[i, j], matrices[i, next_column], matrices[below, j], matrices[below, next_column]
     up, left = 512 - down, 512 - right
     return (
         (((a[0] * up + c[0] * down + 256) >> 9) * left + ((b[0] * up + d[0] * down + 256) >> 9) * right + 256)
@@ -74,10 +74,10 @@ def matrices_between(
 
 @inline
 def reading(first: Any, here: Any, down: Any, right: Any) -> tuple[Any, Any]:
-    """Return where a place falls in the exemplar, seen from its placement's centre, in 1/16 pixel.
+    """Return where a place reads in the exemplar, relative to its placement's source, in 1/16 pixel.
 
-    `first` and `here` are M at the centre and at the place, which lies `down` and `right` of it, in 1/16
-    step, within ±16383: then 32 bits hold all of it.
+    `first` and `here` are M at the centre and at the place. The place is `down` and `right` of the centre, in
+    1/16 step, within ±16383, so that 32 bits suffice.
     """
     a, b, c, d = first[0] + here[0], first[1] + here[1], first[2] + here[2], first[3] + here[3]
     y, x, u, v = down >> 4, right >> 4, down & 15, right & 15

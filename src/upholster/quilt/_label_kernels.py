@@ -19,9 +19,9 @@ def nearest_in_columns(
     cells: NDArray[np.int64],
     best: NDArray[np.int32],
 ) -> None:
-    """Find of each line of centres, and each row of cells, the line's nearest centre; ties: the first number.
+    """Find for each line of centres and each row of cells the line's nearest centre; ties: the first number.
 
-    `order` has the centres' numbers, line after line, from `starts` to `ends`, in each by their `rows`;
+    `order` has the centres' numbers, line by line from `starts` to `ends`, within a line sorted by `rows`.
     `cells` are the places of the rows of cells; `best` is (lines, rows of cells).
     """
     for line in range(len(starts)):
@@ -33,7 +33,7 @@ def nearest_in_columns(
                 near += 1
             found = order[near]
             away = abs(rows[found] - cells[i])
-            k = near - 1  # others as near lie before it
+            k = near - 1  # other centres as near precede it
             while k >= starts[line] and abs(rows[order[k]] - cells[i]) <= away:
                 found = min(found, order[k])
                 k -= 1
@@ -47,8 +47,8 @@ def _away(place: Any, line: Any, down: Any) -> Any:
 
 @inline
 def _never_nearest(lines: NDArray[np.int64], down: NDArray[np.int64], t: Any, u: Any, w: Any) -> bool:
-    # Whether, of three lines from left to right, the middle one is farther than another at every place: it is
-    # nearer than t from one place on, and than w up to another, of which both are quotients.
+    # Whether the middle one of three lines from left to right is never the nearest. It is nearer than t from
+    # one place on, and nearer than w up to another; both places are quotients.
     x, y, z = lines[t], lines[u], lines[w]
     from_t = (y * y + down[u] * down[u]) - (x * x + down[t] * down[t])
     to_w = (z * z + down[w] * down[w]) - (y * y + down[u] * down[u])
@@ -65,10 +65,11 @@ def nearest_in_rows(
     scratch: NDArray[np.int64],
     out: NDArray[np.int32],
 ) -> None:
-    """Find of each cell the nearest of its row's candidates, one of each line; ties: the first number.
+    """Find for each cell the nearest of its row's candidates, one per line; ties: the first number.
 
-    `lines` are the lines' places, rising; `scratch` is (2, lines). Along a row the distances are parabolas of
-    one shape, so those that are least somewhere follow each other: the work is as rows times columns.
+    `lines` are the lines' places, increasing; `scratch` is (2, lines). Along a row the squared distances are
+    parabolas of one shape, so those that are the lowest somewhere follow each other in order: the work is
+    proportional to rows times columns.
     """
     kept, down = scratch[0], scratch[1]
     for i in range(out.shape[0]):

@@ -1,4 +1,4 @@
-"""Vectors of painted normal maps: turned by the angle of a warp field, and made unit vectors."""
+"""Vectors of painted normal maps: rotated by the angle of a warp field, and normalized."""
 
 from typing import Any
 
@@ -13,16 +13,16 @@ __all__ = ["lengthen_vectors", "turn_vectors"]
 
 
 _ONE = 8192
-"""What stands for 1 in sines and cosines."""
+"""The integer that represents 1 in sines and cosines."""
 
 
 @inline
 def _turn(m: tuple[Any, Any, Any, Any]) -> tuple[Any, Any]:
-    """Return sine and cosine of the angle of M's second column, in 1/8192, by 32-bit integers alone."""
+    """Return sine and cosine of the angle of M's second column, in 1/8192, with 32-bit integers only."""
     down, right = np.int64(m[1]), np.int64(m[3])
     while max(abs(down), abs(right)) > 32767:
         down, right = down >> 1, right >> 1
-    # A field's sizes have a least one, but between two nodes half a turn apart M may vanish.
+    # Sizes at nodes have a lower limit, but between two nodes half a turn apart M may vanish.
     while 0 < max(abs(down), abs(right)) < 16384:
         down, right = 2 * down, 2 * right
     length: Any = max(np.int64(np.sqrt(np.float64(down * down + right * right))), 1)
@@ -39,10 +39,11 @@ def turn_vectors(
     columns: NDArray[np.int64],
     top: int,
 ) -> None:
-    """Turn each texel's (x, y) by the angle of M's second column, in place.
+    """Rotate each texel's (x, y) by the angle of M's second column, in place.
 
-    `samples` (height, width, 3) lie at `rows` and `columns` of a chart, in 1/16 step; `top` stands for 1 (and
-    0 for −1); 1 means floats, which are not rounded. No trigonometry: every machine gives the same.
+    `samples` (height, width, 3) are at `rows` and `columns` of a chart, in 1/16 step. `top` represents 1 (and
+    0 represents −1); a `top` of 1 means floats, which are not rounded. Without trigonometry, every machine
+    gives the same result.
     """
     for i in range(samples.shape[0]):
         for j in range(samples.shape[1]):
@@ -60,10 +61,10 @@ def turn_vectors(
 
 @kernel
 def lengthen_vectors(samples: PixelArray, top: float, slack: float) -> None:
-    """Give each texel's vector length 1, in place, where it is off by more than `slack`.
+    """Scale each texel's vector to length 1, in place, if its length is off by more than `slack`.
 
-    `samples` (height, width, 3); `top` as for `turn_vectors`. Vectors that vanish become (0, 0, 1); samples
-    (0, 0, 0), which nothing was painted on, stay.
+    `samples` (height, width, 3); `top` as for `turn_vectors`. Vectors that vanish become (0, 0, 1). Samples
+    (0, 0, 0), on which nothing was painted, stay.
     """
     middle = 0.5 * top
     for i in range(samples.shape[0]):

@@ -1,8 +1,9 @@
-"""Painting a window of a chart, exactly: the arithmetic every decoder repeats (SPEC.md, section 8).
+"""Painting a window of a chart exactly, with the arithmetic that every decoder repeats (SPEC.md, section 8).
 
-Integer samples lie side by side in words of 64 bits, as lanes of 16 or 32 bits, so that one multiplication
-weights several channels of a pixel. No lane overflows: bytes take 16 bits with a pixel's weights of 256, and
-24 with the labels' weights, for which every other lane is spread; samples of 16 bits take 32 with both.
+Integer samples are packed in words of 64 bits, as lanes of 16 or 32 bits, so that one multiplication weights
+several channels of a pixel. No lane overflows. Bytes take 16 bits when weighted within a pixel (weights add
+up to 256), and 24 when weighted by labels, for which every other lane is moved to a second word. 16-bit
+samples take 32 bits with both.
 """
 
 from typing import Any, NamedTuple
@@ -20,10 +21,10 @@ __all__ = ["Field", "Layer", "Places", "PyramidWords", "Readings", "paint_window
 
 
 class Places(NamedTuple):
-    """Where the rows (or columns) of a window lie, (n,) each.
+    """The places of a window's rows (or columns), (n,) each.
 
-    `at` is in 1/16 step; `cell` is the first of the two cells round it; `part` tells how far it is from that
-    one's centre to the next one's, in 1/16.
+    `at` is in 1/16 step; `cell` is the first of the two surrounding cells; `part` is the distance from that
+    cell's centre towards the next one's, in 1/16 of the distance between them.
     """
 
     at: NDArray[np.int32]
@@ -42,8 +43,8 @@ class Layer(NamedTuple):
 class Readings(NamedTuple):
     """Placements of a chart, n of them.
 
-    (n, 2) centres and sources, (n, 4) centre matrices and symmetries, (n,) levels, by their place in the
-    pyramid, and `shifts`, their numbers there: how often they are halved.
+    (n, 2) centres and sources, (n, 4) centre matrices and symmetries, (n,) levels as indices into the
+    pyramid's table, and `shifts`, the levels' numbers: how often they are halved.
     """
 
     centres: NDArray[np.int64]
@@ -55,7 +56,7 @@ class Readings(NamedTuple):
 
 
 class PyramidWords(NamedTuple):
-    """A pyramid's samples, see `upholster.quilt.pyramid.Pyramid`; of floats `bits` mean nothing."""
+    """A pyramid's samples, see `upholster.quilt.pyramid.Pyramid`; `bits` is unused for floats."""
 
     words: PixelArray
     per_pixel: int
@@ -64,9 +65,10 @@ class PyramidWords(NamedTuple):
 
 
 class Field(NamedTuple):
-    """A warp field: its nodes' matrices and margin; and scratch for a row.
+    """A warp field: its nodes' matrices and margin; and scratch space for a row.
 
-    `line`, (columns of nodes, 4), has M between the rows of nodes; `found`, (2, texels), where a run reads.
+    `line`, (columns of nodes, 4), has M interpolated between rows of nodes; `found`, (2, texels), receives
+    the places where a run reads.
     """
 
     matrices: NDArray[np.int32]
@@ -79,12 +81,12 @@ _HALVES = np.uint64(0x0000FFFF0000FFFF)
 
 
 def _bilinear(words: Any, at: Any, k: Any, y: Any, x: Any) -> Any:
-    """Return four pixels' k-th words, weighted by fractions in 1/16: of integers 256 times their mean."""
+    """Return four pixels' k-th words, weighted by fractions in 1/16: for integers 256 times their mean."""
     raise NotImplementedError  # compiled only
 
 
 def _settle(word: Any, texel: Any, k: Any, bits: Any) -> Any:
-    """Write to a texel what a single placement shows: `_bilinear`'s k-th word."""
+    """Write a single placement's value to a texel: `_bilinear`'s k-th word."""
     raise NotImplementedError  # compiled only
 
 
@@ -94,7 +96,7 @@ def _gather(total: Any, word: Any, k: Any, bits: Any, weight: Any) -> Any:
 
 
 def _settle_sums(total: Any, texel: Any, bits: Any, rest: Any) -> Any:
-    """Write sums to a texel, over what is there with `rest`/256 of it; rounded once."""
+    """Write sums to a texel, plus `rest`/256 of its present value; rounded once."""
     raise NotImplementedError  # compiled only
 
 
@@ -198,23 +200,23 @@ def _mirrored(place: Any, size: Any) -> Any:
 
 @inline
 def _at(pyramid: PyramidWords, level: Any, r: Any, c: Any) -> Any:
-    """Return the words of the four pixels round a place, in 1/16 pixel of a level, and its fractions."""
+    """Return the words of the four pixels around a place, in 1/16 pixel of a level, and its fractions."""
     base, height, width, each = level[0], level[1], level[2], np.int64(pyramid.per_pixel)
     y, x, r, c = r & 15, c & 15, r >> 4, c >> 4
     if 0 <= r < height - 1 and 0 <= c < width - 1:
         at = base + (r * width + c) * each
         return (at, at + each, at + width * each, at + (width + 1) * each), y, x
     top, bottom = base + _mirrored(r, height) * width * each, base + _mirrored(r + 1, height) * width * each
-    left, beside = _mirrored(c, width) * each, _mirrored(c + 1, width) * each
-    return (top + left, top + beside, bottom + left, bottom + beside), y, x
+    left, right = _mirrored(c, width) * each, _mirrored(c + 1, width) * each
+    return (top + left, top + right, bottom + left, bottom + right), y, x
 
 
 @inline
 def _trace_run(
     readings: Readings, one: Any, field: Field, row: Any, columns: NDArray[np.int32], found: NDArray[np.int32]
 ) -> None:
-    # Writes to `found`, (2, n), where a placement reads at places of a row, in 1/16 pixel of its level: in 32
-    # bits, from node to node, as `upholster.quilt._field_kernels.reading` does.
+    # Writes to `found`, (2, n), where a placement reads at places of a row, in 1/16 pixel of its level. Uses
+    # 32 bits, node by node, like `upholster.quilt._field_kernels.reading`.
     last, half, nine, four = field.line.shape[0] - 1, np.int32(256), np.int32(9), np.int32(4)
     m, turn = readings.matrices[one], readings.symmetries[one]
     m0, m1, m2, m3 = np.int32(m[0]), np.int32(m[1]), np.int32(m[2]), np.int32(m[3])
@@ -233,8 +235,8 @@ def _trace_run(
             stop, j, slope = columns.shape[0] if j >= last else stop, min(max(j, 0), last), np.int32(0)
         while stop < columns.shape[0] and columns[stop] < origin + 512:
             stop += 1
-        beside = min(j + 1, last)
-        a, b = field.line[j], field.line[beside]
+        next_column = min(j + 1, last)
+        a, b = field.line[j], field.line[next_column]
         a0, a1, a2, a3 = np.int32(a[0] << 9), np.int32(a[1] << 9), np.int32(a[2] << 9), np.int32(a[3] << 9)
         b0, b1 = np.int32(b[0] - a[0]) * slope, np.int32(b[1] - a[1]) * slope
         b2, b3 = np.int32(b[2] - a[2]) * slope, np.int32(b[3] - a[3]) * slope
@@ -265,7 +267,7 @@ def _paint_run(
     pyramid: PyramidWords,
     out: PixelArray,
 ) -> None:
-    # Paints texels of a row that show one placement alone.
+    # Paints texels of a row that show only one placement.
     start, stop = ends
     found = field.found[:, start:stop]
     _trace_run(readings, one, field, layer.rows.at[t], layer.columns.at[start:stop], found)
@@ -289,7 +291,7 @@ def _paint_mixed(
     totals: PixelArray,
     out: PixelArray,
 ) -> None:
-    # Paints texels of a row between cells that name these four placements; −1 shows what is there.
+    # Paints texels of a row between cells that name these four placements; −1 keeps the present value.
     start, stop = ends
     found, f, columns = field.found[:, start:stop], layer.rows.part[t], layer.columns
     sums, shown = totals[start:stop], (named[0] >= 0, named[1] >= 0, named[2] >= 0, named[3] >= 0)
@@ -340,7 +342,7 @@ def _paint_row(
     totals: PixelArray,
     out: PixelArray,
 ) -> None:
-    # Paints a row of texels: runs between cells that name the same placements.
+    # Paints a row of texels in runs between cells that name the same placements.
     i, cells, u = layer.rows.cell[t], layer.columns.cell, 0
     while u < out.shape[1]:
         named, start, alike = _named(layer.labels, i, cells[u]), u, True
@@ -367,8 +369,8 @@ def paint_window(
 ) -> None:
     """Paint a window of a chart into `out`, (rows, columns, channels), which is 0.
 
-    `second` has no labels where there is one layer. `totals`, scratch, is (columns, 2 · words a pixel) of
-    their dtype.
+    `second` has no labels if there is only one layer. `totals` is scratch space, (columns, 2 · words per
+    pixel) of their dtype.
     """
     matrices, line = field.matrices, field.line
     for t in range(out.shape[0]):

@@ -5,10 +5,10 @@ from dataclasses import dataclass
 __all__ = ["MAX_CHART", "MAX_TEXELS", "Chart"]
 
 MAX_CHART = 16384
-"""Texels of a chart, each way."""
+"""Greatest number of texels of a chart, each way."""
 
 MAX_TEXELS = 2**31
-"""Texels of a layout."""
+"""Greatest number of texels of a layout."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,9 +20,9 @@ class Chart:
     face
         Index of the face in its surface.
     height, width
-        Size in texels: rows go with s, columns with t.
+        Size in texels: rows run along s, columns along t.
     s0, s1, t0, t1
-        The rectangle of parameters that the chart covers; texel (r, c) lies at
+        The rectangle of parameters that the chart covers; texel (r, c) is at
         ``s0 + (s1 - s0)·(r + ½)/height``, ``t0 + (t1 - t0)·(c + ½)/width``.
     """
 

@@ -1,7 +1,8 @@
-"""Where places of a chart lie in the exemplar, seen from a placement's source: ½·(C + M(q))·(q − c).
+"""Where places of a chart read in the exemplar, relative to a placement's source: ½·(C + M(q))·(q − c).
 
-C is the placement's centre matrix: the warp field's at its centre c, and its own offset (SPEC.md, section 8).
-Integers are those that every decoder computes, by one formula (`upholster.quilt._field_kernels.reading`).
+C is the placement's centre matrix: the warp field's at its centre c plus the placement's own offset (SPEC.md,
+section 8). The integers are those of every decoder, by one formula
+(`upholster.quilt._field_kernels.reading`).
 """
 
 import numpy as np
@@ -22,11 +23,11 @@ def centre_matrices(field: WarpField, placements: NDArray[np.void]) -> IntArray:
 
 
 def levels_of(centres: IntArray, most: int, *, ratio: float = 1.0) -> NDArray[np.int64]:
-    """Return the level of the pyramid that placements are painted from, by their centre matrices (n, 4).
+    """Return the pyramid level from which placements are painted, by their centre matrices (n, 4).
 
-    Level 0 is the exemplar itself. It is the level whose pixels come nearest to texels in size: the number of
-    thresholds 2·4^m (m = 0, 1, …) that the matrix's determinant reaches, in square pixels per texel;
-    at most `most`. `ratio` tells how many texels are painted for each square step.
+    Level 0 is the exemplar itself. The level is the one whose pixels are nearest to texels in size: the
+    number of thresholds 2·4^m (m = 0, 1, …) that the matrix's determinant reaches, in square pixels per
+    texel, but at most `most`. `ratio` is the number of texels painted per square step.
     """
     m = centres.astype(np.int64)
     determinant = (m[:, 0] * m[:, 3] - m[:, 1] * m[:, 2]).astype(np.float64)
@@ -37,14 +38,14 @@ def levels_of(centres: IntArray, most: int, *, ratio: float = 1.0) -> NDArray[np
 def warped_sources(
     field: WarpField, owner: NDArray[np.void], rows: ArrayLike, columns: ArrayLike
 ) -> tuple[IntArray, IntArray]:
-    """Return where places lie in the exemplar, in 1/16 pixel, each through its own placement.
+    """Return where places read in the exemplar, in 1/16 pixel, each through its own placement.
 
     Parameters
     ----------
     field
         The chart's warp field.
     owner
-        (n,) of `PLACEMENT`: the one that each place is seen through.
+        (n,) of `PLACEMENT`: the placement that shows at each place.
     rows, columns
         (n,) integers: the places, in 1/16 step from the chart's first edge.
 

@@ -1,7 +1,7 @@
-"""Label maps: which placement shows in each cell of a chart (SPEC.md, section 8).
+"""Label maps: the placement that shows in each cell of a chart (SPEC.md, section 8).
 
-A cell is a square of steps. There is one row of cells beyond each edge of the chart, so that blocks that go
-on over a seam are blended alike on both sides of it.
+A cell is a square of steps. There is one row of cells beyond each edge of the chart, so that blocks that
+continue over a seam are blended alike on both sides of it.
 """
 
 from dataclasses import dataclass
@@ -22,18 +22,18 @@ MOST_CELL = 255
 
 @dataclass(frozen=True, eq=False, slots=True)
 class LabelMap:
-    """A layer of a chart: of each cell the placement that shows there.
+    """A layer of a chart: for each cell the placement that shows there.
 
     Attributes
     ----------
     cell
-        Steps a side, 1 to 255.
+        Side of a cell in steps, 1 to 255.
     labels
-        (⌈height / cell⌉ + 2, ⌈width / cell⌉ + 2) int32, read-only: numbers of placements among those of the
-        chart; −1, in a second layer alone: none.
+        (⌈height / cell⌉ + 2, ⌈width / cell⌉ + 2) int32, read-only: indices into the chart's placements; −1,
+        only in a second layer, for none.
     half
-        Whether cells are moved by half a cell toward the first row and column: then the bilinear weights of
-        two cells are a linear ramp, one cell wide, that begins at a multiple of `cell`.
+        Whether cells are moved by half a cell towards the first row and column. Then the bilinear weights of
+        two cells form a linear ramp, one cell wide, that begins at a multiple of `cell`.
 
     Raises
     ------
@@ -62,7 +62,7 @@ class LabelMap:
             raise InputError(f"a label is outside {first} to {stop - 1}, the placements of its layer")
 
     def at(self, rows: NDArray[np.int64], columns: NDArray[np.int64]) -> NDArray[np.int32]:
-        """Return the labels of the cells in which steps lie: broadcast like the steps' numbers."""
+        """Return the labels of the cells that contain steps: broadcast like the steps' numbers."""
         moved = (3 if self.half else 2) * self.cell + 1  # twice the middle of step 0, from the first cell on
         i = (2 * rows + moved) // (2 * self.cell)
         j = (2 * columns + moved) // (2 * self.cell)
@@ -71,12 +71,12 @@ class LabelMap:
 
 
 def label_shape(height: int, width: int, cell: int) -> tuple[int, int]:
-    """Return how many rows and columns of cells a chart of so many steps has."""
+    """Return the numbers of rows and columns of cells on a chart of this many steps."""
     return -(-height // cell) + 2, -(-width // cell) + 2
 
 
 def cell_centres(count: int, cell: int, *, half: bool = False) -> NDArray[np.int64]:
-    """Return where the centres of the first `count` rows (or columns) of cells lie, in 1/16 step."""
+    """Return the centres of the first `count` rows (or columns) of cells, in 1/16 step."""
     found: NDArray[np.int64] = 16 * cell * (np.arange(count, dtype=np.int64) - 1) + (0 if half else 8 * cell)
     return found
 
@@ -84,16 +84,16 @@ def cell_centres(count: int, cell: int, *, half: bool = False) -> NDArray[np.int
 def nearest_labels(
     rows: NDArray[np.int32], columns: NDArray[np.int32], chart: Chart, cell: int, *, half: bool = False
 ) -> NDArray[np.int32]:
-    """Return of each cell the placement whose centre is nearest to its own; of several the first.
+    """Return for each cell the placement whose centre is nearest to its own; of equally near ones, the first.
 
     Parameters
     ----------
     rows, columns
         (n,) the placements' centres, in 1/16 step; n ≥ 1.
     chart
-        Whose cells.
+        The chart with the cells.
     cell, half
-        As of `LabelMap`.
+        As for `LabelMap`.
 
     Returns
     -------
@@ -103,7 +103,8 @@ def nearest_labels(
     high, wide = label_shape(chart.height, chart.width, cell)
     at_rows, at_columns = cell_centres(high, cell, half=half), cell_centres(wide, cell, half=half)
     out = np.empty((high, wide), np.int32)
-    # Placements by columns of cells, sorted; exact for any centres: a column keeps, of each row, its nearest.
+    # Sorts placements by columns of cells. Exact for any centres: a column keeps the nearest one for each
+    # row.
     order = np.lexsort((np.arange(len(rows)), rows, columns))
     starts = np.flatnonzero(np.diff(columns[order], prepend=np.int64(-(2**40))))
     ends = np.append(starts[1:], len(order))

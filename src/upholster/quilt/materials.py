@@ -1,4 +1,4 @@
-"""Painting whole materials: every map by the same quilt."""
+"""Painting complete materials: every map with the same quilt."""
 
 from typing import Any
 
@@ -28,9 +28,9 @@ def paint_material(
     Parameters
     ----------
     quilt
-        Where each block comes from.
+        The origin of each block.
     material
-        Its maps have the exemplar's height and width. Or its folder, or its files by role.
+        Its maps have the exemplar's height and width. Or a material's folder, or its files by role.
     density, threads, progress
         As in `upholster.quilt.paint`.
 
@@ -38,13 +38,13 @@ def paint_material(
     -------
     dict
         Texels by role, each at its map's depth: "albedo", with the opacity as its alpha, then the other maps
-        but opacity. Normals are in the tangent frame of `upholster.quilt.normals.paint_normals`, and of
-        length 1 where blocks are blended, too.
+        except opacity. Normals are in the tangent frame of `upholster.quilt.normals.paint_normals` and have
+        length 1, also where blocks are blended.
 
     Raises
     ------
     InputError
-        If it is no material, or has another height or width than the quilt's exemplar.
+        If it is not a material, or its height or width differs from the quilt's exemplar.
     """
     if not isinstance(material, Material):
         found = as_exemplar(material)
@@ -68,28 +68,28 @@ def paint_map(
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> Texels:
-    """Paint a quilt with one map, as decoders do: normals turn with the texture, all others are as they are.
+    """Paint a quilt with one map, as decoders do: normals rotate with the texture, other maps are unchanged.
 
     Raises
     ------
     InputError
-        As `paint` and `paint_normals` do.
+        As for `paint` and `paint_normals`.
     """
     work = paint_normals if role == "normal" else paint
     return work(quilt, pixels, density=density, threads=threads, progress=progress)
 
 
 class WindowPainter:
-    """Paints windows of a quilt's charts with one map, one by one: what a tile shows, and no texel more.
+    """Paints windows of a quilt's charts with one map, one at a time, without further texels, as for a tile.
 
     Parameters
     ----------
     quilt
-        Whose charts.
+        The quilt of the charts.
     role
-        Of the map: normals turn with the texture, and are of length 1, as in `paint_material`.
+        The map's role: normals rotate with the texture and have length 1, as in `paint_material`.
     image
-        The map, (H, W) or (H, W, C), of the height and width that the quilt was made for.
+        The map, (H, W) or (H, W, C), with the height and width that the quilt was made for.
     density
         As in `upholster.quilt.paint`.
 
@@ -109,7 +109,7 @@ class WindowPainter:
         self._painters = [ChartPainter(quilt, n, chart, pyramid, which) for n, chart in enumerate(charts)]
 
     def paint(self, index: int, window: tuple[slice, slice] | None = None) -> PixelArray:
-        """Return a window, rows and columns in texels, of chart `index`; None: all of it."""
+        """Return a window of chart `index`, given as rows and columns in texels; None: the complete chart."""
         painter = self._painters[index]
         chart, pyramid = painter.painted, painter.pyramid
         window = window or (slice(0, chart.height), slice(0, chart.width))

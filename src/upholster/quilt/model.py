@@ -1,7 +1,7 @@
-"""The result of a synthesis: charts, placements, label maps, and the texels that painting them gives.
+"""The result of a synthesis: charts, placements and label maps; and the texels that painting produces.
 
-A *quilt* says where each block of texture comes from; it contains no colours. `upholster.quilt.painting`
-turns a quilt and an exemplar into *texels*. The exact meaning of a placement: SPEC.md, section 8.
+A *quilt* defines where each block of texture comes from; it contains no colours. `upholster.quilt.painting`
+turns a quilt and an exemplar into *texels*. SPEC.md, section 8, defines a placement exactly.
 """
 
 from copy import copy
@@ -24,12 +24,12 @@ from upholster.types import IntArray, PixelArray, frozen_array
 __all__ = ["DENSITIES", "Quilt", "Texels"]
 
 DENSITIES = tuple(2.0**k for k in range(-3, 7))
-"""Texels for a step, each way, that a quilt may be made for."""
+"""Texels per step, each way, for which a quilt may be made."""
 
 
 @dataclass(frozen=True, eq=False)
 class Texels(Shown):
-    """What painting gives: one array per chart.
+    """The result of painting: one array per chart.
 
     Attributes
     ----------
@@ -38,12 +38,12 @@ class Texels(Shown):
     arrays
         One (height, width, channels) array per chart, of the exemplar's dtype.
     quilt, exemplar
-        What they were painted from; None where they were made otherwise.
+        The quilt and the exemplar that they were painted from; None if they were made in another way.
 
     Raises
     ------
     InputError
-        If the arrays are not one for each chart, of its height and width.
+        If the arrays are not one for each chart, with its height and width.
     """
 
     charts: tuple[Chart, ...]
@@ -58,8 +58,8 @@ class Texels(Shown):
         expected = [(chart.height, chart.width) for chart in self.charts]
         if [shape[:2] for shape in shapes] != expected or any(len(shape) != 3 for shape in shapes):
             raise InputError(
-                f"texels have {len(shapes)} arrays for {len(expected)} charts, or others than the charts' "
-                "shapes; allowed: one of (height, width, channels) for each chart"
+                f"texels have {len(shapes)} arrays for {len(expected)} charts, or have other shapes than the "
+                "charts; allowed: one of (height, width, channels) for each chart"
             )
 
     def __repr__(self) -> str:
@@ -85,11 +85,11 @@ class Texels(Shown):
 
     @property
     def surface(self) -> AnySurface | None:
-        """The surface that they were made for; None where that is not known."""
+        """The surface that they were made for; None if it is not known."""
         return None if self.quilt is None else self.quilt.surface
 
     def check_surface(self, surface: AnySurface) -> None:
-        """Raise InputError if they belong to another surface."""
+        """Raise InputError if they were made for another surface."""
         _check_surface("texels", self.charts, self.surface, surface)
 
     @property
@@ -99,13 +99,13 @@ class Texels(Shown):
 
     @property
     def nbytes(self) -> int:
-        """Bytes that the arrays take."""
+        """Size of the arrays in bytes."""
         return sum(array.nbytes for array in self.arrays)
 
 
 @dataclass(frozen=True, eq=False)
 class Quilt(Shown):
-    """Charts, warp fields, placements and label maps: the whole result of a synthesis.
+    """Charts, warp fields, placements and label maps: the complete result of a synthesis.
 
     Attributes
     ----------
@@ -115,25 +115,24 @@ class Quilt(Shown):
         (height, width) in pixels of the exemplar that it was made from; any image of this shape can be
         painted.
     placements
-        Structured array of `PLACEMENT`, read-only: chart after chart, of each those of its first layer, then
-        those of its second.
+        Structured array of `PLACEMENT`, read-only: chart by chart, first the placements of its first layer,
+        then those of its second.
     labels
-        Per chart one or two label maps: the second layer lies over the first.
+        One or two label maps per chart: the second layer covers the first.
     fields
-        Each chart's warp field; empty: the identity on all of them.
+        Each chart's warp field; if empty, the identity on all charts.
     surface
-        The surface that it was made for; None where that is not known.
+        The surface that it was made for; None if it is not known.
     seed
-        That it was made with, if a synthesis made it.
+        The seed that it was made with, if a synthesis made it.
     density
-        Texels for a step, each way, at which it is painted unless another density is asked for: a power of
-        two from 1/8 to 64.
+        Texels per step, each way, at which it is painted by default: a power of two from 1/8 to 64.
 
     Raises
     ------
     InputError
-        If fields or labels are not one for each chart, the density is none of these, a placement can not be
-        painted (`check_placements`), or a label names none of its chart's.
+        If fields or labels are not one for each chart, the density is not allowed, a placement cannot be
+        painted (`check_placements`), or a label is not the number of one of its chart's placements.
     """
 
     charts: tuple[Chart, ...]
@@ -153,8 +152,8 @@ class Quilt(Shown):
     def on(
         self, surface: AnySurface | None, *, seed: int | None = None, density: float | None = None
     ) -> "Quilt":
-        """Return the same quilt, which knows its surface, its seed, and maybe another density."""
-        known = copy(self)  # nothing is checked or computed again
+        """Return the same quilt with its surface and its seed, and optionally another density."""
+        known = copy(self)  # without checking or computing anything again
         object.__setattr__(known, "surface", surface)
         object.__setattr__(known, "seed", seed)
         object.__setattr__(known, "density", self.density if density is None else density)
@@ -200,7 +199,7 @@ class Quilt(Shown):
 
     @cached_property
     def steps(self) -> int:
-        """Number of steps over all charts: texels, where it is painted at density 1."""
+        """Number of steps over all charts, which is the number of texels at density 1."""
         return sum(chart.height * chart.width for chart in self.charts)
 
     @cached_property
@@ -212,25 +211,25 @@ class Quilt(Shown):
         return int(self._starts[index])
 
     def on_chart(self, index: int) -> NDArray[np.void]:
-        """Return the placements of chart `index`, which its labels number (a view)."""
+        """Return the placements of chart `index`, to which its labels refer (a view)."""
         return self.placements[self._starts[index] : self._starts[index + 1]]
 
     def sources(self) -> tuple[IntArray, ...]:
-        """Tell for each step where in the exemplar it comes from.
+        """Return the place in the exemplar from which each step comes.
 
-        So whatever else is known of the exemplar's pixels goes onto the surface as well: labels, numbers,
+        This transfers any other data on the exemplar's pixels to the surface as well: labels, numbers,
         another picture. `docs/sources.ipynb` shows how.
 
         Returns
         -------
         tuple of ndarray
-            Per chart, (height, width, 2): row and column in the exemplar in 1/16 pixel, of the placement that
-            shows in the step's cell, mirrored into the exemplar as painting does.
+            Per chart, (height, width, 2): row and column in the exemplar in 1/16 pixel, for the placement
+            that shows in the step's cell, mirrored into the exemplar as in painting.
         """
         return tuple(self._sources(index) for index in range(len(self.charts)))
 
     def owners(self, index: int, row: int, column: int, height: int, width: int) -> IntArray:
-        """Tell which placement shows in the cell of each step of a window of a chart.
+        """Return the placement that shows in the cell of each step of a window of a chart.
 
         Parameters
         ----------
@@ -242,7 +241,7 @@ class Quilt(Shown):
         Returns
         -------
         ndarray
-            (height, width) int32: index into `on_chart`; of the second layer where that shows one.
+            (height, width) int32: index into `on_chart`; a placement of the second layer where one shows.
         """
         rows = row + np.arange(height, dtype=np.int64)[:, None]
         columns = column + np.arange(width, dtype=np.int64)[None]
@@ -265,7 +264,8 @@ class Quilt(Shown):
 
 
 def _mirrored(places: IntArray, size: int) -> IntArray:
-    # Into the pixels' centres, 0 to 16·(size − 1): beyond the last one half a pixel is as the rim.
+    # Mirrors into 0 to 16·(size − 1), the pixels' centres: the half pixel beyond the last centre repeats the
+    # rim.
     turned = (places + 8) % (32 * size)
     turned = np.where(turned >= 16 * size, 32 * size - 1 - turned, turned) - 8
     found: IntArray = np.clip(turned, 0, 16 * (size - 1))
@@ -277,7 +277,7 @@ def _are_charts(charts: object) -> bool:
 
 
 def _check_surface(what: str, charts: tuple[Chart, ...], own: AnySurface | None, surface: AnySurface) -> None:
-    """Raise unless charts, made for the surface `own` if that is known, can lie on `surface`."""
+    """Raise unless charts fit `surface`; `own` is the surface that they were made for, if known."""
     if own is not None:
         if not own.is_like(surface):
             raise InputError(f"{what} belong to {own!r}; allowed: no other surface, but given is {surface!r}")

@@ -1,8 +1,8 @@
-"""Painting normal maps: their vectors turn with the texture.
+"""Painting normal maps: their vectors rotate with the texture.
 
 A normal map has vectors (x to the right, y upward, z outward) in the exemplar. On the surface the texture is
-rotated against the texels' own frame, so painting rotates the vectors back: by the placement's symmetry, and
-by the angle of the warp field at the texel.
+rotated relative to the texels' own frame. So painting rotates the vectors back: by the placement's symmetry,
+and by the angle of the warp field at the texel.
 """
 
 from collections.abc import Callable
@@ -25,7 +25,7 @@ from upholster.types import PixelArray, Progress
 __all__ = ["lengthen", "paint_normals", "turn_window", "turned_pyramid", "unit_normals"]
 
 _SLACK = 1 / 128
-"""Lengths this close to 1 are left: rounding to 8 bits changes them by up to 0.0068."""
+"""Lengths this close to 1 are kept: rounding to 8 bits changes them by up to 0.0068."""
 
 
 def paint_normals(
@@ -36,15 +36,15 @@ def paint_normals(
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> Texels:
-    """Paint a quilt with a normal map, in the frame that texels have on the surface.
+    """Paint a quilt with a normal map, in the frame of texels on the surface.
 
-    That frame is: T along texel columns, S_t made a unit vector; N the surface's normal; B = N × T, which
+    In that frame, T is along texel columns, S_t made a unit vector; N is the surface's normal; and B = N × T
     points up in the texture. It is glTF's with a TANGENT of (T, 1), see `upholster.model.vertex_tangents`.
 
     Parameters
     ----------
     quilt
-        Where each block comes from.
+        The origin of each block.
     normals
         (H, W, 3) uint8, uint16 or float32: (x, y, z) to the right, upward and outward in the exemplar, coded
         as (v + 1)/2 times the largest integer (1 for floats).
@@ -54,7 +54,7 @@ def paint_normals(
     Returns
     -------
     Texels
-        (height, width, 3) per chart, coded alike, of the same dtype.
+        (height, width, 3) per chart, coded alike, with the same dtype.
 
     Raises
     ------
@@ -63,9 +63,9 @@ def paint_normals(
 
     Notes
     -----
-    The exemplar's axes on the surface are e1 (to the right) and e2 (down), and M takes texel steps to
-    (e2, e1), scaled: so its second column is T in those axes, at angle φ. A vector (x, y) then has the
-    components (x·cos φ − y·sin φ, x·sin φ + y·cos φ) along T and B, whatever the shear.
+    The exemplar's axes on the surface are e1 (to the right) and e2 (down). M maps texel steps to (e2, e1),
+    scaled, so its second column is T in those axes, at angle φ. A vector (x, y) then has the components
+    (x·cos φ − y·sin φ, x·sin φ + y·cos φ) along T and B, whatever the shear.
     """
     normals = check_painted(quilt, normals)
     if normals.ndim != 3 or normals.shape != (*quilt.exemplar_shape, 3):
@@ -84,7 +84,7 @@ def paint_normals(
 
 
 def turned_pyramid(quilt: Quilt, normals: PixelArray) -> tuple[Pyramid, NDArray[np.int64]]:
-    """Return a normal map's pyramid, an image for each symmetry, and which of them each placement reads."""
+    """Return a normal map's pyramid, with one image per symmetry, and the image that each placement reads."""
     symmetries = np.unique(quilt.placements["symmetry"])
     pyramid = image_pyramid([_turned(normals, symmetry) for symmetry in symmetries])
     return pyramid, np.searchsorted(symmetries, quilt.placements["symmetry"]).astype(np.int64)
@@ -93,7 +93,7 @@ def turned_pyramid(quilt: Quilt, normals: PixelArray) -> tuple[Pyramid, NDArray[
 def turn_window(
     quilt: Quilt, index: int, painted: Chart, window: tuple[slice, slice], out: PixelArray
 ) -> None:
-    """Turn painted normals of a window, see `upholster.quilt.painting.ChartPainter`, in place."""
+    """Rotate painted normals of a window, see `upholster.quilt.painting.ChartPainter`, in place."""
     chart, field = quilt.charts[index], quilt.fields[index]
     if field.is_identity:
         return
@@ -103,22 +103,22 @@ def turn_window(
 
 
 def unit_normals(texels: Texels, *, threads: int | None = None) -> Texels:
-    """Give painted normals length 1 again, which they lose where blocks are blended.
+    """Restore length 1 of painted normals, which they lose where blocks are blended.
 
-    Painting itself, as every decoder of a stream does it, stops before that: graphics cards do the same to
-    each normal that they look up.
+    Painting itself stops before that, as in every decoder of a stream: graphics cards normalize each normal
+    that they look up.
 
     Parameters
     ----------
     texels
-        As `paint_normals` returns them.
+        The result of `paint_normals`.
     threads
         As in `upholster.quilt.paint`.
 
     Returns
     -------
     Texels
-        Others; vectors of length 1, but for rounding, stay as they are to the bit.
+        New texels; vectors that have length 1 up to rounding are unchanged to the bit.
     """
     arrays = tuple(array.copy() for array in texels.arrays)
     tasks: list[Callable[[], object]] = [partial(lengthen, array) for array in arrays]
@@ -127,15 +127,15 @@ def unit_normals(texels: Texels, *, threads: int | None = None) -> Texels:
 
 
 def lengthen(normals: PixelArray) -> None:
-    """Give painted normals (height, width, 3) length 1, in place, see `unit_normals`."""
+    """Scale painted normals (height, width, 3) to length 1, in place: see `unit_normals`."""
     lengthen_vectors(normals, float(_top(normals.dtype)), _SLACK)
 
 
 def _turned(normals: PixelArray, symmetry: int) -> PixelArray:
-    """Return the normal map of the relief h(T·p) for that of the relief h(p), at the same pixels.
+    """Convert the normal map of the relief h(p) to that of the relief h(T·p), at the same pixels.
 
-    Its gradient in (row, column) is Tᵀ times that of h; x is minus the slope along columns, y the one along
-    rows, for y points upward.
+    Its gradient in (row, column) is Tᵀ times that of h. x is minus the slope along columns, y is the slope
+    along rows, because y points upward.
     """
     a, b, c, d = SYMMETRIES[symmetry]
     top = _top(normals.dtype)

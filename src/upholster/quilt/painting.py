@@ -1,6 +1,6 @@
-"""Painting: a quilt and an exemplar give texels, as many a step as one likes.
+"""Painting: a quilt and an exemplar give texels, with any number of texels per step.
 
-Painting is linear in the exemplar and knows nothing of how the quilt was made: any image of the exemplar's
+Painting is linear in the exemplar and does not depend on how the quilt was made. Any image of the exemplar's
 height and width can be painted, with any number of channels, at any depth and any density.
 """
 
@@ -38,7 +38,7 @@ __all__ = [
 ]
 
 PAINTED_DENSITIES = 1 / 64, 64
-"""Least and greatest density that can be painted: texels for a step, each way."""
+"""Least and greatest density that can be painted: texels per step, each way."""
 
 _DTYPES = np.dtype(np.uint8), np.dtype(np.uint16), np.dtype(np.float32)
 _TASK_TEXELS, _LEAST_TEXELS = 2**18, 2**16
@@ -54,21 +54,21 @@ def paint(
 ) -> Texels:
     """Paint a quilt with an exemplar, or with any other image of the same shape.
 
-    A texel's colour is the sum, over the placements that the four cell centres round it name, of their
-    bilinear weights times what each reads there, in integers that are rounded once (float samples: the same
-    formula in 32 bits). The image is sampled bilinearly, from a prefiltered pyramid where it is minified.
-    The result does not depend on the number of threads.
+    A texel's colour is the sum over the placements that the four surrounding cell centres name: bilinear
+    weights times the values that each placement reads there, in integers that are rounded once (for float
+    samples the same formula in 32 bits). The image is sampled bilinearly, from a prefiltered pyramid where it
+    is minified. The result does not depend on the number of threads.
 
     Parameters
     ----------
     quilt
-        Where each block comes from.
+        The origin of each block.
     exemplar
-        (H, W) or (H, W, C) with the height and width the quilt was made for; uint8, uint16 or float. Or
+        (H, W) or (H, W, C) with the height and width that the quilt was made for; uint8, uint16 or float. Or
         the path of such an image.
     density
-        Texels for a step of the quilt's grid, each way: 1/64 to 64. Every density shows the same picture.
-        None: that which the quilt was made for.
+        Texels per step of the quilt's grid, each way: 1/64 to 64. Every density shows the same picture. None:
+        the density that the quilt was made for.
     threads, progress
         As in `upholster.parallel.run_tasks`.
 
@@ -97,12 +97,12 @@ def paint(
 
 
 def painted_charts(charts: Sequence[Chart], density: float) -> tuple[Chart, ...]:
-    """Return charts as they are painted: with `density` times as many texels as steps, rounded, 1 or more.
+    """Return charts as they are painted: with `density` times as many texels as steps, rounded, at least 1.
 
     Raises
     ------
     InputError
-        For a density outside its range, or one at which a chart or all of them have too many texels.
+        For a density out of range, or one at which a chart or all charts together have too many texels.
     """
     least, most = PAINTED_DENSITIES
     if isinstance(density, bool) or not isinstance(density, (int, float)) or not least <= density <= most:
@@ -128,12 +128,12 @@ def _texels(steps: int, density: float) -> int:
 
 
 def check_painted(quilt: object, image: object) -> PixelArray:
-    """Return the array that a quilt is to be painted with, read from its file where one is named.
+    """Return the array with which to paint a quilt, read from its file if it is a path.
 
     Raises
     ------
     InputError
-        If it is no quilt, or the image is none.
+        If the quilt is not a quilt, or the image is not an image.
     """
     if not isinstance(quilt, Quilt):
         raise InputError(f"quilt is a {type(quilt).__name__}; allowed: a Quilt, of `upholster.synthesize`")
@@ -148,7 +148,7 @@ def check_painted(quilt: object, image: object) -> PixelArray:
 
 
 def image_pyramid(images: Sequence[PixelArray]) -> Pyramid:
-    """Return the pyramid that painting reads, of images (H, W, C) of one shape and dtype."""
+    """Return the pyramid that painting reads, from images (H, W, C) of one shape and dtype."""
     return build_pyramid(images, most_levels(*images[0].shape[:2]))
 
 
@@ -161,10 +161,10 @@ def paint_each(
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> Texels:
-    """Paint each placement with an image of its own, `which[n]` of those of the pyramid; None: the first."""
+    """Paint each placement with its own image, `which[n]` of the pyramid's images; None: the first."""
     charts = painted_charts(quilt.charts, quilt.density if density is None else density)
     channels = pyramid.channels
-    # In one piece of memory, which goes back to the system in one piece.
+    # A single allocation, which returns to the system as one piece.
     ends = np.cumsum([0, *(chart.height * chart.width * channels for chart in charts)])
     memory = np.zeros(ends[-1], pyramid.dtype)
     arrays = tuple(
@@ -191,7 +191,7 @@ class ChartPainter:
     Attributes
     ----------
     quilt, index
-        The chart's quilt, and its number there.
+        The chart's quilt, and its number in the quilt.
     painted
         The chart as it is painted, one of `painted_charts`.
     pyramid, which
@@ -205,9 +205,9 @@ class ChartPainter:
     which: NDArray[np.int64] | None = None
 
     def paint(self, window: tuple[slice, slice], out: PixelArray) -> None:
-        """Paint rows and columns of texels, and no texel more.
+        """Paint rows and columns of texels, and no other texels.
 
-        `out` is (rows, columns, channels) of the pyramid's dtype, all 0: it is filled.
+        `out` is (rows, columns, channels) of the pyramid's dtype, all 0; it receives the texels.
         """
         chart, field, pyramid = self.quilt.charts[self.index], self.quilt.fields[self.index], self.pyramid
         rows = texel_places(chart.height, self.painted.height)[window[0]]
@@ -246,7 +246,7 @@ class ChartPainter:
 
 
 def texel_places(steps: int, texels: int) -> NDArray[np.int64]:
-    """Return where so many texels along a side of so many steps lie, in 1/16 step, int64."""
+    """Return the places of this many texels along a side of this many steps, in 1/16 step, int64."""
     found: NDArray[np.int64] = (2 * np.arange(texels, dtype=np.int64) + 1) * 8 * steps // texels
     return found
 
@@ -261,7 +261,8 @@ def _layer(layer: LabelMap, rows: NDArray[np.int64], columns: NDArray[np.int64])
 
 
 def _gathered(pieces: list[tuple[int, Callable[[], object]]]) -> list[Callable[[], object]]:
-    # Pieces of work and their texels as tasks: many small charts are one, for each task costs time to start.
+    # Combines pieces of work, with their texels, into tasks: many small charts form one, because starting a
+    # task takes time.
     tasks: list[Callable[[], object]] = []
     gathered: list[Callable[[], object]] = []
     texels = 0

@@ -1,7 +1,7 @@
-"""The placement: one block of texture as it lies on one chart (SPEC.md, section 8).
+"""The placement: one block of texture on one chart (SPEC.md, section 8).
 
-Where a placement shows is told by label maps, see `upholster.quilt.labels`. Places on a chart are in
-1/16 step from its first edge, places in the exemplar in 1/16 pixel, the centre of pixel k at 16·k.
+Label maps define where a placement shows, see `upholster.quilt.labels`. Places on a chart are in 1/16 step
+from its first edge; places in the exemplar are in 1/16 pixel, with the centre of pixel k at 16·k.
 """
 
 from collections.abc import Sequence
@@ -21,9 +21,9 @@ PLACEMENT = np.dtype(
         ("column", np.int32),
         ("source_row", np.int32),  # where the centre reads, in 1/16 pixel
         ("source_column", np.int32),
-        ("offset", np.int32, 4),  # of its centre matrix from M(c), row by row, in 1/4096 pixel per step
+        ("offset", np.int32, 4),  # centre matrix minus M(c), row by row, in 1/4096 pixel per step
         ("symmetry", np.uint8),  # of the square, takes chart steps to exemplar steps: 0…7
-        ("layer", np.uint8),  # whose label map names it: 0, or 1 for what lies over the first layer
+        ("layer", np.uint8),  # whose label map names it: 0, or 1 for the layer over the first one
     ],
     align=True,
 )
@@ -45,11 +45,11 @@ SYMMETRIES = np.array(
 per row, column per column). 0 to 3 are rotations by quarters, 4 to 7 the same after a transposition."""
 
 MOST_OFFSET = 2**18
-"""Largest number of an offset, in 1/4096 pixel per step."""
+"""Largest entry of an offset, in 1/4096 pixel per step."""
 
 
 def bare_placement(chart: int, size: tuple[int, int], shape: tuple[int, int]) -> NDArray[np.void]:
-    """Return what a chart shows of which nothing is known: the exemplar about its middle, at true scale.
+    """Return a placement for a chart without any data: the exemplar about its middle, at true scale.
 
     Parameters
     ----------
@@ -86,8 +86,8 @@ def check_placements(placed: NDArray[np.void], charts: Sequence[Chart], shape: t
     Raises
     ------
     InputError
-        If they are not sorted by chart and layer, a chart has none in its first layer, or a number of one
-        is outside its range.
+        If they are not sorted by chart and layer, a chart has none in its first layer, or a field of one is
+        out of range.
     """
     if not isinstance(placed, np.ndarray) or placed.dtype != PLACEMENT or placed.ndim != 1:
         kind = getattr(placed, "dtype", type(placed).__name__)
@@ -97,7 +97,7 @@ def check_placements(placed: NDArray[np.void], charts: Sequence[Chart], shape: t
         raise InputError("placements are not sorted by chart and layer, 0 and 1")
     named = np.unique(placed["chart"][placed["layer"] == 0])
     if not np.array_equal(named, np.arange(len(charts))) or placed["chart"].max(initial=0) >= len(charts):
-        raise InputError(f"placements are of {len(named)} charts; allowed: of each of {len(charts)}")
+        raise InputError(f"placements are of {len(named)} charts; allowed: of all {len(charts)}")
     if placed["symmetry"].max() > 7:
         raise InputError(f"a placement has symmetry {placed['symmetry'].max()}; allowed: 0 to 7")
     for name, size in (("row", shape[0]), ("column", shape[1])):

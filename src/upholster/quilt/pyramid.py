@@ -1,4 +1,4 @@
-"""Prefiltered pyramids: what painting samples where the exemplar is minified (SPEC.md, section 8)."""
+"""Prefiltered pyramids, from which painting samples where the exemplar is minified (SPEC.md, section 8)."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,22 +14,22 @@ __all__ = ["Pyramid", "build_pyramid", "halved", "most_levels"]
 
 @dataclass(frozen=True, eq=False)
 class Pyramid:
-    """Images and their smaller levels, one after another, laid out for the kernel that paints from them.
+    """Images and their smaller levels, one after another, in the layout of the painting kernel.
 
     Attributes
     ----------
     words
         All levels, pixel by pixel, read-only: float32 samples, or uint64 words of 16-bit lanes (uint8
-        samples, four channels a word) or 32-bit lanes (uint16, two).
+        samples, four channels a word) or of 32-bit lanes (uint16, two).
     per_pixel
-        Words that a pixel takes.
+        Words per pixel.
     table
         (images · levels, 4) int64, read-only: each level's first word, height, width and number; all levels
         of the first image, then of the next one.
     levels, channels
-        How many each image has.
+        Numbers of levels and channels of each image.
     dtype
-        Of the images.
+        Type of the images.
     """
 
     words: PixelArray
@@ -41,7 +41,7 @@ class Pyramid:
 
     @property
     def bits(self) -> int:
-        """Bits of a lane; 32 of float samples."""
+        """Bits of a lane; 32 for float samples."""
         return 16 if self.dtype == np.uint8 else 32
 
 
@@ -68,22 +68,22 @@ def halved(image: PixelArray) -> PixelArray:
     for axis in (0, 1):
         size = part.shape[axis]
         at = 2 * np.arange((size + 1) // 2)
-        before, middle, after, behind = (
+        first, second, third, fourth = (
             np.take(part, np.clip(at + k, 0, size - 1), axis) for k in (-1, 0, 1, 2)
         )
-        part = (before + behind) + 3 * (middle + after)
+        part = (first + fourth) + 3 * (second + third)
     return ((part + 32) >> 6).astype(image.dtype) if whole else part * np.float32(1 / 64)
 
 
 def build_pyramid(images: Sequence[PixelArray], levels: int) -> Pyramid:
-    """Return images and `levels` halved ones of each.
+    """Return a pyramid of images and `levels` halved copies of each.
 
     Parameters
     ----------
     images
         (H, W, C) uint8, uint16 or float32, all of one shape and dtype.
     levels
-        0 to `most_levels` of their size.
+        0 to `most_levels` of the images' size.
     """
     channels, dtype = images[0].shape[2], images[0].dtype
     lane = np.dtype({1: np.uint16, 2: np.uint32}.get(dtype.itemsize, np.float32))

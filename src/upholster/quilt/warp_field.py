@@ -1,7 +1,7 @@
-"""The warp field of a chart: how a texel step becomes an exemplar-pixel step, all over it.
+"""The warp field of a chart: how a texel step maps to an exemplar-pixel step, at each place.
 
-A field is kept as a decoder gets it: quantised nodes, from which everybody derives the same integer matrices.
-Exact meaning: SPEC.md, sections 3 and 8; the mathematics: `upholster.charts.directions`.
+A field is kept in the decoder's form: quantised nodes, from which every decoder derives the same integer
+matrices. Exact definition: SPEC.md, sections 3 and 8; the mathematics: `upholster.charts.directions`.
 """
 
 from dataclasses import dataclass
@@ -42,9 +42,9 @@ MOST_OCTAVES = 6
 """Sizes lie within 2^±6 pixels per texel."""
 
 MOST_SHEAR = 56
-"""Rows and columns stay square up to this many steps of angle: a texel never turns inside out."""
+"""Rows and columns stay square up to this many steps of angle, so a texel never turns inside out."""
 
-# Rounded far from any tie, so that every machine's cosine gives the same.
+# Rounded far from ties, so that every machine's cosine gives the same result.
 _COSINES = np.rint(2**14 * np.cos(2 * np.pi * np.arange(ANGLES) / ANGLES)).astype(np.int64)
 _POWERS = np.rint(2**14 * 2 ** (np.arange(OCTAVE) / OCTAVE)).astype(np.int64)
 
@@ -55,13 +55,13 @@ _GREATEST = np.array([OCTAVE * MOST_OCTAVES] * 2 + [ANGLES - 1, MOST_SHEAR], np.
 
 @dataclass(frozen=True, eq=False)
 class WarpField:
-    """A grid of 2×2 matrices over a chart and the apron round it, bilinear between its nodes.
+    """A grid of 2×2 matrices over a chart and the apron around it, bilinear between its nodes.
 
-    Node (i, j) stands at texel (`FIELD_STEP`·(i − margin), `FIELD_STEP`·(j − margin)); beyond the grid the
-    nearest of its border holds. A node's matrix M takes (row, column) steps in texels to (row, column) steps
-    in exemplar pixels. Its columns are told in polar form: a step along texel columns is `a` pixels long at
-    angle φ (0 is to the right, a quarter turn is down); a step along texel rows is `b` pixels long at
-    φ + ¼ turn + shear.
+    Node (i, j) is at texel (`FIELD_STEP`·(i − margin), `FIELD_STEP`·(j − margin)); beyond the grid the
+    nearest border node applies. A node's matrix M maps (row, column) steps in texels to (row, column) steps
+    in exemplar pixels. Its columns are stored in polar form: a step along texel columns is `a` pixels long at
+    angle φ (0 is to the right, a quarter turn is down); a step along texel rows is `b` pixels long at φ + ¼
+    turn + shear.
 
     Attributes
     ----------
@@ -69,7 +69,7 @@ class WarpField:
         (rows, columns, 4) int16, read-only: log2 b and log2 a in steps of 1/32 octave within ±6 octaves, φ in
         1/256 turn (0 to 255), and the shear in 1/256 turn (±56).
     margin
-        Nodes before texel 0, and as many beyond the last one: 0 to 64.
+        Nodes before texel 0, and equally many beyond the last one: 0 to 64.
 
     Raises
     ------
@@ -103,12 +103,12 @@ class WarpField:
         matrices
             (rows, columns, 2, 2) float64: M at each node, exemplar pixels per texel; positive determinants.
         margin
-            Nodes before texel 0.
+            Number of nodes before texel 0.
 
         Raises
         ------
         InputError
-            If one is not finite or its determinant is not positive.
+            If a matrix is not finite or its determinant is not positive.
         """
         m: FloatArray = np.asarray(matrices, np.float64)
         if m.ndim != 4 or m.shape[2:] != (2, 2):
@@ -144,12 +144,12 @@ class WarpField:
         Parameters
         ----------
         rows, columns
-            Numbers of one shape (…), in texels: texel (r, c) has its centre at exactly (r, c).
+            Numbers of one shape (…), in texels: texel (r, c) has its centre exactly at (r, c).
 
         Returns
         -------
         ndarray
-            (…, 2, 2) float64, bilinear as a decoder's but not rounded; beyond the grid its border holds.
+            (…, 2, 2) float64, bilinear like a decoder's but not rounded; beyond the grid its border applies.
         """
         down, right = self.matrices.shape[:2]
         parts = []
@@ -157,21 +157,21 @@ class WarpField:
             place = np.clip(np.asarray(places) / FIELD_STEP + self.margin, 0, count - 1)
             low = np.minimum(place.astype(np.intp), max(count - 2, 0))
             parts.append((low, np.minimum(low + 1, count - 1), (place - low)[..., None]))
-        (i, below, lower), (j, beside, later) = parts
+        (i, below, lower), (j, after, later) = parts
         m = self.matrices
-        mixed = (1 - lower) * ((1 - later) * m[i, j] + later * m[i, beside])
-        mixed += lower * ((1 - later) * m[below, j] + later * m[below, beside])
+        mixed = (1 - lower) * ((1 - later) * m[i, j] + later * m[i, after])
+        mixed += lower * ((1 - later) * m[below, j] + later * m[below, after])
         found: FloatArray = mixed / UNIT
         return found.reshape(*np.shape(rows), 2, 2)
 
     def between(self, rows: ArrayLike, columns: ArrayLike) -> IntArray:
-        """Return M as every decoder has it at places between steps.
+        """Return M at places between steps, exactly as in every decoder.
 
         Parameters
         ----------
         rows, columns
             Integers that broadcast together: places in 1/16 step from the chart's first edge, the middle of
-            step k at 16·k + 8; beyond the grid its border holds.
+            step k at 16·k + 8; beyond the grid its border applies.
 
         Returns
         -------
@@ -185,12 +185,12 @@ class WarpField:
 
 
 def polar_nodes(matrices: FloatArray) -> NDArray[np.int16]:
-    """Return nodes (…, 4), as `WarpField` has them, nearest to matrices (…, 2, 2).
+    """Return the nodes (…, 4), in the form of `WarpField`, nearest to matrices (…, 2, 2).
 
     Raises
     ------
     InputError
-        If one is not finite or its determinant is not positive.
+        If a matrix is not finite or its determinant is not positive.
     """
     m = matrices
     determinant = np.linalg.det(m) if np.isfinite(m).all() else np.zeros(1)
@@ -209,7 +209,7 @@ def polar_nodes(matrices: FloatArray) -> NDArray[np.int16]:
 
 
 def node_count(texels: int, margin: int) -> int:
-    """Return how many nodes a field has over so many texels: those at and round them, and the margins."""
+    """Return the number of a field's nodes for this many texels: at and around them, and in the margins."""
     return 2 * margin + -(-texels // FIELD_STEP) + 1
 
 

@@ -12,7 +12,7 @@ __all__ = ["DrawnField", "trace_lines"]
 
 
 class DrawnField(NamedTuple):
-    """A field on a mesh: corners (T, 3, 3), what lies across edges, unit tangents (T, 3), their jumps."""
+    """A field on a mesh: corners (T, 3, 3), neighbours across edges, unit tangents (T, 3), their jumps."""
 
     corners: FloatArray
     neighbours: IntArray
@@ -30,10 +30,10 @@ def trace_lines(
     lines: FloatArray,
     counts: IntArray,
 ) -> None:
-    """Follow the field from each start for a length, or to a border or crease, or as far as there is room.
+    """Follow the field from each start for a length, or until a border, a crease or the end of the array.
 
-    `seeds` (N,) triangles and `starts` (N, 3) points in them, `turns` (N,) quarter turns from the vectors to
-    the way to go. `lines` (N, room, 3) gets the points, `counts` (N,) how many.
+    `seeds` (N,) are triangles and `starts` (N, 3) points in them; `turns` (N,) are quarter turns from the
+    vectors to the direction to follow. `lines` (N, room, 3) gets the points, `counts` (N,) their number.
     """
     for n in range(len(seeds)):
         t, turn, rest, came = seeds[n], turns[n], length, -1
@@ -55,7 +55,7 @@ def trace_lines(
             met = field.neighbours[t, edge]
             if met < 0:
                 break
-            # Where the vectors turn on, the line turns back by as much to go straight.
+            # If the vectors turn across the edge, the line turns back by the same amount to go straight.
             turn = (turn - field.jumps[t, edge]) % 4
             t, came = met // 3, met % 3
 
@@ -86,13 +86,13 @@ def _turned(corners: FloatArray, vectors: FloatArray, t: int, turn: int) -> tupl
 def _way_out(
     corners: FloatArray, t: int, at: FloatArray, way: tuple[float, float, float], came: int
 ) -> tuple[int, float]:
-    """Return the edge through which a line leaves a triangle, and how far that is; −1 where it does not."""
+    """Return the edge through which a line leaves a triangle, and the distance to it; −1 if it does not."""
     best, far = -1, 1e300
     for edge in range(3):
         if edge == came:
             continue
         a, b, c = edge, (edge + 1) % 3, (edge + 2) % 3
-        # At right angles to the edge within the plane, away from the corner opposite.
+        # At right angles to the edge within the plane, away from the opposite corner.
         ee, eo = 0.0, 0.0
         for axis in range(3):
             e = corners[t, b, axis] - corners[t, a, axis]

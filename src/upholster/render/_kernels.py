@@ -1,8 +1,8 @@
-"""Kernels of the picture: the light that hits show, and the pixels at the end.
+"""Kernels of the picture: the light at each hit, and the final pixels.
 
-Lengths are in radii of the model, the origin is its middle. A picture is collected per pixel in *sums*, one
-row of `SUMS` numbers: light is kept apart from occlusion, because the share of a light that arrives is
-averaged over neighbouring pixels (see `upholster.render.light`) before it is multiplied in.
+Lengths are in radii of the model, the origin is its middle. A picture is accumulated per pixel in *sums*, one
+row of `SUMS` numbers. Light is kept apart from occlusion, because the share of a light that arrives is
+averaged over neighbouring pixels (see `upholster.render.light`) before they are multiplied.
 """
 
 import math
@@ -25,30 +25,30 @@ __all__ = [
 Single = NDArray[np.float32]
 Vector = tuple[float, float, float]
 
-# What the numbers of a pixel's sums are. Occlusion is counted in weights: asked for, and of that arrived.
+# The layout of a pixel's sums. Occlusion is counted in weights: of rays asked for, and of those that arrived.
 AMBIENT, KEY = 0, 3  # light from sky and camera, and from the key light, times colour: three numbers each
-GLOW = 6  # light of its own: three numbers
+GLOW = 6  # emitted light: three numbers
 COVER, NORMAL, DEPTH = 9, 10, 13  # alpha; three numbers; least depth
-LIGHT = 14  # from here on: what `light.averaged` averages, first of the model, then of the floor
+LIGHT = 14  # from here on: averaged by `light.averaged`, first for the model, then for the floor
 KEY_ASKED, KEY_ARRIVED, SKY_ASKED, SKY_ARRIVED = 14, 15, 16, 17
 FLOOR, FLOOR_KEY, FLOOR_SKY = 18, 19, 20  # on the floor both lights are always asked for
 SUMS = 21
 
-# What a surface without a material mirrors of sky and key light.
+# Sky and key light that a surface without a material mirrors.
 SHEEN, GLOSS, GLOSS_POWER = 0.16, 0.9, 32
 AO_STRENGTH = 0.8
-# Light above the knee is compressed toward 1, all channels alike, so that hue stays.
+# Light above the knee is compressed toward 1, all channels equally, so that hue stays.
 KNEE = 0.9
-# Mirrored lamps lose their hue above this, instead of ending in flat discs of it.
+# Mirrored lamps lose their hue above this level; otherwise they would be flat coloured discs.
 PALE, PALE_RANGE = 1.5, 4.0
-# Where a ray leaves a surface, it starts this far off.
+# Rays that leave a surface start this far from it.
 LIFT = 1e-3
-# How far away something has to be not to take sky light, on the model and on the floor.
+# Objects farther away than this do not block sky light, on the model and on the floor.
 REACH, FLOOR_REACH, FAR = 1.0, 2.0, 1e30
 
 
 class RayMesh(NamedTuple):
-    """The model: triangles, and what their vertices carry."""
+    """The model: triangles and their vertices' attributes."""
 
     triangles: NDArray[np.int32]  # (N, 3)
     positions: Single  # (V, 3)
@@ -71,20 +71,20 @@ class Studio(NamedTuple):
 
 
 class EyeRays(NamedTuple):
-    """Rays from the eye, and what they met."""
+    """Rays from the eye, and their hits."""
 
     hit: NDArray[np.int32]  # (n,) the triangle met, -1 if none
     u: Single  # (n,) share of its second corner
     v: Single  # (n,) share of its third corner
     directions: Single  # (n, 3): 1 long along forward
     pixels: NDArray[np.int64]  # (n,) each ray's row of the sums
-    aims: NDArray[np.int32]  # (n,) and of the pattern
-    through: Single  # (n,) the share of light that what lies before lets through; updated
-    onward: Single  # (n, 3) where to go on behind what was met; filled
+    aims: NDArray[np.int32]  # (n,) each ray's row of the pattern
+    through: Single  # (n,) the share of light that surfaces in front let through; updated
+    onward: Single  # (n, 3) where to continue after the hit; filled
 
 
 class Rays(NamedTuple):
-    """Occlusion rays: where one meets nothing, its weight is to be added to ``sums.flat[slots]``."""
+    """Occlusion rays: if a ray meets nothing, its weight is to be added to ``sums.flat[slots]``."""
 
     origins: Single  # (n, 3)
     directions: Single  # (n, 3), unit
@@ -129,7 +129,7 @@ def _misses_model(p: Vector, d: Vector) -> bool:
 
 @inline
 def _turned(local: Vector, n: Vector) -> Vector:
-    """Return a vector about (0, 0, 1) turned to lie about the unit vector n (Duff et al., JCGT 2017)."""
+    """Return a vector about (0, 0, 1), turned to be about the unit vector n (Duff et al., JCGT 2017)."""
     sign = 1.0 if n[2] >= 0.0 else -1.0
     a = -1.0 / (sign + n[2])
     b = n[0] * n[1] * a
@@ -153,17 +153,17 @@ def _ask(
 
 
 Corner = tuple[float, Vector, Vector]
-"""A corner's share of a place in a triangle, where it lies, and its normal."""
+"""A corner's barycentric share of a place in a triangle, the corner's position, and its normal."""
 
 
 class Met(NamedTuple):
-    """Where a ray meets a triangle, numbered as its corners are."""
+    """The place where a ray meets a triangle, with the triangle's own order of corners."""
 
     corners: tuple[Corner, Corner, Corner]
     place: Vector
     normal: Vector  # of the smooth surface, unit, toward the eye
     flat: Vector  # of the triangle, unit, on the same side
-    rises: tuple[Vector, Vector]  # the second and third corner's share grow along these, per unit of length
+    rises: tuple[Vector, Vector]  # the second and third share increase along these, per unit of length
     side: float  # 1, or -1 where the triangle is seen from behind
 
 
@@ -181,7 +181,7 @@ def _floor_light(
     d: Vector, eye: Vector, floor: float, to_key: Vector, to_sky: Vector, weight: float,
     total: Single, slot: int, rays: Rays, count: int,
 ) -> int:  # fmt: skip
-    """Add what a ray that misses the model finds on the floor, and ask for both lights there."""
+    """Add the floor's light for a ray that misses the model, and request rays to both lights there."""
     p = _along(eye, (floor - eye[2]) / d[2], d)
     total[FLOOR] += weight
     if _misses_model(p, to_key):
@@ -223,12 +223,12 @@ def _met(
 def _footprint(
     met: Met, right: Vector, up: Vector, d: Vector, distance: float, step: float, one: Pair, two: Pair
 ) -> tuple[Pair, Pair]:
-    """Return how far the next samples to the right and above lie on the texture, in its texels.
+    """Return how far away the next samples to the right and above are on the texture, in its texels.
 
-    `one` and `two` say how far the triangle's second and third corner lie from the first there; `step` is the
-    distance between samples at this depth.
+    `one` and `two` are the offsets of the triangle's second and third corner from the first on the texture;
+    `step` is the distance between samples at this depth.
     """
-    # Where their rays meet the triangle's plane, seen flat at most 1 : 50.
+    # Where their rays meet the triangle's plane, at a slope of 1 : 50 or more.
     slope = min(_dot(met.flat, d), -0.02 * distance)
     across = _scaled(_along(right, -_dot(met.flat, right) / slope, d), step)
     above = _scaled(_along(up, -_dot(met.flat, up) / slope, d), step)
@@ -259,9 +259,9 @@ def _light(n: Vector, toward_eye: Vector, key: Vector) -> Light:
 
 @spliced
 def _above_smooth(met: Met) -> Vector:
-    """Return where occlusion rays start: above the smooth surface that the flat triangles stand for.
+    """Return where occlusion rays start: above the smooth surface that the flat triangles approximate.
 
-    Else they would shade one another.
+    Otherwise the triangles would shade one another.
     """
     origin = _along(met.place, LIFT, met.flat)
     for k in range(3):
@@ -282,18 +282,18 @@ def shade(
     sums: Single,
     rays: Rays,
 ) -> int:
-    """Add the light along each ray to its pixel's sums, and list the occlusion rays that this asks for.
+    """Add the light along each ray to its pixel's sums, and list the occlusion rays that it needs.
 
     Parameters
     ----------
     seen
-        What rays from the eye met; light that goes on behind it is told in `through` and `onward`.
+        Hits of rays from the eye; `through` and `onward` get the light that continues after a hit.
     mesh, pyramid, maps, studio
-        What is seen and how.
+        The model, its material, and how they are seen.
     sums
         (pixels, SUMS): updated.
     rays
-        Room for two a ray: filled.
+        Room for two rays per hit: filled.
 
     Returns
     -------
@@ -375,8 +375,8 @@ def shade(
         if not occlusion:
             continue
         origin = _above_smooth(met)
-        # Samples take turns: half of them are plenty for either light once averaged. The first of a pixel
-        # asks for both, so that no pixel is left without an answer of its own.
+        # Samples take turns: once averaged, half of them are plenty for either light. A pixel's first sample
+        # asks for both, so that every pixel has an answer of its own.
         both = fresh or studio.samples == 1
         if light.key > 0.0 and (both or seen.aims[i] % 2 == 0):
             total[KEY_ASKED] += cover
@@ -389,7 +389,7 @@ def shade(
 
 @inline
 def _share(lights: Single, y: int, x: int, asked: int, arrived: int) -> float:
-    """Return which share of a light arrives; all of it where nobody asked."""
+    """Return the share of a light that arrives; all of it if no rays were sent."""
     return (
         lights[arrived - LIGHT, y, x] / lights[asked - LIGHT, y, x]
         if lights[asked - LIGHT, y, x] > 0.0
@@ -414,7 +414,7 @@ def resolve(
     studio
         As for `shade`.
     background
-        (height, 3): one colour per row of the image; or (0, 3) for a transparent one.
+        (height, 3): one colour per row of the image; (0, 3) makes it transparent.
     image
         (height, width, 3), or 4 with alpha, not premultiplied: filled.
     """

@@ -15,7 +15,7 @@ Color = tuple[float, float, float, float]
 Pair = tuple[float, float]
 Single = NDArray[np.float32]
 
-# A sample's footprint on the texture is covered by up to so many look-ups side by side.
+# A sample's footprint on the texture is covered by up to this many look-ups in a row.
 PROBES = 4
 
 
@@ -61,7 +61,7 @@ def texture_at(pyramid: MipPyramid, u: float, v: float, lod: float) -> Color:
 def filtered(pyramid: MipPyramid, u: float, v: float, one: Pair, two: Pair) -> Color:
     """Return the texture averaged over the footprint at (u, v) that two steps, in texels, span.
 
-    The parallelogram is taken for an ellipse (greatest and least stretch of the steps' matrix), and up to
+    The parallelogram is treated as an ellipse (greatest and least stretch of the steps' matrix), and up to
     PROBES look-ups are lined up along its long axis (J. McCormack et al.: Feline, SIGGRAPH 1999).
     """
     xx, yy, xy = one[0] ** 2 + two[0] ** 2, one[1] ** 2 + two[1] ** 2, one[0] * one[1] + two[0] * two[1]
@@ -69,7 +69,7 @@ def filtered(pyramid: MipPyramid, u: float, v: float, one: Pair, two: Pair) -> C
     root = math.sqrt(half * half + xy * xy)
     longest = math.sqrt(mean + root)
     shortest = math.sqrt(max(mean - root, 1e-30))
-    # No more than the footprint has texels: a magnified texture needs one.
+    # At most as many as the footprint has texels: a magnified texture needs one.
     probes = max(int(min(longest / shortest + 0.5, longest + 0.5, float(PROBES))), 1)
     lod = math.log2(max(longest / probes, shortest))
     if probes == 1:

@@ -1,4 +1,4 @@
-"""Kernels of materials: how a place with normal, roughness, metal, occlusion and emission shines."""
+"""Kernels of materials: the light from a place with normal, roughness, metal, occlusion and emission."""
 
 import math
 from typing import NamedTuple
@@ -26,23 +26,23 @@ Vector = tuple[float, float, float]
 
 
 class SurfaceMaps(NamedTuple):
-    """A material's maps beside the base colour.
+    """A material's maps other than the base colour.
 
     Attributes
     ----------
     used
-        Whether there are any; else the rest holds nothing.
+        Whether there are any; if not, the other fields are empty.
     detail
         Normal x and y, coded as (v + 1)/2, roughness, metallic.
     glow
         Emission, linear, and occlusion.
     glows
-        Whether `glow` says anything.
+        Whether `glow` is used.
     tangents
         (V, 3) float32: along the texture's columns at the mesh's vertices, of any length; (0, 3) without a
         normal map.
     normal_scale
-        What x and y of normals are multiplied with.
+        Factor for x and y of normals.
     lamps
         See `upholster.render.environment.lamps`.
     """
@@ -59,14 +59,14 @@ class SurfaceMaps(NamedTuple):
 class Shine(NamedTuple):
     """Light from a place toward the eye, times its alpha."""
 
-    ambient: Vector  # of sky and lamps
-    key: Vector  # of the key light
-    glow: Vector  # its own
+    ambient: Vector  # from sky and lamps
+    key: Vector  # from the key light
+    glow: Vector  # emitted
 
 
 @inline
 def _bent(normal: Vector, tangent: Vector, side: float, x: float, y: float) -> Vector:
-    """Return the normal that a map's x and y make of the surface's: glTF's frame T, B = N × T, N."""
+    """Return the surface's normal, bent by a map's x and y in glTF's frame T, B = N × T, N."""
     along = tangent[0] * normal[0] + tangent[1] * normal[1] + tangent[2] * normal[2]
     t0, t1, t2 = (
         tangent[0] - along * normal[0],
@@ -76,7 +76,7 @@ def _bent(normal: Vector, tangent: Vector, side: float, x: float, y: float) -> V
     length = math.sqrt(t0 * t0 + t1 * t1 + t2 * t2)
     if length < 1e-12:
         return normal
-    # N points outward: the other way where the surface is seen from behind, where all is turned round again.
+    # N points outward; it is reversed if the surface is seen from behind, and the result is reversed again.
     u, v = side * x / length, y / length
     z = math.sqrt(max(1.0 - x * x - y * y, 0.0))
     n0 = u * t0 + v * (normal[1] * t2 - normal[2] * t1) + z * normal[0]
@@ -91,7 +91,7 @@ def material_light(
     maps: SurfaceMaps, place: Pair, one: Pair, two: Pair, color: Color,
     normal: Vector, tangent: Vector, side: float, toward_eye: Vector, key: Vector,
 ) -> Shine:  # fmt: skip
-    """Return how a place shines.
+    """Return the light from a place.
 
     Parameters
     ----------
@@ -102,7 +102,7 @@ def material_light(
     color
         Base colour times alpha, and alpha.
     normal, tangent, side
-        The smooth surface's unit normal toward the eye, and T, of any length, or zero; -1 where it is seen
+        The smooth surface's unit normal toward the eye, and T, of any length, or zero; -1 if it is seen
         from behind.
     toward_eye, key
         Unit vectors.
@@ -120,7 +120,7 @@ def material_light(
         2.0 * facing * n2 - toward_eye[2],
     )
     facing = max(facing, 0.0)
-    # Where the surface itself turns away, bumps catch no light, and see none below it.
+    # Where the surface itself turns away, bumps get no light, and reflect nothing from below it.
     toward_key = normal[0] * key[0] + normal[1] * key[1] + normal[2] * key[2]
     lit = min(max(4.0 * toward_key, 0.0), 1.0)
     above = min(max(1.0 + 2.0 * (r0 * normal[0] + r1 * normal[1] + r2 * normal[2]), 0.0), 1.0)

@@ -1,4 +1,4 @@
-"""Where a picture is taken from: a perspective camera, and how it is placed before a model."""
+"""The viewpoint of a picture: a perspective camera, and its placement in front of a model."""
 
 import math
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ FIELD_OF_VIEW = 30.0
 """Vertical angle of view in degrees, at zoom 1."""
 
 FILL = 0.875
-"""Share of the picture's height or width, whichever is tighter, that the model fills at zoom 1."""
+"""Share of the picture's height or width, whichever is more restrictive, that the model fills at zoom 1."""
 
 MAX_SIDE = 16384
 ZOOMS = (0.1, 200.0)
@@ -28,11 +28,11 @@ class Camera:
     Attributes
     ----------
     eye
-        (3,) float64, read-only: where it stands, in model units.
+        (3,) float64, read-only: its position, in model units.
     axes
         (3, 3) float64, read-only: the unit vectors right, up and forward, as rows.
     focal
-        Focal length in pixels: a thing of size 1 at depth 1 is `focal` pixels large.
+        Focal length in pixels: an object of size 1 at depth 1 is `focal` pixels large.
     size
         (width, height) of the picture in pixels. Its centre is the point straight ahead.
     """
@@ -52,23 +52,23 @@ class Camera:
         zoom: float = 1.0,
         target: ArrayLike | None = None,
     ) -> "Camera":
-        """Stand so that `points` just fit: centred, `FILL` of the height or of the width.
+        """Place the camera so that `points` just fit: centred, `FILL` of the height or of the width.
 
         Parameters
         ----------
         points
-            (V, 3): what has to be in the picture, in model units.
+            (V, 3): the points to fit into the picture, in model units.
         size
             (width, height) in pixels, 1 to 16384 each.
         view
             (azimuth, elevation) in degrees. Azimuth 0 looks from -y toward +y with x to the right; positive
-            azimuth walks counter-clockwise round the model seen from above. Elevation, -90 to 90, is how
-            high above the horizon the camera stands; at 90, azimuth 0, y points up in the picture.
+            azimuth moves counter-clockwise around the model seen from above. Elevation, -90 to 90, is the
+            camera's angle above the horizon; at 90, azimuth 0, y points up in the picture.
         zoom
             0.1 to 200: narrows the angle of view; the camera stays where it is, so it never enters the model.
         target
-            (3,): the point to put in the middle of the picture instead of the model's middle; the camera is
-            moved sideways and keeps its direction.
+            (3,): the point to put in the middle of the picture instead of the model's middle. The camera
+            moves sideways and keeps its direction.
 
         Raises
         ------
@@ -79,7 +79,7 @@ class Camera:
         -----
         The points p fit between the two side planes of slope k = FILL·tan(half angle) exactly when
         ``max(x + k·z) ≤ cx + k·cz`` and ``max(-x + k·z) ≤ -cx + k·cz`` in the camera's axes (z backward), and
-        likewise for y: the camera's place follows in closed form, without a search.
+        likewise for y. So the camera's position has a closed form, without a search.
         """
         width, height = checked_size(size)
         azimuth, elevation = _checked_view(view)
@@ -97,7 +97,7 @@ class Camera:
 
         axes = _axes(azimuth, elevation)
         middle = lowest + (highest - lowest) / 2
-        # Lengths in extents: no overflow, whatever the model's units.
+        # Lengths relative to the extent: no overflow, whatever the model's units.
         across, above, ahead = axes @ ((cloud - middle) / extent).T
         slope = math.tan(math.radians(FIELD_OF_VIEW) / 2)
         place = [0.0, 0.0]
@@ -106,7 +106,7 @@ class Camera:
             high, low = float(np.max(offset - k * ahead)), float(np.max(-offset - k * ahead))
             place[axis] = (high - low) / 2
             distance = max(distance, (high + low) / (2 * k))
-        # A model seen edge-on (a flat sheet from the side) still keeps the camera outside it.
+        # For a model seen edge-on (a flat sheet from the side) this still keeps the camera outside it.
         distance = max(distance, 0.05 - float(np.min(ahead)))
         if target is not None:
             aim = np.asarray(target, dtype=np.float64)
@@ -159,6 +159,6 @@ def _checked_view(view: tuple[float, float]) -> tuple[float, float]:
 
 
 def _axes(azimuth: float, elevation: float) -> FloatArray:
-    """Return right, up and forward as rows. No cross product with z: straight down is a view too."""
+    """Return right, up and forward as rows. No cross product with z, because straight down is a view too."""
     ca, sa, ce, se = math.cos(azimuth), math.sin(azimuth), math.cos(elevation), math.sin(elevation)
     return np.array([[ca, sa, 0.0], [-sa * se, ca * se, ce], [-sa * ce, ca * ce, -se]])

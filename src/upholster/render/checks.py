@@ -1,4 +1,4 @@
-"""What a picture is made of, checked before work starts."""
+"""The inputs of a picture, checked before work starts."""
 
 from typing import Any
 
@@ -32,7 +32,8 @@ def checked_model(
     used = place[corners.reshape(-1)]
     if not (used.max(axis=0) > used.min(axis=0)).any():
         raise InputError("positions has all triangles in one point; allowed: a model of some size")
-    # Copies of one layout, or kernels would be compiled anew for arrays that are read-only or in other order.
+    # Copies of one layout: otherwise kernels would be recompiled for arrays that are read-only or ordered
+    # differently.
     return (
         np.array(place, np.float64, order="C"),
         np.array(normal, np.float32, order="C"),
@@ -61,7 +62,7 @@ def _checked_vertices(name: str, values: ArrayLike, columns: int, count: int | N
 def check_numbers(
     supersample: int, max_level: int, depth: NDArray[np.float32] | None, shape: tuple[int, int]
 ) -> None:
-    """Raise `InputError` unless these are as `render` has them; the picture has this (height, width)."""
+    """Raise `InputError` unless these are valid for `render`; the picture has this (height, width)."""
     if not isinstance(supersample, (int, np.integer)) or not 1 <= supersample <= 8:
         raise InputError(f"supersample is {supersample}; allowed: 1 to 8")
     if not isinstance(max_level, (int, np.integer)) or not 0 <= max_level <= MAX_LEVEL:

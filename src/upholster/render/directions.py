@@ -20,13 +20,13 @@ _LENGTH = 22
 """Length of a line in pixels, in the middle of the model."""
 
 _ROOM = 96
-"""Points of a line at most."""
+"""The most points of a line."""
 
 _FINER = 2
-"""The picture is drawn so many times as large, and made smaller: lines are smooth then."""
+"""The picture is drawn this many times as large, then reduced, so that lines are smooth."""
 
 _SHALLOW = 0.03
-"""Sine of the angle to an edge below which a line runs along it."""
+"""Sine of the angle to an edge below which a line follows the edge."""
 
 _LINE, _HEAD = (0.10, 0.22, 0.42), (0.85, 0.30, 0.05)
 _POSITIVE, _NEGATIVE = (214, 39, 40), (31, 100, 220)
@@ -42,9 +42,9 @@ def directions_picture(
 ) -> PixelArray:
     """Draw a field on its mesh: (h, w, 3) uint8, sRGB-coded.
 
-    Lines run along the field, with an orange head where it has a sign; where two directions at right angles
-    count as one there are lines both ways. Dots are singular points: red where the field turns with the way
-    round them, blue where against it.
+    Lines run along the field, with an orange head if it has a sign; if two directions at right angles count
+    as one, there are lines both ways. Dots are singular points: red if the field turns in the same sense as a
+    path around the point, blue if in the opposite sense.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ def directions_picture(
     size
         (width, height) in pixels, 1 to 8192 each.
     view, zoom
-        Where the camera stands: see `Camera.fit`.
+        The camera's placement: see `Camera.fit`.
     threads
         As in `upholster.parallel.run_tasks`. The picture does not depend on it.
 
@@ -107,9 +107,9 @@ def _draw_lines(drawing: Drawing, field: DirectionField, camera: Camera, depth: 
 
 
 def going_on(field: DirectionField) -> IntArray:
-    """Return the mesh's neighbours (T, 3), −1 over edges where a line would turn back as it crosses them.
+    """Return the mesh's neighbours (T, 3), −1 across edges where a line would turn back.
 
-    There the field starts anew: the line would leave the surface through the edge by which it came.
+    The field starts again there: the line would leave the surface through the edge that it came in by.
     """
     mesh = field.mesh
     line = np.roll(mesh.corners, -1, axis=1) - mesh.corners
@@ -125,20 +125,20 @@ def going_on(field: DirectionField) -> IntArray:
 
 
 def _crosses(out: FloatArray, inward: FloatArray) -> NDArray[np.bool_]:
-    """Return whether lines that leave with one sine to an edge, and go on with another, do go over it."""
+    """Return whether lines that leave at one sine to an edge, and continue at another, do cross it."""
     along = (np.abs(out) < _SHALLOW) & (np.abs(inward) < _SHALLOW)
     return np.asarray(along | (out * inward > _SHALLOW**2))
 
 
 def _seeds(field: DirectionField, camera: Camera, depth: NDArray[np.float32]) -> tuple[IntArray, FloatArray]:
-    """Return triangles and points in them that are seen, about one to each square of the picture."""
+    """Return triangles and visible points in them, about one for each square of the picture."""
     mesh = field.mesh
     cell = _SPACING * _FINER
     wanted = 12 * (depth.size // cell**2)
     ends = np.cumsum(mesh.areas)
     triangles = np.searchsorted(ends, (np.arange(wanted) + 0.5) / wanted * ends[-1])
     triangles = np.minimum(triangles, len(ends) - 1).astype(np.int32)
-    # Fractions of the golden ratio and its like in two dimensions spread evenly over each triangle.
+    # Fractions of the golden ratio and its two-dimensional analogue spread evenly over each triangle.
     a, b = np.mod(np.outer((0.7548776662466927, 0.5698402909980532), np.arange(wanted)), 1.0)
     over = a + b > 1
     a, b = np.where(over, 1 - a, a), np.where(over, 1 - b, b)
@@ -152,7 +152,7 @@ def _seeds(field: DirectionField, camera: Camera, depth: NDArray[np.float32]) ->
 
 
 def _is_seen(shown: FloatArray, depth: NDArray[np.float32], size: float) -> NDArray[np.bool_]:
-    """Return which projected points (n, 3) lie in the picture, on what is nearest there."""
+    """Return which projected points (n, 3) are in the picture, and not hidden there."""
     x, y = np.floor(shown[:, 0]), np.floor(shown[:, 1])
     inside = (x >= 0) & (x < depth.shape[1]) & (y >= 0) & (y < depth.shape[0])
     nearest = np.full(len(shown), -np.inf)

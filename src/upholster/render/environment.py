@@ -1,6 +1,6 @@
-"""Light on materials: a small sky with lamps, in formulas only, and what surfaces mirror of it.
+"""Light on materials: a small sky with lamps, in formulas only, and its reflection by surfaces.
 
-All that pictures know of light is here, so that another program can take the same. The model's z is up; lamps
+All lighting of pictures is defined here, so that another program can reproduce it. The model's z is up; lamps
 and key light turn with the camera, so every view is lit alike. All of it is white.
 
 **What a mirror sees.** The radiance from the unit direction ω is that of a sky, with a dark line along the
@@ -9,22 +9,23 @@ horizon, and of lamps i, toward d_i, each with its strength a_i and sharpness k_
     L(ω) = m + g·ω_z − h·exp(−(ω_z/w)²) + Σ_i a_i·exp(k_i·(ω·d_i − 1))
     m = (ABOVE + BELOW)/2, g = ¾·(ABOVE − BELOW), h = HORIZON, w = HORIZON_WIDTH
 
-The key light is one more lamp: a = KEY_LIGHT·k/2, with k = KEY_SHARPNESS; what of it arrives is a shadow's
-matter.
+The key light is one more lamp: a = KEY_LIGHT·k/2, with k = KEY_SHARPNESS; shadows decide how much of it
+arrives.
 
 **Diffuse light**, over π, on a surface with the unit normal n that the eye sees along v::
 
     E = BELOW + (ABOVE − BELOW)·(½ + ½·n_z) + FILL·max(n·v, 0) + KEY_LIGHT·max(n·key, 0)
 
-The first two terms are exactly that of the sky's m + g·ω_z. The other lamps are there for mirroring alone.
+The first two terms are exactly those of the sky's m + g·ω_z. The other lamps only appear in reflections.
 
-**What a rough surface mirrors.** GGX of roughness r, α = r², takes the directions about the mirrored one, R,
-about as a lobe exp(s·(ω·R − 1)) does, with s = 2/α²/(4·max(n·v, 0.1)). The mean of L under this lobe is::
+**What a rough surface mirrors.** GGX of roughness r, α = r², weights the directions about the mirrored one,
+R, approximately as a lobe exp(s·(ω·R − 1)) with s = 2/α²/(4·max(n·v, 0.1)). The mean of L under this lobe
+is::
 
     L(R, s) = m + g·A(s)·R_z − h·(w/w')·exp(−(R_z/w')²) + Σ_i a_i·I(k_i)/I(k')·exp(k'·(R·d_i − 1))
     A(s) = coth s − 1/s, w'² = w² + 2/s, k' = k_i·s/(k_i + s), I(k) = (1 − exp(−2k))/k
 
-It is mirrored by F0·a + b, with F0 = 0.04·(1 − metallic) + albedo·metallic, and Karis' fit of a and b::
+It is multiplied by F0·a + b, with F0 = 0.04·(1 − metallic) + albedo·metallic, and Karis' fit of a and b::
 
     x = 1 − r, y = 0.0425 − 0.0275·r, z = 1.04 − 0.572·r, u = 0.022·r − 0.04
     q = min(x², 2^(−9.28·n·v))·x + y, a = z − 1.04·q, b = u + 1.04·q
@@ -82,7 +83,7 @@ def lobe_sharpness(roughness: float, facing: float) -> float:
 
 @inline
 def reflectance(roughness: float, facing: float) -> tuple[float, float]:
-    """Return a and b, of which F0·a + b is mirrored."""
+    """Return a and b; the share F0·a + b is mirrored."""
     x = 1.0 - roughness
     q = min(x * x, 2.0 ** (-9.28 * facing)) * x + 0.0425 - 0.0275 * roughness
     return 1.04 - 0.572 * roughness - 1.04 * q, max(0.022 * roughness - 0.04 + 1.04 * q, 0.0)
@@ -98,7 +99,7 @@ def _lamp(cosine: float, strength: float, k: float, s: float) -> float:
 
 @inline
 def sky_mirrored(mirrored: Vector, s: float, around: NDArray[np.float64]) -> float:
-    """Return sky and lamps under the lobe about `mirrored`; `around` is of `lamps`."""
+    """Return sky and lamps under the lobe about `mirrored`; `around` is from `lamps`."""
     z = mirrored[2]
     tilt = (1.0 / math.tanh(s) if s < 20.0 else 1.0) - 1.0 / s
     light = 0.5 * (SKY_ABOVE + SKY_BELOW) + 0.75 * (SKY_ABOVE - SKY_BELOW) * tilt * z
@@ -112,5 +113,5 @@ def sky_mirrored(mirrored: Vector, s: float, around: NDArray[np.float64]) -> flo
 
 @inline
 def key_mirrored(cosine: float, s: float) -> float:
-    """Return the key light under the lobe, `cosine` between its direction and the mirrored one."""
+    """Return the key light under the lobe; `cosine` is between its direction and the mirrored one."""
     return _lamp(cosine, 0.5 * KEY_LIGHT * KEY_SHARPNESS, KEY_SHARPNESS, s)

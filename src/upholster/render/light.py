@@ -1,8 +1,8 @@
-"""The studio: where the light comes from, and the fixed pattern of rays that asks how much of it arrives.
+"""The studio: the positions of the lights, and the fixed pattern of rays that tests how much of it arrives.
 
-Lights hang on the camera, so every view is lit alike: a key light over the photographer's left shoulder, a
-little fill from the camera, and a sky that is brighter above than below. They are white and sum to about 1
-where a surface faces the key light, so that a texture's colours come out as they are.
+Lights are attached to the camera, so every view is lit alike: a key light over the photographer's left
+shoulder, a little fill from the camera, and a sky that is brighter above than below. They are white and sum
+to about 1 where a surface faces the key light, so that a texture keeps its colours.
 """
 
 import math
@@ -19,13 +19,13 @@ KEY_TO_CAMERA = (-0.46, 0.62, 0.64)
 """Toward the key light, in the camera's axes (right, up, backward)."""
 
 KEY_RADIUS = 0.09
-"""Radius of the key light as a tangent of angle: how soft its shadows are."""
+"""Radius of the key light as a tangent of angle: it sets the softness of its shadows."""
 
 TILE = 8
-"""The pattern repeats every TILE pixels each way; averaging over as many takes it out again."""
+"""The pattern repeats every TILE pixels each way; averaging over as many removes it again."""
 
 MARGIN = TILE // 2
-"""How many pixels on either side that averaging reaches."""
+"""Pixels on either side over which it is averaged."""
 
 # Order of a tile's pixels such that near ones are far apart in the sequence (Bayer's ordered dither).
 _BAYER = np.array([[0, 2], [3, 1]])
@@ -42,7 +42,7 @@ def key_direction(axes: FloatArray) -> FloatArray:
 
 
 def occlusion_pattern(axes: FloatArray, supersample: int) -> NDArray[np.float32]:
-    """Return the directions in which a picture's samples look for light.
+    """Return the directions in which a picture's samples test for light.
 
     Parameters
     ----------
@@ -84,10 +84,10 @@ def occlusion_pattern(axes: FloatArray, supersample: int) -> NDArray[np.float32]
 
 
 def averaged(sums: NDArray[np.float32], pixel: float) -> NDArray[np.float32]:
-    """Return the occlusion part of the sums, averaged over 9 × 9 pixels, which takes the pattern out.
+    """Return the occlusion part of the sums, averaged over 9 × 9 pixels, which removes the pattern.
 
-    Halves at the rim make the weights sum to the same over every tile of 8 × 8. On the model only pixels
-    count that show about the same place of it: normals within 32° and depths that are close.
+    Half weights at the rim make the weights sum to the same over every tile of 8 × 8. On the model, only
+    pixels that show about the same place of it count: normals within 32° and similar depths.
 
     Parameters
     ----------
@@ -104,7 +104,7 @@ def averaged(sums: NDArray[np.float32], pixel: float) -> NDArray[np.float32]:
     lights = np.ascontiguousarray(np.moveaxis(sums[..., LIGHT:], -1, 0))
     normals = np.moveaxis(sums[..., NORMAL : NORMAL + 3], -1, 0)
     normals = normals / np.maximum(np.sqrt((normals**2).sum(axis=0)), np.float32(1e-12))
-    # Where no depth is known nothing is close.
+    # Where the depth is unknown, nothing is similar.
     depths = np.where(np.isfinite(sums[..., DEPTH]), sums[..., DEPTH], np.float32(1e9) * sums[..., COVER])
     tolerances = np.minimum(0.03 + 8 * pixel * depths, 1.0).astype(np.float32)
     return _averaged(_averaged(lights, normals, depths, tolerances, 2), normals, depths, tolerances, 1)

@@ -1,4 +1,4 @@
-"""A material's maps made ready for look-up: all that pictures show beside the base colour."""
+"""A material's maps prepared for look-up: everything that pictures show except the base colour."""
 
 from collections.abc import Mapping
 from functools import partial
@@ -17,7 +17,7 @@ from upholster.types import FloatArray, PixelArray
 __all__ = ["SHOWN", "build_maps", "checked_maps"]
 
 SHOWN = ("normal", "roughness", "metallic", "ao", "emission")
-"""Roles that pictures show beside the base colour, opacity and all."""
+"""Roles that pictures show, besides base colour and opacity."""
 
 
 def checked_maps(
@@ -26,7 +26,7 @@ def checked_maps(
     tangents: ArrayLike | None,
     vertices: int,
 ) -> tuple[dict[str, PixelArray], NDArray[np.float32]]:
-    """Return the maps that are shown, and tangents, (0, 3) without a normal map; or raise `InputError`."""
+    """Return the shown maps, and tangents, (0, 3) without a normal map; or raise `InputError`."""
     shown = {role: part for role, part in (maps or {}).items() if role in SHOWN}
     for role, part in shown.items():
         channels = (3,) if role == "normal" else (1, 3) if role == "emission" else (1,)
@@ -55,7 +55,7 @@ def build_maps(
     last: int,
     threads: int | None,
 ) -> SurfaceMaps:
-    """Average a material's maps down, and take the lamps of a camera's axes (right, up, forward, as rows).
+    """Average a material's maps down, and compute the lamps for a camera's axes (rows: right, up, forward).
 
     Parameters
     ----------
@@ -82,7 +82,7 @@ def build_maps(
 
 
 def _detail_rows(maps: Mapping[str, PixelArray], row: int, stop: int) -> NDArray[np.float32]:
-    """Return x and y of normals, roughness and metal in rows of the maps; what is missing is as in a GLB."""
+    """Return x and y of normals, roughness and metal in rows of the maps; defaults are those of GLB."""
     width = next(iter(maps.values())).shape[1]
     block = np.empty((stop - row, width, 4), np.float32)
     block[:] = 0.5, 0.5, DEFAULT_ROUGHNESS, 0.0

@@ -61,27 +61,27 @@ def render(
     positions
         (V, 3): vertices in model units; z is up.
     normals
-        (V, 3): outward normals of any length; where they vanish, the triangle's own is taken.
+        (V, 3): outward normals of any length; a zero normal is replaced by that of the triangle.
     uv
         (V, 2): texture coordinates, u right and v down, 0 to 1 over the texture; clamped to it.
     triangles
         (N, 3): vertices of each triangle. Both sides are shown.
     texture
         (H, W, C) uint8 or uint16, sRGB-coded, or float32, linear: grey, grey and alpha, RGB, or RGB and
-        alpha. None shows the bare shape. What lies behind shows through where alpha is below 1, up to 16
+        alpha. None shows the bare shape. Where alpha is below 1, surfaces behind show through, up to 16
         layers; for occlusion the surface counts as solid.
     maps
-        A material's other maps by role, each of the texture's height and width and as
-        `upholster.image.Material` has it: normal, roughness, metallic, ao and emission are shown, under the
-        light of `upholster.render.environment`. Others, or none, leave the picture as it is.
+        A material's other maps by role, each of the texture's height and width and in the form of
+        `upholster.image.Material`: normal, roughness, metallic, ao and emission are shown, under the
+        light of `upholster.render.environment`. Other maps are ignored.
     tangents
-        (V, 3): with a normal map where its x points, of any length; y points along normal × tangent.
+        (V, 3): the direction of a normal map's x, of any length; y points along normal × tangent.
     normal_scale
-        What x and y of normals are multiplied with.
+        Factor for x and y of normals.
     size
         (width, height) in pixels, 1 to 16384 each.
     view, zoom, target
-        Where the camera stands: see `Camera.fit`, which is given all vertices.
+        The camera's placement: see `Camera.fit`, which gets all vertices.
     camera
         The camera itself, instead of the four above.
     supersample
@@ -89,9 +89,9 @@ def render(
     background
         Linear colour; or two, for top and bottom; or None for a transparent picture.
     shadows
-        Whether the model throws shadows and shades the sky, on itself and on the floor.
+        Whether the model casts shadows and blocks sky light, on itself and on the floor.
     floor
-        Whether the model stands on a floor that shows nothing but the shadow; not seen from below.
+        Whether the model is on a floor that shows nothing but the shadow; not seen from below.
     max_level
         0 to 12: coarsest mip level used, so that an atlas with gutters of 2^max_level texels never bleeds.
     depth
@@ -113,10 +113,9 @@ def render(
 
     Notes
     -----
-    What faces the key light comes out in about the texture's own colour, most of what is seen at 0.7 to 1 of
-    it; light above 0.9 is compressed toward 1 at constant hue; lamps that a material mirrors turn white.
-    Samples lie on a rotated grid inside each
-    pixel and are averaged with equal weights.
+    A surface that faces the key light has about the texture's own colour; most visible surfaces have 0.7
+    to 1 of it. Light above 0.9 is compressed toward 1 at constant hue; lamps that a material mirrors turn
+    white. Samples are on a rotated grid inside each pixel and are averaged with equal weights.
 
     References
     ----------
@@ -171,7 +170,7 @@ def _scene(
 ) -> tuple[RayMesh, Studio, float]:
     """Return model, camera and lights in radii about the model's middle, and the radius.
 
-    There single precision does for any model.
+    In these units single precision is enough for any model.
     """
     lowest, highest = positions.min(axis=0), positions.max(axis=0)
     middle, extent = lowest + (highest - lowest) / 2, float((highest - lowest).max())
@@ -192,7 +191,7 @@ def _scene(
 
 
 class _Work:
-    """One picture in the making: what its bands share."""
+    """One picture in progress: the data that its bands share."""
 
     def __init__(
         self,
@@ -210,11 +209,11 @@ class _Work:
         self.background, self.image, self.depth, self.radius = background, image, depth, radius
         self.supersample = math.isqrt(studio.samples)
         self.occlusion = len(studio.pattern) > 0
-        # Set when the picture is given up, so that bands under way end at once.
+        # Set when the picture is abandoned, so that running bands end at once.
         self.stopped = False
         self.scene = EmbreeScene()
         self.geometry = TriangleMesh(self.scene, mesh.positions, mesh.triangles)
-        # The first query builds the tree, which only one thread may do.
+        # The first query builds the tree, in one thread only.
         self.scene.run(np.zeros((1, 3), np.float32), np.ones((1, 3), np.float32), query="OCCLUDED")
 
     def paint(self, threads: int | None, progress: Progress | None) -> None:
@@ -302,7 +301,7 @@ class _Work:
 
 
 def _room(count: int) -> Rays:
-    """Return room for occlusion rays."""
+    """Return empty arrays for occlusion rays."""
     return Rays(
         np.empty((count, 3), np.float32),
         np.empty((count, 3), np.float32),
@@ -313,7 +312,7 @@ def _room(count: int) -> Rays:
 
 
 def _finest_level(mesh: RayMesh, camera: Camera, studio: Studio, height: int, width: int) -> int:
-    """Return the finest mip level that the picture can need: finer ones need not be made."""
+    """Return the finest mip level that the picture can need: finer ones are not computed."""
     corners = mesh.positions[mesh.triangles].astype(np.float64)
     nearest = float(((corners - studio.eye) @ camera.axes[2]).min())
     if nearest <= 0:

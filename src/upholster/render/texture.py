@@ -1,4 +1,4 @@
-"""A texture made ready for look-up: a pyramid of levels in linear light, weighted with alpha."""
+"""A texture prepared for look-up: a pyramid of levels in linear light, weighted with alpha."""
 
 import math
 from collections.abc import Callable
@@ -23,7 +23,7 @@ _BAND_TEXELS = 1 << 18
 
 
 class MipPyramid(NamedTuple):
-    """Mip levels of one texture: a tuple, for kernels take it as it is.
+    """Mip levels of one texture, as a tuple, which kernels accept directly.
 
     Attributes
     ----------
@@ -32,9 +32,9 @@ class MipPyramid(NamedTuple):
     levels
         (n, 3) int64, read-only: first row in `texels`, height and width of each level.
     first
-        Which level `levels[0]` is; a texel of level l is 2^l texels of the texture wide.
+        The level of `levels[0]`; a texel of level l is 2^l texels of the texture wide.
     height, width
-        Of the texture.
+        Size of the texture.
     see_through
         Whether any alpha is below 1.
     """
@@ -48,7 +48,7 @@ class MipPyramid(NamedTuple):
 
 
 def checked_texture(texture: PixelArray) -> PixelArray:
-    """Return `texture` if it is an image that can be looked up, or raise `InputError`."""
+    """Return `texture` if it is a valid image for look-up, or raise `InputError`."""
     if not isinstance(texture, np.ndarray) or texture.ndim != 3 or not 1 <= texture.shape[2] <= 4:
         raise InputError(
             f"texture has shape {np.shape(texture)}; allowed: (height, width, channels) with 1 to 4 channels"
@@ -74,7 +74,7 @@ def build_pyramid(
         None gives one texel of the colour of clay.
     first, last
         Levels to keep, 0 ≤ first ≤ last. Level l averages squares of 2^l × 2^l texels; a texture whose sides
-        are no multiples repeats its last row and column. Levels below one texel are left out.
+        are not multiples repeats its last row and column. Levels below one texel are left out.
     threads
         As in `upholster.parallel.run_tasks`.
 
@@ -105,14 +105,14 @@ def averaged_down(
     last: int,
     threads: int | None,
 ) -> MipPyramid:
-    """Average an image of four numbers a texel down, the last of which is its alpha if it has one.
+    """Average down an image of four numbers per texel, of which the last is alpha, if there is any.
 
     Parameters
     ----------
     rows
         Returns rows `start` to `stop` of the image: (stop - start, width, 4).
     height, width
-        Of the image.
+        Size of the image.
     first, last, threads
         As for `build_pyramid`.
     """
@@ -122,7 +122,7 @@ def averaged_down(
     starts = np.cumsum([0] + [h * w for h, w in shapes])
     texels = np.empty((int(starts[-1]), 4), np.float32)
     views = [texels[a:b].reshape(h, w, 4) for a, b, (h, w) in zip(starts, starts[1:], shapes, strict=False)]
-    # Bands are whole squares of the coarsest level high, so each makes all its levels alone.
+    # Bands are as high as whole squares of the coarsest level, so each can make all its levels alone.
     unit = 2**last
     step = unit * max(1, _BAND_TEXELS // (unit * width))
     bands = range(0, height, step)

@@ -1,10 +1,10 @@
-"""Serving streams and the viewer over HTTP, for the desk and for trying out. Needs the extra ``serve``.
+"""Serving streams and the viewer over HTTP, for local use and for trials. Needs the extra ``serve``.
 
-In production any static host does: see docs/serving.md.
+In production any static host will do: see docs/serving.md.
 
-Any application on the user's machine can use `guard` (Host check, headers, one line for a mistake), `running`
+Any application on the user's machine can use `guard` (Host check, headers, one-line error reports), `running`
 (a free port, until Ctrl-C or while a block runs; on `connections` with deadlines), `browser` and `throttle`.
-Those of streams are `catalogue`, `pages`, `thumbnails` (which `drawing` draws) and `app`, which joins all.
+Streams are served by `catalogue`, `pages`, `thumbnails` (drawn by `drawing`) and `app`, which joins them all.
 """
 
 from upholster.server.app import STREAM_TYPE, make_app, serve

@@ -1,4 +1,4 @@
-"""The application: which address gives what."""
+"""The application: its routes."""
 
 import mimetypes
 import os
@@ -27,15 +27,15 @@ from upholster.server.thumbnails import Thumbnails
 __all__ = ["STREAM_TYPE", "make_app", "serve"]
 
 STREAM_TYPE = "model/vnd.upholster"
-"""Media type of a stream. There are hosts that compress ``application/octet-stream`` on the way, which ranges
-do not survive; a type that they do not know they leave alone."""
+"""Media type of a stream. Some hosts compress ``application/octet-stream`` in transit, which breaks ranges;
+they leave unknown types alone."""
 
 mimetypes.add_type(STREAM_TYPE, SUFFIX)
-mimetypes.add_type("text/javascript", ".js")  # Windows may be told otherwise by other programs
+mimetypes.add_type("text/javascript", ".js")  # on Windows other programs may register another type
 
-_CACHING = {"cache-control": "no-cache"}  # always ask whether it is still the same
-_STREAMS = {"cache-control": "no-cache, no-transform"}  # nor compress it on the way
-_ASSETS = {"cache-control": "max-age=10"}  # a page asks ahead for what its scripts ask for a moment later
+_CACHING = {"cache-control": "no-cache"}  # always check whether it has changed
+_STREAMS = {"cache-control": "no-cache, no-transform"}  # and do not compress it in transit
+_ASSETS = {"cache-control": "max-age=10"}  # a page preloads files that its scripts request a moment later
 _SHARED = {"cross-origin-resource-policy": "cross-origin"}
 
 
@@ -51,7 +51,7 @@ def serve(
 ) -> None:
     """Serve a catalogue until Ctrl-C (or SIGTERM).
 
-    Processes that draw pictures load the main script again: there this stands under
+    Processes that draw pictures load the main script again: a script must call this under
     ``if __name__ == "__main__":``.
 
     Parameters
@@ -59,16 +59,16 @@ def serve(
     catalogue
         The streams.
     host, port
-        Where to listen; port 0: any that is free.
+        The address to listen on; port 0 chooses any free one.
     rate, origins, frames
         See `make_app`.
     listening
-        Is called once requests are taken, with the start page's address.
+        Called with the start page's address as soon as requests are accepted.
 
     Raises
     ------
     InputError
-        If the host is unknown or the port cannot be had.
+        If the host is unknown or the port is not available.
     """
     with listen(host, port) as listener:
         hosts = allowed_hosts(host, listener)
@@ -90,9 +90,9 @@ def make_app(
     catalogue
         The streams.
     rate
-        Bits per second of the line that carries all that is sent; None: as fast as it goes.
+        Bits per second of the line that carries all answers; None for no limit.
     origins
-        Origins whose pages may read streams and scripts (not the start page, which names everything): as
+        Origins whose pages may read streams and scripts (not the start page, which lists every stream): as
         browsers write them, or "*" for any.
     frames
         Origins whose pages may show this server's pages in a frame, or "*" for any.
@@ -118,7 +118,7 @@ def make_app(
 
 
 def _shared(app: ASGIApp, origins: Collection[str]) -> ASGIApp:
-    """Let pages of other origins read what an application answers."""
+    """Let pages of other origins read an application's answers."""
     if not origins:
         return app
     return CORSMiddleware(
@@ -126,13 +126,13 @@ def _shared(app: ASGIApp, origins: Collection[str]) -> ASGIApp:
         allow_origins=origins,
         allow_methods=["GET", "HEAD"],
         allow_headers=["Range", "If-Range", "If-None-Match", "Cache-Control"],
-        allow_private_network=True,  # a page from the network asks for something on the user's own machine
+        allow_private_network=True,  # a page from the network may request files from the user's own machine
         expose_headers=["Accept-Ranges", "Content-Length", "Content-Range", "ETag"],
     )
 
 
 class _Streams(StaticFiles):
-    """The streams, as Starlette serves files: what is asked for is a name of the catalogue, not a path."""
+    """The streams, served as files by Starlette: a request's path is a name in the catalogue."""
 
     def __init__(self, catalogue: Catalogue) -> None:
         super().__init__()
@@ -147,7 +147,7 @@ class _Streams(StaticFiles):
 
 
 class _Site:
-    """The other answers. What is not async runs in a thread."""
+    """The other routes. Handlers that are not async run in a thread."""
 
     def __init__(self, catalogue: Catalogue) -> None:
         self._catalogue = catalogue

@@ -1,7 +1,7 @@
-"""What is served: the given files, and the streams of the given folders. Nothing else can be named.
+"""The served streams: the given files, and the streams of the given folders. No other file can be named.
 
-A name is a key, never a path: what a request asks for is looked up among the names that exist at that moment,
-so no spelling of it can lead anywhere else.
+A name is a key, never a path: a request's name is looked up among the names that exist at that moment, so no
+spelling of it can lead to another file.
 """
 
 import os
@@ -29,7 +29,7 @@ class Entry:
     Attributes
     ----------
     name
-        What it is called in addresses: unique, printable, parts joined by slashes.
+        Its name in addresses: unique, printable, parts joined by slashes.
     size
         Bytes.
     """
@@ -48,10 +48,10 @@ class _Given:
 class Catalogue:
     """The streams of files and folders.
 
-    A file is called by its own name, with as many of its folders before it as tell it from the other ones
-    given. A folder holds its ``*.uph`` files, not those of folders inside it; it is looked through whenever
-    something is asked for, so new files appear by themselves. If more than the one folder is given, its label
-    stands before its files' names. Hidden files are left out, and so are links that lead out of the folder.
+    A file has its own name, preceded by as many of its folders as distinguish it from the other given ones. A
+    folder contributes its ``*.uph`` files, not those of folders inside it. It is listed again at each
+    request, so new files appear by themselves. If more than the one folder is given, its label precedes its
+    files' names. Hidden files are left out, and so are links that lead out of the folder.
 
     Parameters
     ----------
@@ -63,12 +63,12 @@ class Catalogue:
     InputError
         If one does not exist, cannot be read, or is a file with another suffix.
     FormatError
-        If a file is damaged, or so short that nothing can be shown; a cut one is a picture too.
+        If a file is damaged, or too short to show anything; a cut one is accepted.
     """
 
     def __init__(self, paths: Sequence[str]) -> None:
         if not paths:
-            raise InputError("nothing to serve is given; allowed: .uph files and folders")
+            raise InputError("no streams are given; allowed: .uph files and folders")
         unique: dict[str, str] = {}
         for path in paths:
             if "\0" in path:
@@ -82,11 +82,11 @@ class Catalogue:
 
     @property
     def folders(self) -> int:
-        """How many of the given are folders."""
+        """Number of folders among the given paths."""
         return sum(given.folder for given in self._given)
 
     def entries(self) -> list[Entry]:
-        """Return the streams that there are now: as given, those of a folder by name."""
+        """Return the streams that exist now: files as given, those of a folder by name."""
         found = []
         for name, path in self._places().items():
             with suppress(OSError):
@@ -96,9 +96,9 @@ class Catalogue:
         return found
 
     def find(self, name: str) -> tuple[str, os.stat_result] | None:
-        """Return path and status of the stream of that name, or None if there is none now.
+        """Return path and status of the stream of that name, or None if it does not exist now.
 
-        It is a regular file of at most 1 GiB: no link, and no pipe, on which opening would wait.
+        Only regular files of at most 1 GiB are found: no link, and no pipe, which would block on opening.
         """
         path = self._places().get(name)
         if path is None:
@@ -110,7 +110,7 @@ class Catalogue:
         return None
 
     def _places(self) -> dict[str, str]:
-        """Return every stream's path by name; for links given as files, what they point to now."""
+        """Return every stream's path by name; for given links, their present targets."""
         places: dict[str, str] = {}
         own = {os.path.realpath(given.path) for given in self._given if not given.folder}
         for given in self._given:
@@ -119,13 +119,13 @@ class Catalogue:
                 continue
             prefix = f"{given.label}/" if len(self._given) > 1 else ""
             for name, path in _streams(os.path.realpath(given.path)):
-                if path not in own:  # given by name too
+                if path not in own:  # it is also given by name
                     _add(places, prefix + _printable(name), path)
         return places
 
 
 def _checked(path: str) -> bool:
-    """Return whether `path` is a folder; raise if it is neither one that can be read nor a sound stream."""
+    """Return whether `path` is a folder; raise if it is neither a readable folder nor a valid stream."""
     if os.path.isdir(path):
         try:
             os.scandir(path).close()
@@ -143,7 +143,7 @@ def _checked(path: str) -> bool:
 
 
 def _streams(root: str) -> Iterator[tuple[str, str]]:
-    """Yield name and path of the streams right inside a folder, by name; of links the target."""
+    """Yield name and path of the streams directly in a folder, by name; for links their targets."""
     try:
         with os.scandir(root) as found:
             files = sorted(found, key=lambda file: (file.name.casefold(), file.name))
@@ -162,7 +162,7 @@ def _streams(root: str) -> Iterator[tuple[str, str]]:
 
 
 def _labels(places: list[str]) -> list[str]:
-    """Return for every path its last part, and as many before it as it takes to tell all apart."""
+    """Return for every path its last part, preceded by as many parts as make it unique."""
     parts = [[_printable(part) for part in Path(place).parts[1:]] or ["files"] for place in places]
     taken = [1] * len(parts)
     while True:
@@ -181,7 +181,7 @@ def _printable(name: str) -> str:
 
 
 def _add(places: dict[str, str], name: str, path: str) -> None:
-    """Add a path under its name; under a numbered one, should another have come to the same name."""
+    """Add a path under its name; under a numbered name if the name is taken."""
     free, number = name, 1
     while free in places:
         number += 1

@@ -1,7 +1,7 @@
 """Small pictures of streams for the start page, drawn in a process of its own: `upholster.server.thumbnails`.
 
-A stream may be anybody's. What it asks for is bounded by limits of texels, samples and charts before it is
-painted; what they miss, by this process's limit of memory, and by the server, which ends it after some time.
+A stream may come from anyone. Limits of texels, samples and charts bound its demands before it is painted;
+beyond them, this process has a limit of memory, and the server ends it after some time.
 """
 
 import signal
@@ -48,8 +48,8 @@ def draw_file(path: str) -> bytes:
 def draw_thumbnail(file: BinaryIO) -> bytes:
     """Return a picture of a stream as a PNG file's bytes; if it cannot be shown, one that says so.
 
-    At most 4 MiB of the stream are read, or as far as its first view, if that is at most 64 MiB: any prefix
-    is a picture. A model of more than 16 million texels or 4096 charts is shown without its texture.
+    At most 4 MiB of the stream are read, or up to its first view, if that is at most 64 MiB: any prefix is a
+    picture. A model of more than 16 million texels or 4096 charts is shown without its texture.
     """
     try:
         return _picture(file)
@@ -95,7 +95,7 @@ def _decoded(file: BinaryIO, limits: Limits) -> StreamDecoder:
 
 
 def placeholder(title: str, reason: str) -> bytes:
-    """Return a picture of words alone."""
+    """Return a picture that shows only text."""
     width, height = THUMBNAIL_SIZE
     drawing = Drawing(width, height)
     drawing.paste(0, 0, np.full((height, width, 3), _GROUND, np.uint8))
@@ -106,7 +106,7 @@ def placeholder(title: str, reason: str) -> bytes:
 
 
 def _limit_memory() -> None:
-    """Let an allocation fail here rather than fill the machine, where the system offers that."""
+    """Limit this process's memory, if the system allows it: allocations fail before the machine is full."""
     with suppress(ImportError, OSError, ValueError):
         import resource
 

@@ -1,4 +1,4 @@
-"""What stands before an application on the user's machine: a check of the Host header, careful headers."""
+"""Middleware for an application on the user's machine: a check of the Host header, and security headers."""
 
 import re
 import sys
@@ -15,7 +15,7 @@ from upholster.errors import InputError, printable
 __all__ = ["LOCAL_HOSTS", "AddedHeaders", "Guard", "check_origin", "failed", "report"]
 
 LOCAL_HOSTS = ("localhost", "*.localhost", "127.0.0.1", "[::1]")
-"""What this machine is called by itself, and no other site can be."""
+"""Names of this machine that no other site can have."""
 
 _ORIGIN = re.compile(r"(https?)://([a-z0-9.-]+|\[[0-9a-f:.]+\])(?::([0-9]{1,5}))?")
 _USUAL_PORTS = {"http": "80", "https": "443"}
@@ -27,9 +27,9 @@ class AddedHeaders:
     Parameters
     ----------
     app
-        What answers.
+        The application that answers.
     headers
-        What is added, by name.
+        The headers to add, by name.
     """
 
     def __init__(self, app: ASGIApp, headers: Mapping[str, str]) -> None:
@@ -41,27 +41,27 @@ class AddedHeaders:
 
         async def adding(message: Message) -> None:
             if message["type"] == "http.response.start":
-                told = MutableHeaders(scope=message)
-                for name, text in self._headers.items():
-                    told.setdefault(name, text)
+                added = MutableHeaders(scope=message)
+                for name, text in self.headers.items():
+                    added.setdefault(name, text)
             await send(message)
 
         await self._app(scope, receive, adding)
 
 
 class Guard:
-    """ASGI middleware: refuses foreign host names, adds the headers that keep browsers careful.
+    """ASGI middleware: refuses foreign host names, and adds security headers.
 
     Parameters
     ----------
     app
-        What answers.
+        The application that answers.
     policy
         Content security policy of all answers.
     hosts
-        Host names that are answered to, or "*" for any. A page anywhere can let its own host name point to
-        this machine, and would pass for this server's own page (DNS rebinding): who listens on this machine
-        alone answers to `LOCAL_HOSTS`.
+        Host names that are accepted, or "*" for any. Any page can let its own host name point to this
+        machine, and would then pass for this server's own page (DNS rebinding): a server that listens on this
+        machine only accepts `LOCAL_HOSTS`.
     """
 
     def __init__(self, app: ASGIApp, *, policy: str, hosts: Sequence[str] = LOCAL_HOSTS) -> None:
@@ -79,7 +79,7 @@ class Guard:
         asked = Headers(scope=scope) if scope["type"] == "http" else {}
         app: ASGIApp = self._app
         if "content-length" in asked and "transfer-encoding" in asked:
-            # Others may see its end elsewhere: nothing is read behind it (RFC 9112, 6.3).
+            # Other software may see its end elsewhere: nothing is read after it (RFC 9112, 6.3).
             app = AddedHeaders(app, {"connection": "close"})
         await app(scope, receive, send)
 
@@ -90,7 +90,7 @@ def check_origin(text: str, option: str = "cors") -> str:
     Raises
     ------
     InputError
-        If it is no origin: scheme, host and port, nothing behind.
+        If it is not an origin: scheme, host and port, and nothing after them.
     """
     if text == "*":
         return text
@@ -102,12 +102,12 @@ def check_origin(text: str, option: str = "cors") -> str:
 
 
 async def failed(request: Request, error: Exception) -> Response:
-    """Tell the operator what went wrong, and the client only that something did."""
+    """Report the error to the operator, and to the client only that there was one."""
     report(f"{request.method} {request.url.path!r}", error)
     return PlainTextResponse("Internal Server Error", 500)
 
 
 def report(what: str, error: Exception) -> None:
-    """Print in one line why something failed."""
+    """Print the reason of a failure on one line."""
     words = " ".join(f"{type(error).__name__}: {error}".split())
     print(printable(f"upholster: {what} failed: {words}"), file=sys.stderr)

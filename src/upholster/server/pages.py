@@ -1,4 +1,4 @@
-"""The start page and the viewer's page: static HTML. Its scripts are the viewer, and one that asks ahead."""
+"""The start page and the viewer's page: static HTML. Their scripts are the viewer, and one that preloads."""
 
 import base64
 import hashlib
@@ -22,8 +22,8 @@ EARLY_SCRIPT = """
   globalThis.upholsterEarly = { url: stream, response, worker }
 })(document.currentScript.dataset)
 """
-"""Asks for the stream's beginning and starts the worker while the viewer's script is still on its way. The
-rest of the stream comes behind the scripts, which share the line with it. See web/uph-workers.js."""
+"""Requests the stream's beginning and starts the worker while the viewer's script is still loading. The rest
+of the stream follows the scripts, which share the line with it. See web/uph-workers.js."""
 
 THUMBNAIL_SIZE = (400, 300)
 """(width, height) in pixels of the pictures on the start page."""
@@ -51,12 +51,12 @@ _VIEWER = (
 
 
 def script_digest(script: str) -> str:
-    """Return how a content security policy names a script."""
+    """Return a script's digest for a content security policy."""
     return f"'sha256-{base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()}'"
 
 
 def content_security_policy(frames: Collection[str] = ()) -> str:
-    """Return what the pages need and no more; `frames` are origins whose pages may show them in a frame."""
+    """Return the minimum policy for the pages; `frames` are origins whose pages may show them in a frame."""
     return (
         f"default-src 'none'; script-src 'self' {script_digest(EARLY_SCRIPT)}; worker-src 'self'; "
         "connect-src 'self'; img-src 'self' blob: data:; style-src 'self'; "
@@ -65,7 +65,7 @@ def content_security_policy(frames: Collection[str] = ()) -> str:
 
 
 def stream_url(name: str) -> str:
-    """Return the path at which a stream's bytes are."""
+    """Return the path of a stream's bytes."""
     return f"/streams/{quote(name)}"
 
 

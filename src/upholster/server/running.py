@@ -27,10 +27,10 @@ def listen(host: str, port: int) -> socket.socket:
     Raises
     ------
     InputError
-        If the host is unknown or the port cannot be had.
+        If the host is unknown or the port is not available.
     """
     if not 0 <= port <= 65535:
-        raise InputError(f"port is {port}; allowed: 1 to 65535, or 0 for any that is free")
+        raise InputError(f"port is {port}; allowed: 1 to 65535, or 0 for any free one")
     try:
         family, _, _, _, address = socket.getaddrinfo(
             host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE
@@ -41,14 +41,14 @@ def listen(host: str, port: int) -> socket.socket:
         return socket.create_server(address[:2], family=family, backlog=_BACKLOG)
     except OSError as error:
         if error.errno == errno.EADDRINUSE:
-            why = "is taken; allowed: another --port, or 0 for any that is free"
+            why = "is in use; allowed: another --port, or 0 for any free one"
         else:
             why = f"cannot be listened on: {error.strerror or error}"
         raise InputError(f"port {port} of {host} {why}") from None
 
 
 def allowed_hosts(host: str, listener: socket.socket) -> Sequence[str]:
-    """Return the host names that a server answers to: any, unless it listens on this machine alone."""
+    """Return the host names that a server accepts: any, unless it listens on this machine only."""
     bound = listener.getsockname()[0]
     return [*LOCAL_HOSTS, host, bound] if bound == "::1" or bound.startswith("127.") else ["*"]
 
@@ -56,16 +56,17 @@ def allowed_hosts(host: str, listener: socket.socket) -> Sequence[str]:
 def run(app: ASGIApp, listener: socket.socket, listening: Callable[[str], None]) -> None:
     """Run an application until Ctrl-C (or SIGTERM).
 
-    The process is taken to be the server's own: those it starts import nothing from the working directory.
+    The process is assumed to be the server's own: the processes it starts import nothing from the working
+    directory.
 
     Parameters
     ----------
     app
-        What answers.
+        The application that answers.
     listener
         The socket, see `listen`.
     listening
-        Is called with the server's address. What asks there now is answered a moment later.
+        Called with the server's address. Requests sent at that time are answered a moment later.
     """
     os.environ["PYTHONSAFEPATH"] = "1"
     _allow_open_files(2 * _MOST_CONNECTIONS + _BACKLOG)  # a connection may have a file of its own
@@ -109,7 +110,7 @@ def _server(app: ASGIApp) -> uvicorn.Server:
 
 
 def _allow_open_files(count: int) -> None:
-    """Let the process have so many files open, as far as the system allows it."""
+    """Raise the process's limit of open files to `count`, as far as the system allows."""
     with suppress(ImportError, OSError, ValueError):
         import resource
 

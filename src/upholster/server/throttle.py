@@ -1,4 +1,4 @@
-"""Sending no faster than a line of a given rate would carry it."""
+"""Sending no faster than a line of a given rate."""
 
 import time
 
@@ -13,10 +13,10 @@ _PATIENCE = 0.1
 
 
 class Pace:
-    """The pace of one line, which carries all answers at once, piece by piece in turn.
+    """The pace of one line, which carries all answers at the same time, piece by piece in turn.
 
-    A piece is let go when a real line would have carried its last byte. The schedule is absolute: sleeping a
-    little too long is made up for, but what a slow client or a stall loses beyond 0.1 s is lost.
+    A piece is released when a real line would have carried its last byte. The schedule is absolute: a sleep
+    that is a little too long is made up for, but time lost to a slow client or a stall beyond 0.1 s is lost.
 
     Parameters
     ----------
@@ -41,14 +41,14 @@ class Pace:
 
 
 class Throttle:
-    """ASGI middleware: sends all that an application answers over one slow line, heads included.
+    """ASGI middleware: sends all of an application's answers over one slow line, including heads.
 
     Parameters
     ----------
     app
-        What answers.
+        The application that answers.
     pace
-        The line's.
+        The pace of that line.
     """
 
     def __init__(self, app: ASGIApp, pace: Pace) -> None:

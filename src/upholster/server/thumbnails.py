@@ -1,4 +1,4 @@
-"""Thumbnails of streams: drawn when first asked for, in processes that can be ended, and remembered."""
+"""Thumbnails of streams: drawn at the first request, in processes that can be ended, and remembered."""
 
 import asyncio
 import os
@@ -13,13 +13,13 @@ __all__ = ["Thumbnails"]
 
 _MOST_REMEMBERED = 256
 _MOST_SECONDS = 10.0
-"""For one picture; an honest one takes two, the first one a few more, for the process starts."""
+"""Time limit of one picture. A normal one takes two; the first takes a few more, while the process starts."""
 
 _FAILED_SECONDS = 60.0
-"""After which a stream that failed is tried again: the machine may have been busy."""
+"""Time after which a stream that failed is tried again: the machine may have been busy."""
 
 _PROCESSES = 2
-"""A stream that takes long holds up one of them; the others' pictures are drawn by the other."""
+"""A slow stream occupies one of them; the other one draws the other streams' pictures."""
 
 
 class Thumbnails:
@@ -32,14 +32,15 @@ class Thumbnails:
     async def get(self, path: str, status: os.stat_result) -> tuple[bytes, bool]:
         """Return a PNG file's bytes, and whether it shows the stream.
 
-        It does not if drawing took too much time or memory, now or in the last minute; then it says so.
+        Without a preview, because drawing took too much time or memory, now or in the last minute, the
+        picture says so.
 
         Parameters
         ----------
         path
             The stream's file.
         status
-            Of the file: another time or size means another picture.
+            The file's status: a different time or size means a different picture.
         """
         key = (path, status.st_mtime_ns, status.st_size)
         if key not in self._tasks:
@@ -54,13 +55,13 @@ class Thumbnails:
                 return await _picture(key[0]), True
             except Exception as error:
                 ended = isinstance(error, TimeoutError | BrokenWorkerProcess)
-                told = TimeoutError("takes too much time or memory") if ended else error
-                report(f"picture of {os.path.basename(key[0])!r}", told)
+                shown = TimeoutError("takes too much time or memory") if ended else error
+                report(f"picture of {os.path.basename(key[0])!r}", shown)
                 asyncio.get_running_loop().call_later(_FAILED_SECONDS, self._tasks.pop, key, None)
-                return placeholder("no preview", str(told)), False
+                return placeholder("no preview", str(shown)), False
 
 
 async def _picture(path: str) -> bytes:
-    """Draw a stream's picture in a process of its own, which ends where it takes too long."""
+    """Draw a stream's picture in a process of its own, which is ended if it takes too long."""
     with anyio.fail_after(_MOST_SECONDS):
         return await to_process.run_sync(draw_file, path, cancellable=True, limiter=CapacityLimiter(1))

@@ -1,8 +1,8 @@
 """The studio: a local page on which a project is made by hand. Needs the extra ``studio``.
 
-`app` has the routes, `entry` what stands before them, `folder` what was dropped, `worker` the process that
-holds the project and `work` what that does; `words` tells the command that makes the same. The page itself is
-in ``page``.
+`app` has the routes, `entry` the checks in front of them, `folder` the uploaded files, `worker` the server's
+side of the process that holds the project, `work` that process itself; `words` writes the equivalent command.
+The page is in ``page``.
 """
 
 from upholster.studio.app import make_studio, run_studio

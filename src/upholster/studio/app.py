@@ -1,4 +1,4 @@
-"""The studio's application: which address gives what. The page's scripts (``page/api.js``) ask for these."""
+"""The studio's application: its routes. The page's scripts (``page/api.js``) request them."""
 
 import asyncio
 import contextlib
@@ -40,30 +40,30 @@ _POLICY = (
     "connect-src 'self'; worker-src 'self' blob:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
 )
 _WAIT = 20.0
-"""Seconds that a request for a look waits for it."""
+"""Seconds that a request for a look may wait for one."""
 
 _SILENT = 600.0
-"""Seconds after which a worker that works and says nothing is ended."""
+"""Seconds without a message after which a busy worker is ended."""
 
 _MOST_JSON = 1 << 20
 
 _MEMORY = 4 * 2**30
-"""Bytes that the worker may have."""
+"""Largest memory of the worker, in bytes."""
 
 Handler = Callable[[Request], Awaitable[Response]]
 
 
 class Studio:
-    """One session: its folder, its worker, and the state that the page has.
+    """One session: its folder, its worker, and the page's state.
 
     Parameters
     ----------
     files
-        Photos, models or a project to begin with.
+        Photos, models or a project to start with.
     save_to
-        A folder into which files may be put; None: none.
+        A folder in which files may be saved; None for no folder.
     most_bytes
-        Of an uploaded file.
+        Largest size of an uploaded file.
     """
 
     def __init__(self, files: Sequence[str], save_to: str | None, most_bytes: int) -> None:
@@ -83,7 +83,7 @@ class Studio:
     def _begin(self, files: Sequence[str]) -> None:
         state: dict[str, Any] = {"upholster": 1}
         images: list[str] = []
-        own: list[str] = []  # the same, as they were given
+        own: list[str] = []  # the same files, named as given
         for file in files:
             if os.path.isfile(file) or os.path.isdir(file):
                 path = self.folder.add(file)
@@ -96,18 +96,18 @@ class Studio:
                     images.append(path)
                     own.append(file)
                 else:
-                    raise InputError(f"{file!r} is no image, material, model or project")
+                    raise InputError(f"{file!r} is not an image, material, model or project")
             elif file.split(":")[0] in SURFACES:
                 state["model"] = file
             else:
                 raise InputError(f"{file!r} does not exist; allowed: photos, models, a project, surfaces")
         if images:
-            source_parts(read_source(own[0] if len(own) == 1 else own))  # or it is refused
+            source_parts(read_source(own[0] if len(own) == 1 else own))  # raises if it is not allowed
             state["sample"] = {"source": images[0] if len(images) == 1 else images}
         self.state = state if len(state) > 1 else None
 
     def _project(self, file: str) -> str:
-        """Bring a project of the user's own, with all that it needs, into the folder; return its path."""
+        """Copy the user's own project, with all files that it needs, into the folder; return its path."""
         from upholster.project import read_project, save_project
 
         number = self.folder.new_group()
@@ -123,7 +123,7 @@ class Studio:
     # -------------------------------------------------------------- requests
 
     async def session(self, _request: Request) -> Response:
-        """Tell all that a page needs to begin."""
+        """Return all data that a page needs at start."""
         if self.project is not None:
             self.state = (await self.worker.ask("source", self.project))["state"]
             self.project = None
@@ -141,7 +141,7 @@ class Studio:
         )
 
     async def blobs(self, request: Request) -> Response:
-        """Take in a file."""
+        """Receive a file."""
         name = request.query_params.get("name", "")
         group = request.query_params.get("group")
         length = request.headers.get("content-length", "0")
@@ -156,19 +156,19 @@ class Studio:
         return JSONResponse({"group": number, "path": path, "kind": kind})
 
     async def sources(self, request: Request) -> Response:
-        """Tell what a source is."""
-        path = str(_entry(await _told(request), "path"))
+        """Return the kind and contents of a source."""
+        path = str(_entry(await _body(request), "path"))
         self.folder.inside(path)
         return JSONResponse(await self.worker.ask("source", path))
 
     async def hints(self, request: Request) -> Response:
-        """Tell what would help a photo."""
-        path = str(_entry(await _told(request), "path"))
+        """Return suggestions for preparing a photo."""
+        path = str(_entry(await _body(request), "path"))
         self.folder.inside(path)
         return JSONResponse(await self.worker.ask("hints", path))
 
     async def picture(self, request: Request) -> Response:
-        """Give a picture of a source, as it is read or as it is prepared."""
+        """Return a picture of a source, as read or as prepared."""
         path = request.path_params["path"]
         self.folder.inside(path)
         size = _number(request.query_params.get("size", "512"), "size", 16, 4096)
@@ -176,9 +176,9 @@ class Studio:
             try:
                 options = json.loads(request.query_params.get("options", "{}"))
             except ValueError:
-                raise InputError("options are no JSON") from None
+                raise InputError("options are not JSON") from None
             if not isinstance(options, dict):
-                raise InputError("options are no object")
+                raise InputError("options are not an object")
             data, width, height, element = await self.worker.ask("prepared", path, options, size)
         else:
             role, element = request.query_params.get("role", "albedo"), []
@@ -188,17 +188,17 @@ class Studio:
         return Response(data, media_type="image/png", headers=headers)
 
     async def change(self, request: Request) -> Response:
-        """Show another state."""
-        state = _entry(await _told(request), "state")
+        """Switch to another state."""
+        state = _entry(await _body(request), "state")
         answer = await self.worker.change(state)
         self.state = state
         return JSONResponse(answer)
 
     async def looks(self, request: Request) -> Response:
-        """Give what is new of a revision, or wait for it."""
+        """Return the latest unseen look of a revision, or wait for one."""
         number = request.path_params["revision"]
         after = _number(request.query_params.get("after", "0"), "after", 0, 1000)
-        until, told = time.monotonic() + _WAIT, None
+        until, seen = time.monotonic() + _WAIT, None
         while True:
             revision = self.worker.revisions.get(number)
             if revision is None or number < self.worker.revision:
@@ -212,10 +212,10 @@ class Studio:
                 return _error(422, revision.error)
             if revision.ended:
                 return Response(status_code=410)
-            if told is not None and revision.told > told:
+            if seen is not None and revision.stages > seen:
                 stage, done, total = revision.stage
                 return JSONResponse({"stage": stage, "done": done, "total": total}, 202)
-            told = revision.told
+            seen = revision.stages
             changed = self.worker.changed
             try:
                 await asyncio.wait_for(changed.wait(), until - time.monotonic())
@@ -224,9 +224,9 @@ class Studio:
                 return Response(status_code=204)
 
     async def facts(self, request: Request) -> Response:
-        """Tell what is known of a revision's model and sample."""
+        """Return facts about a revision's model and sample."""
         revision = self.worker.revisions.get(request.path_params["revision"])
-        for _ in range(20):  # they come right behind the first look
+        for _ in range(20):  # they arrive just after the first look
             if revision is None or revision.facts is not None:
                 break
             with contextlib.suppress(TimeoutError):
@@ -236,27 +236,27 @@ class Studio:
         return JSONResponse(revision.facts)
 
     async def pick(self, request: Request) -> Response:
-        """Tell which part a ray hits."""
-        told = await _told(request)
-        return JSONResponse(await self.worker.ask("pick", _entry(told, "origin"), _entry(told, "direction")))
+        """Return the part that a ray hits."""
+        body = await _body(request)
+        return JSONResponse(await self.worker.ask("pick", _entry(body, "origin"), _entry(body, "direction")))
 
     async def overlay(self, request: Request) -> Response:
-        """Give line segments."""
+        """Return line segments."""
         data = await self.worker.ask("overlay", request.query_params.get("kind", ""))
         return Response(data, media_type="application/octet-stream")
 
     async def save(self, request: Request) -> Response:
-        """Make files of what is shown."""
-        told = await _told(request)
-        targets = _entry(told, "targets")
+        """Write files of the model shown."""
+        body = await _body(request)
+        targets = _entry(body, "targets")
         if not (isinstance(targets, list) and targets and all(isinstance(one, str) for one in targets)):
-            raise InputError("targets are none; allowed: names of files")
+            raise InputError("targets is empty; allowed: names of files")
         for target in targets:
             _check_target(target)
-        return JSONResponse(await self.worker.ask("save", _entry(told, "revision"), targets))
+        return JSONResponse(await self.worker.ask("save", _entry(body, "revision"), targets))
 
     async def saved(self, request: Request) -> Response:
-        """Give a saved file as a download, or all of one saving as a zip."""
+        """Return one saved file as a download, or all files of one save as a zip."""
         number, name = request.path_params["number"], request.path_params.get("name")
         folder = self.folder.inside(f"saved/{number}")
         if name is not None:
@@ -267,15 +267,15 @@ class Studio:
         return Response(data, media_type="application/zip", headers=headers)
 
     async def keep(self, request: Request) -> Response:
-        """Put saved files into the folder that was named at start."""
+        """Copy saved files into the folder that was named at start."""
         if self.save_to is None:
-            raise InputError("the studio writes no files itself; allowed: upholster studio --save-to DIR")
-        told = await _told(request)
-        number = _number(str(_entry(told, "id")), "id", 1, 10**9)
+            raise InputError("the studio writes no files by itself; allowed: upholster studio --save-to DIR")
+        body = await _body(request)
+        number = _number(str(_entry(body, "id")), "id", 1, 10**9)
         files = [one for one in self.folder.inside(f"saved/{number}").iterdir() if one.is_file()]
         there = [one.name for one in files if (self.save_to / one.name).exists()]
-        if there and told.get("over") is not True:
-            raise InputError(f"{there[0]} is there already; replace it?")
+        if there and body.get("over") is not True:
+            raise InputError(f"{there[0]} exists already; replace it?")
         await run_in_threadpool(self._keep, files)
         return JSONResponse({"files": [one.name for one in files]})
 
@@ -288,7 +288,7 @@ class Studio:
 
 
 def make_studio(studio: Studio, *, hosts: Sequence[str] = ("127.0.0.1", "localhost")) -> tuple[Guard, Entry]:
-    """Return the ASGI application of a session, and what stands at its entry."""
+    """Return a session's ASGI application, and the middleware that guards its entry."""
     page = Path(__file__).parent / "page"
 
     async def start(_request: Request) -> Response:
@@ -317,7 +317,7 @@ def make_studio(studio: Studio, *, hosts: Sequence[str] = ("127.0.0.1", "localho
             Route("/saved/{number:int}/{name}", studio.saved),
             post("/keep", studio.keep),
         ],
-        exception_handlers={InputError: _told_wrong, Exception: failed},
+        exception_handlers={InputError: _refused, Exception: failed},
     )
     entry = Entry(AddedHeaders(app, {"cache-control": "no-store"}))
     return Guard(entry, policy=_POLICY, hosts=hosts), entry
@@ -339,11 +339,11 @@ def run_studio(
     files, save_to, most_bytes
         See `Studio`.
     port
-        0: any that is free.
+        0 chooses any free port.
     browser
-        Whether the page is opened.
+        Whether to open the page.
     listening
-        Is called with the page's address, and whether a browser was asked for it.
+        Called with the page's address, and whether a browser was asked to open it.
     """
     with listen("127.0.0.1", port) as listener, contextlib.closing(Studio(files, save_to, most_bytes)) as own:
         app, entry = make_studio(own, hosts=allowed_hosts("127.0.0.1", listener))
@@ -355,8 +355,8 @@ def run_studio(
         run(app, listener, ready)
 
 
-async def _told(request: Request) -> dict[str, Any]:
-    """Return the object that a request brings."""
+async def _body(request: Request) -> dict[str, Any]:
+    """Return the JSON object in a request's body."""
     data = b""
     async for part in request.stream():
         data += part
@@ -365,9 +365,9 @@ async def _told(request: Request) -> dict[str, Any]:
     try:
         found = json.loads(data, parse_constant=_no_number)
     except (ValueError, RecursionError):
-        raise InputError("the request is no JSON") from None
+        raise InputError("the request is not JSON") from None
     if not isinstance(found, dict):
-        raise InputError("the request is no object")
+        raise InputError("the request is not an object")
     return found
 
 
@@ -375,10 +375,10 @@ def _no_number(text: str) -> None:
     raise ValueError(text)
 
 
-def _entry(told: dict[str, Any], name: str) -> Any:
-    if name not in told:
+def _entry(body: dict[str, Any], name: str) -> Any:
+    if name not in body:
         raise InputError(f"the request lacks {name!r}")
-    return told[name]
+    return body[name]
 
 
 def _number(text: str, name: str, least: int, most: int) -> int:
@@ -394,7 +394,7 @@ def _check_target(target: str) -> None:
 
 
 def _packed(streams: Sequence[bytes]) -> bytes:
-    """Return streams in one body: how many there are, then each one's length and bytes."""
+    """Return streams in one body: their number, then the length and bytes of each."""
     parts = [struct.pack("<I", len(streams))]
     for one in streams:
         parts += [struct.pack("<I", len(one)), one]
@@ -414,6 +414,6 @@ def _error(status: int, words: str) -> Response:
     return JSONResponse({"error": words}, status)
 
 
-async def _told_wrong(_request: Request, error: Exception) -> Response:
+async def _refused(_request: Request, error: Exception) -> Response:
     status = 413 if "too large" in str(error) or "too much" in str(error) else 422
     return _error(status, " ".join(str(error).split()))

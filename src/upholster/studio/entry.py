@@ -1,7 +1,7 @@
-"""What stands before the studio's routes: the cookie, our own pages alone, one tab at a time.
+"""Checks in front of the studio's routes: the cookie, requests from our own pages only, one tab at a time.
 
-A page of another origin can send requests here, too: what it can not do is to send our header, to have our
-cookie sent along (SameSite), or to say that it comes from here (Origin).
+A page of another origin can send requests here, too. But it can not send our header, have our cookie
+sent along (SameSite), or claim to come from here (Origin).
 """
 
 import hmac
@@ -24,12 +24,12 @@ class Entry:
     Parameters
     ----------
     app
-        What answers.
+        The application that answers.
 
     Attributes
     ----------
     token
-        Exchanged for the cookie, once: then it is another one.
+        Exchanged for the cookie once; then it changes.
     """
 
     def __init__(self, app: ASGIApp) -> None:
@@ -62,11 +62,11 @@ class Entry:
         if path in _OPEN or path.startswith("/assets/"):
             return None
         if not hmac.compare_digest(request.cookies.get(_COOKIE, "").encode(), self._secret.encode()):
-            return _error(401, "this page has no entry; open the address that `upholster studio` has told")
+            return _error(401, "this page is not signed in; open the address that `upholster studio` printed")
         tab = request.headers.get("x-tab", "")
         if tab and path == "/session":
             self._tab = self._tab or tab
-        # Pictures and downloads are asked for by the browser itself, which says no tab.
+        # The browser itself requests pictures and downloads, without the tab's header.
         if tab and tab != self._tab and path != "/take":
             return _error(409, "another tab has this session; work here instead?")
         return None
@@ -78,7 +78,7 @@ class Entry:
         except (KeyError, TypeError, ValueError):
             return _error(422, "allowed: {token}")
         if not hmac.compare_digest(token.encode(), self.token.encode()):
-            return _error(403, "this address was used already; a new one comes with a new `upholster studio`")
+            return _error(403, "this address was used already; run `upholster studio` again for a new one")
         self.token = secrets.token_urlsafe(32)
         answer = Response(status_code=204)
         answer.set_cookie(_COOKIE, self._secret, httponly=True, samesite="strict", path="/")

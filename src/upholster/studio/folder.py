@@ -1,4 +1,4 @@
-"""The folder of a session: what was dropped, in numbered folders, and what is made of it."""
+"""A session's folder: uploaded files, in numbered folders, and files made from them."""
 
 import os
 import re
@@ -17,18 +17,18 @@ from upholster.shown import in_bytes
 __all__ = ["SHIPPED", "Folder", "file_kind"]
 
 SHIPPED = "shipped"
-"""The folder of samples and models that come with the program."""
+"""The folder of samples and models that are included with the program."""
 
 _MOST_FILES = 1000
 _MOST_NAME = 120
 _SHARE = 8
-"""All files together may be so many times as large as one."""
+"""All files together may be this many times as large as one file."""
 
 _MODELS = (*MODEL_SUFFIXES, ".bpt", ".json")
 
 
 def file_kind(name: str) -> str:
-    """Return what a file is by its name: "project", "model", "image", "material" (a zip), "other"."""
+    """Return a file's kind by its name: "project", "model", "image", "material" (a zip), "other"."""
     lower = name.lower()
     if lower.endswith(PROJECT_SUFFIX):
         return "project"
@@ -45,12 +45,12 @@ class Folder:
     Parameters
     ----------
     most_bytes
-        Of one file; all together may have eight times as many.
+        Largest size of one file; all together may have eight times as many.
 
     Attributes
     ----------
     path
-        Only the user may read it (mode 0700).
+        Readable by the user only (mode 0700).
     """
 
     def __init__(self, most_bytes: int) -> None:
@@ -68,7 +68,7 @@ class Folder:
         shutil.rmtree(self.path, ignore_errors=True)
 
     def shipped(self, kind: str) -> list[str]:
-        """Return the paths of what is shipped of a kind, as states have them."""
+        """Return the paths of the included files of a kind, as states name them."""
         inside = (self.path / SHIPPED).glob("*")
         return sorted(f"{SHIPPED}/{file.name}" for file in inside if file_kind(file.name) == kind)
 
@@ -84,15 +84,15 @@ class Folder:
         Raises
         ------
         InputError
-            If it does not exist, or lies elsewhere.
+            If it does not exist, or is outside the session's folder.
         """
         place = Path(os.path.realpath(self.path / name)) if "\0" not in name else self.path
         if not place.is_relative_to(self.path) or place == self.path or not place.exists():
-            raise InputError(f"{name!r} is not there; allowed: what was dropped here")
+            raise InputError(f"{name!r} does not exist; allowed: files that were dropped here")
         return place
 
     async def store(self, parts: AsyncIterator[bytes], name: str, group: int | None) -> tuple[int, str]:
-        """Take in a file; return its group, a new one where None is given, and its path.
+        """Receive a file; return its group (a new one if None is given) and its path.
 
         Raises
         ------
@@ -104,7 +104,7 @@ class Folder:
         number = group or self.new_group()
         folder = self.path / str(number)
         if len(list(folder.iterdir())) >= _MOST_FILES:
-            raise InputError(f"{name!r} is one too many; allowed: {_MOST_FILES} files together")
+            raise InputError(f"{name!r} is one file too many; allowed: {_MOST_FILES} together")
         target = folder / _safe(name)
         size = 0
         partial = target.with_name(f".{target.name}.part")
@@ -123,7 +123,7 @@ class Folder:
         return number, f"{number}/{target.name}"
 
     def add(self, file: str | os.PathLike[str]) -> str:
-        """Copy a file or a folder of images that was named at start; return its path."""
+        """Copy a file or a folder of images, named at start; return its path."""
         number, given = self.new_group(), Path(file)
         if given.is_dir():
             for inner in given.iterdir():
@@ -133,17 +133,17 @@ class Folder:
         if not given.is_file():
             raise InputError(f"{os.fspath(file)!r} does not exist")
         shutil.copyfile(given, self.path / str(number) / _safe(given.name))
-        for other in _beside(given):
+        for other in _references(given):
             shutil.copyfile(other, self.path / str(number) / _safe(other.name))
         return f"{number}/{_safe(given.name)}"
 
     def unpacked(self, name: str) -> str | None:
-        """Unpack a zip that holds a project into a new group; return the project's path, None without one.
+        """Unpack a zip of a project into a new group; return the project's path, None if it holds none.
 
         Raises
         ------
         InputError
-            If it is damaged, or holds too much.
+            If it is damaged, or too large.
         """
         try:
             with zipfile.ZipFile(self.inside(name)) as file:
@@ -156,9 +156,7 @@ class Folder:
                         self._unpack(file, one, self.path / str(number))
                 return f"{number}/{found[0].filename}"
         except (zipfile.BadZipFile, NotImplementedError, RuntimeError, EOFError, OSError) as error:
-            raise InputError(
-                f"{os.path.basename(name)}: it is no zip file that can be read: {error}"
-            ) from None
+            raise InputError(f"{os.path.basename(name)}: it is not a readable zip file: {error}") from None
 
     def _unpack(self, file: zipfile.ZipFile, one: zipfile.ZipInfo, folder: Path) -> None:
         target = Path(os.path.normpath(folder / one.filename))
@@ -174,7 +172,7 @@ class Folder:
         self._bytes += size
 
     def check(self, name: str, size: int) -> None:
-        """Raise InputError unless so much more can be taken in."""
+        """Raise InputError unless a file of this size can be added."""
         if size > self.most_bytes:
             raise InputError(f"{name!r} is too large; allowed: {in_bytes(self.most_bytes)} (--limit)")
         if self._bytes + size > _SHARE * self.most_bytes:
@@ -182,12 +180,12 @@ class Folder:
 
 
 def _safe(name: str) -> str:
-    """Return a name that is a file's own, whatever system it comes from."""
+    """Return a plain file name for a name from any operating system."""
     base = re.sub(r"[^\w.=+,@ ()#-]", "_", re.split(r"[/\\]", name)[-1]).strip(". ")
     return base[-_MOST_NAME:] or "file"
 
 
-def _beside(file: Path) -> Iterator[Path]:
+def _references(file: Path) -> Iterator[Path]:
     """Yield the files that a model refers to."""
     if file.suffix.lower() in (".gltf", ".obj"):
         kept = (".bin", ".mtl", *IMAGE_SUFFIXES)

@@ -11,13 +11,13 @@ from upholster.types import FloatArray, IntArray
 __all__ = ["KINDS", "segments"]
 
 _ARROWS, _SQUARES = 3000, 800
-"""How many there are on a model, about."""
+"""Number of symbols on a model, about."""
 
 _RAISED = 0.002
-"""Of the model's size: so far lines lie over the surface."""
+"""Height of lines over the surface, as a share of the model's size."""
 
 _STAR = 0.02
-"""Of the model's size: half the length of a star's lines."""
+"""Half the length of a star's lines, as a share of the model's size."""
 
 
 def segments(covering: Covering, kind: str) -> FloatArray:
@@ -26,15 +26,15 @@ def segments(covering: Covering, kind: str) -> FloatArray:
     Parameters
     ----------
     covering
-        Prepared, or it is now.
+        The covering; it is prepared here if it is not yet.
     kind
-        "seams": where charts meet; "direction": which way the sample's rows run; "density": squares of as
-        many texels each; "singular": stars where no direction is right.
+        "seams": where charts meet; "direction": the direction of the sample's rows; "density": squares of
+        equally many texels; "singular": stars where no direction is right.
 
     Raises
     ------
     InputError
-        For another kind, or where the method knows nothing of it.
+        For another kind, or if the method does not provide it.
     """
     if kind not in KINDS:
         raise InputError(f"overlay is {kind!r}; allowed: {', '.join(KINDS)}")
@@ -66,7 +66,7 @@ def _density(charted: ChartedSurface, _prepared: Prepared, _vectors: FloatArray)
     sides, steps = corners[:, 1:] - corners[:, :1], places[:, 1:] - places[:, :1]
     areas = steps[:, 0, 0] * steps[:, 1, 1] - steps[:, 0, 1] * steps[:, 1, 0]
     seen = np.abs(areas) > 1e-12
-    # What a step down and a step to the right of the chart are in space.
+    # One step down and one step to the right on the chart, as vectors in space.
     step = np.linalg.solve(steps[seen], sides[seen])
     length = float(np.median(np.linalg.norm(step, axis=2)))
     down, right = np.moveaxis(0.25 * apart / length * step, 1, 0)
@@ -86,11 +86,11 @@ KINDS = {"seams": _seams, "direction": _direction, "density": _density, "singula
 
 
 def _evenly(charted: ChartedSurface, count: int) -> tuple[IntArray, float]:
-    """Return about so many triangles that lie everywhere, as many per area, and how far apart they are."""
+    """Return about this many triangles, spread evenly by area, and the distance between them."""
     covered = np.flatnonzero(charted.chart >= 0).astype(np.int32)
     areas = charted.mesh.areas[covered]
     total = float(areas.sum())
-    # Where the sum of areas passes a multiple.
+    # Where the running sum of areas passes a multiple.
     passed = np.floor(np.cumsum(areas) / total * count).astype(np.int64)
     return covered[np.diff(passed, prepend=-1) > 0], float(np.sqrt(total / count))
 

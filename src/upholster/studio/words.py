@@ -1,4 +1,4 @@
-"""The command line, and the lines of Python, that make what a project is."""
+"""The command line, and the Python code, that are equivalent to a project."""
 
 import os
 import re
@@ -15,11 +15,11 @@ from upholster.project import KINDS, Project
 __all__ = ["command", "python", "stem"]
 
 _BY_X = ("texels", "size", "resize")
-"""Options whose pairs have an x between them."""
+"""Options whose pairs are written with an x."""
 
 
 def command(project: Project, output: str) -> str:
-    """Return the words of a shell that write a project's model to a file; names are without folders."""
+    """Return the shell command that writes a project's model to a file; names are without folders."""
     words = ["upholster", "cover"]
     options: Options | SampleOptions = SampleOptions()
     if project.sample is not None:
@@ -39,7 +39,7 @@ def command(project: Project, output: str) -> str:
 
 
 def python(project: Project, output: str) -> str:
-    """Return the lines of Python that do the same."""
+    """Return the Python code that does the same."""
     lines = ["import upholster", ""]
     named: dict[str, str] = {"sample": "None" if project.sample is None else _spelled(project.sample)}
     if project.materials:
@@ -57,7 +57,7 @@ def python(project: Project, output: str) -> str:
 
 
 def stem(project: Project) -> str:
-    """Return what files of a project are called: by its model and its sample, unlike the model's own file."""
+    """Return the base name of a project's files: from its model and sample, unlike the model's own file."""
     names = [_name(project.model).split(":")[0]]
     names.append(_sources(project.sample)[0] if project.sample is not None else "parts")
     return "_".join(re.sub(r"[^\w-]+", "-", os.path.splitext(one)[0]).strip("-") or "x" for one in names)
@@ -86,7 +86,7 @@ def _spelled(sample: Sample) -> str:
 
 
 def _flags(options: Options) -> Iterator[str]:
-    """Yield options that are not defaults as the command line has them."""
+    """Yield options that are not defaults, in the form of the command line."""
     about = {entry.name: entry.metadata for entry in fields(options)}
     for name, value in differing(options).items():
         flag = about[name]["flag"] or "--" + name.replace("_", "-")

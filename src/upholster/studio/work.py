@@ -1,7 +1,7 @@
-"""What the studio's worker process does: it holds the project, shows it while it changes, and saves it.
+"""The studio's worker process: it holds the project, shows it while it changes, and saves it.
 
 Messages are tuples over a pipe. In: ``(number, name, arguments)``. Out: ``("answer", number, value)`` or
-``("error", number, words)``. And what a revision yields: ``("stage", revision, name, done, total)``,
+``("error", number, words)``. And the messages of a revision: ``("stage", revision, name, done, total)``,
 ``("look", revision, is_final, seconds, streams)``, ``("facts", revision, facts)``,
 ``("failed", revision, words)``, ``("ended", revision)``.
 """
@@ -46,15 +46,15 @@ from upholster.types import FloatArray
 __all__ = ["run"]
 
 _LOOK = 10_000
-"""Texels that Python paints of a look: the page paints its own."""
+"""Number of texels that Python paints for a look: the page paints its own."""
 
-_HERE = "what was dropped here"
+_HERE = "files that were dropped here"
 
 _SHOWN = 4
-"""Last looks that can still be saved."""
+"""Number of recent looks that can still be saved."""
 
 _QUIET = 0.1
-"""Seconds between two words on how far the same stage is."""
+"""Seconds between two progress messages of the same stage."""
 
 
 def run(pipe: Connection, folder: str, most_bytes: int) -> None:
@@ -71,7 +71,7 @@ def run(pipe: Connection, folder: str, most_bytes: int) -> None:
 
 
 class _Work:
-    """The project as it is, and what was shown of it."""
+    """The current project, and what was shown of it."""
 
     def __init__(self, pipe: Connection, folder: Path) -> None:
         self.pipe, self.folder = pipe, folder
@@ -105,21 +105,21 @@ class _Work:
             self.send("error", number, "this takes more memory than the studio allows")
         except Exception as error:
             print(f"upholster: {name} failed: {type(error).__name__}: {error}", file=sys.stderr)
-            self.send("error", number, "something went wrong that should not; the terminal says more")
+            self.send("error", number, "an internal error occurred; see the terminal for details")
 
     def shortened(self, text: str) -> str:
-        """Return an error's text with names as the page has them."""
+        """Return an error's text with the page's names of files."""
         text = text.replace(f"{self.folder}{os.sep}", "")
         return text.replace(f"files in the folder {str(self.folder)!r}, and in those of --allow DIR", _HERE)
 
     # -------------------------------------------------------------- what is shown
 
-    def state(self, told: Any, revision: int) -> dict[str, Any]:
-        """Begin to show a state; the one before is cancelled."""
-        project = replace(project_of(told, self.folder), previews=self.previews)
+    def state(self, written: Any, revision: int) -> dict[str, Any]:
+        """Begin to show a state; the previous one is cancelled."""
+        project = replace(project_of(written, self.folder), previews=self.previews)
         with self.changing:
             if revision < self.revision:
-                raise CancelledError("a later change took its place")
+                raise CancelledError("a later change replaced it")
             self.project, self.revision = project, revision
             stage = _Stages(lambda *said: self.send("stage", revision, *said))
             preview = project.preview(texels=_LOOK, progress=stage)
@@ -134,7 +134,7 @@ class _Work:
         }
 
     def follow(self, revision: int, project: Project, preview: Preview) -> None:
-        """Send what a preview yields."""
+        """Send a preview's looks."""
         try:
             for look in preview:
                 with self.previews.stages.active():
@@ -153,11 +153,11 @@ class _Work:
             self.send("failed", revision, "this takes more memory than the studio allows")
         except Exception as error:
             print(f"upholster: the preview failed: {type(error).__name__}: {error}", file=sys.stderr)
-            self.send("failed", revision, "something went wrong that should not; the terminal says more")
+            self.send("failed", revision, "an internal error occurred; see the terminal for details")
         self.send("ended", revision)
 
     def facts(self, project: Project) -> dict[str, Any]:
-        """Return what is known of model and sample."""
+        """Return facts about model and sample."""
         notes: list[str] = []
         with self.previews.stages.active():
             coverings = project.coverings(notes)
@@ -183,7 +183,7 @@ class _Work:
         return found
 
     def whole_model(self, project: Project) -> Any:
-        """Return the model's file with all of its parts."""
+        """Return the model of the file, with all of its parts."""
         whole = replace(project.reading, part=None)
         with self.previews.stages.active():
             found = replace(project, reading=whole, materials={}, sample=project.sample or _any(project))
@@ -202,7 +202,7 @@ class _Work:
         return {"part": model.parts[int(model.mesh.part[triangle])].name, "point": list(point)}
 
     def overlay(self, kind: str) -> bytes:
-        """Return line segments, float32: where charts meet, or which way rows run."""
+        """Return line segments, float32: where charts meet, or the direction of rows."""
         project = self.project
         if project is None:
             return b""
@@ -213,7 +213,7 @@ class _Work:
     # -------------------------------------------------------------- samples
 
     def source(self, path: str) -> dict[str, Any]:
-        """Return what a source is, or the state of a project's file."""
+        """Return the kind and contents of a source, or the state of a project's file."""
         if path.endswith(".json"):
             project = read_project(str(self.folder / path))
             return {"kind": "project", "state": told_of(project, self.folder), "notes": list(project.notes)}
@@ -224,18 +224,18 @@ class _Work:
         return {"kind": kind, "roles": list(parts), "width": width, "height": height}
 
     def picture(self, path: str, size: int, role: str) -> tuple[bytes, int, int]:
-        """Return a PNG of a source's map as it is read, and its own size."""
+        """Return a PNG of a source's map as it is read, and the map's own size."""
         with self.previews.stages.active():
             parts = source_parts(read_source(str(self.folder / path)))
         return _png(parts.get(role, parts["albedo"]), size)
 
     def prepared(self, path: str, options: dict[str, Any], size: int) -> tuple[bytes, int, int, list[float]]:
-        """Return a PNG of a sample as it is read with options, its own size, and that of what repeats in it.
+        """Return a PNG of a sample read with options, its own size, and the size of its repeating element.
 
-        That is width and height of an element in pixels, the distance of rows alone, or nothing.
+        The element's size is its width and height in pixels, the distance of rows alone, or nothing.
         """
-        told = {"upholster": 1, "model": "plane", "sample": {"source": path, **options}}
-        sample = project_of(told, self.folder).sample
+        written = {"upholster": 1, "model": "plane", "sample": {"source": path, **options}}
+        sample = project_of(written, self.folder).sample
         assert sample is not None
         with self.previews.stages.active():
             pixels = source_parts(read_source(sample))["albedo"]
@@ -243,7 +243,7 @@ class _Work:
         return *_png(pixels, size), [] if lattice is None else list(lattice.element)
 
     def hints(self, path: str) -> dict[str, Any]:
-        """Return what would help a photo: corners of a rectangle if sure, and how uneven its light is."""
+        """Return suggestions for a photo: corners of a rectangle if certain, and how uneven its light is."""
         with self.previews.stages.active():
             pixels = source_parts(read_source(str(self.folder / path)))["albedo"]
         return {"corners": proposed_corners(pixels), "light": light_range(pixels), "uneven": UNEVEN}
@@ -251,13 +251,13 @@ class _Work:
     # -------------------------------------------------------------- saving
 
     def save(self, revision: int, targets: Sequence[str]) -> dict[str, Any]:
-        """Write files of what was shown into a folder of their own."""
+        """Write files of the model shown into a folder of their own."""
         project = self.shown.get(revision)
         if project is None:
-            raise CancelledError("the model has changed meanwhile; save again")
+            raise CancelledError("the model has changed in the meantime; save again")
         with self.changing:
             saved = self.folder / "saved"
-            number = 1 + (len(os.listdir(saved)) if saved.is_dir() else 0)  # by a worker before, too
+            number = 1 + (len(os.listdir(saved)) if saved.is_dir() else 0)  # an earlier worker's too
             folder = saved / str(number)
             folder.mkdir(parents=True)
         notes: list[str] = []
@@ -268,12 +268,12 @@ class _Work:
                 prefix, place = split_name(target)
                 notes += project.cover([f"{prefix}{folder / os.path.basename(place)}"]).notes
         files = sorted(one for one in folder.iterdir() if one.is_file())
-        told = [{"name": one.name, "bytes": one.stat().st_size} for one in files]
-        return {"id": number, "files": told, "notes": notes}
+        listed = [{"name": one.name, "bytes": one.stat().st_size} for one in files]
+        return {"id": number, "files": listed, "notes": notes}
 
 
 class _Stages:
-    """Tells stages as they come, and now and then how far one is."""
+    """Reports stages as they begin, and the progress within one from time to time."""
 
     def __init__(self, say: Callable[[str, int, int], None]) -> None:
         self.say, self.last, self.time = say, "", 0.0
@@ -286,11 +286,11 @@ class _Stages:
         self.say(stage, done, total)
 
 
-def _vector(told: Any) -> FloatArray:
+def _vector(numbers: Any) -> FloatArray:
     try:
-        return np.array(told, float)
+        return np.array(numbers, float)
     except (TypeError, ValueError):
-        raise InputError(f"a ray has {str(told)[:40]!r}; allowed: three numbers") from None
+        raise InputError(f"a ray has {str(numbers)[:40]!r}; allowed: three numbers") from None
 
 
 def _any(project: Project) -> Sample:
@@ -303,7 +303,7 @@ def _unit(metres: float) -> str | None:
 
 
 def _streams(coverings: Sequence[Covering], look: Look) -> list[bytes]:
-    """Return a look as streams, one for each sample: of its own triangles, the first one's plain ones too."""
+    """Return a look as streams, one for each sample: its own triangles; the first also has the plain ones."""
     if len(coverings) == 1:
         return [_stream(coverings[0], coverings[0].surface, look.quilts[0])]
     surfaces = [each.surface for each in coverings if isinstance(each.surface, MeshSurface)]
@@ -323,7 +323,7 @@ def _stream(covering: Covering, surface: Any, quilt: Quilt) -> bytes:
 
 
 def _png(pixels: Any, size: int) -> tuple[bytes, int, int]:
-    """Return an image in its longer side at most so large, and its own width and height."""
+    """Return an image with its longer side at most `size`, and its own width and height."""
     height, width = pixels.shape[:2]
     longer = max(height, width)
     if longer > size:
@@ -334,7 +334,7 @@ def _png(pixels: Any, size: int) -> tuple[bytes, int, int]:
 
 
 def _save_project(project: Project, folder: Path) -> None:
-    """Write a zip with a project's file and the files that it needs."""
+    """Write a zip of a project's file and the files that it needs."""
     name = words.stem(project)
     with tempfile.TemporaryDirectory(dir=folder.parent) as own:
         save_project(project, Path(own) / f"{name}.upholster.json")

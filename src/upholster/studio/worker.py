@@ -1,4 +1,4 @@
-"""The server's side of the worker process: requests that wait for an answer, and what revisions yield."""
+"""The server's side of the worker process: requests that wait for an answer, and results of revisions."""
 
 import asyncio
 import itertools
@@ -16,42 +16,42 @@ from upholster.studio.work import run
 __all__ = ["Revision", "Worker"]
 
 _KEPT = 4
-"""Revisions of which looks are kept."""
+"""Number of revisions whose looks are kept."""
 
 
 @dataclass
 class Revision:
-    """What came of one change.
+    """The results of one change.
 
     Attributes
     ----------
     looks
-        (is it the last, seconds, streams) of each.
+        For each look: (is it the last, seconds, streams).
     stage
-        (name, done, total) of the work under way; `told` counts how often that changed.
+        (name, done, total) of the current stage; `stages` counts its changes.
     facts, error
-        Of model and sample; why it failed.
+        Facts about model and sample; the reason for a failure.
     ended
-        Whether nothing more will come.
+        Whether it is complete.
     """
 
     looks: list[tuple[bool, float, list[bytes]]] = field(default_factory=list)
     stage: tuple[str, int, int] = ("", 0, 0)
-    told: int = 0
+    stages: int = 0
     facts: dict[str, Any] | None = None
     error: str = ""
     ended: bool = False
 
 
 class Worker:
-    """A process that holds the project; another one is started where it has died.
+    """A process that holds the project; if it has died, another one is started.
 
     Parameters
     ----------
     folder
-        Of the session.
+        The session's folder.
     most_bytes
-        Of its memory.
+        Largest memory of the process.
     """
 
     def __init__(self, folder: str, most_bytes: int) -> None:
@@ -68,12 +68,12 @@ class Worker:
         self.revisions: dict[int, Revision] = {}
 
     async def ask(self, name: str, *arguments: Any) -> Any:
-        """Have something done; return the answer.
+        """Send a request; return the answer.
 
         Raises
         ------
         InputError
-            With the worker's words; if it died.
+            With the worker's message; or if it died.
         """
         pipe = self._running()
         if not self._waiting:
@@ -86,8 +86,8 @@ class Worker:
         finally:
             self._waiting.pop(number, None)
 
-    async def change(self, told: Any) -> dict[str, Any]:
-        """Show another state; return what is told of it at once."""
+    async def change(self, state: Any) -> dict[str, Any]:
+        """Show another state; return the data that is known immediately."""
         self.revision += 1
         revision = self.revision
         self.revisions[revision] = Revision()
@@ -95,7 +95,7 @@ class Worker:
             del self.revisions[old]
         self._wake()
         try:
-            answer: dict[str, Any] = await self.ask("state", told, revision)
+            answer: dict[str, Any] = await self.ask("state", state, revision)
         except InputError as error:
             if revision in self.revisions:
                 self.revisions[revision].error = str(error)
@@ -104,11 +104,11 @@ class Worker:
 
     @property
     def process_id(self) -> int | None:
-        """Of the process, None where there is none."""
+        """The process's id; None if no process runs."""
         return None if self._process is None else self._process.pid
 
     def end_if_silent(self, seconds: float) -> None:
-        """End the process if it works, and has said nothing for so long: all who wait are told."""
+        """End the process if it is busy and has sent nothing for this time; waiting callers get an error."""
         working = any(not (one.ended or one.error) for one in self.revisions.values()) or self._waiting
         if working and self._process is not None and time.monotonic() - self._heard > seconds:
             self._process.kill()
@@ -143,7 +143,7 @@ class Worker:
             raise InputError("the worker has ended; allowed: to try again") from None
 
     def _listen(self, pipe: Connection, loop: asyncio.AbstractEventLoop) -> None:
-        """Hand what the process says to the loop, until it ends."""
+        """Pass the process's messages to the loop, until the process ends."""
         call: Callable[..., Any] = loop.call_soon_threadsafe
         try:
             while True:
@@ -152,7 +152,7 @@ class Worker:
             pass
         try:
             call(self._lost, pipe)
-        except RuntimeError:  # the loop has ended as well
+        except RuntimeError:  # the loop has ended too
             return
 
     def _take(self, message: tuple[Any, ...]) -> None:
@@ -173,7 +173,7 @@ class Worker:
             revision.looks.append((rest[0], rest[1], rest[2]))
         elif kind == "stage":
             revision.stage = (rest[0], rest[1], rest[2])
-            revision.told += 1
+            revision.stages += 1
         elif kind == "facts":
             revision.facts = rest[0]
         elif kind == "failed":
@@ -183,7 +183,7 @@ class Worker:
         self._wake()
 
     def _lost(self, pipe: Connection) -> None:
-        """Tell all who wait that the process has ended; the next request starts another."""
+        """Report to all waiting callers that the process has ended; the next request starts another."""
         if pipe is not self._pipe:
             return
         self._pipe = None
@@ -197,6 +197,6 @@ class Worker:
         self._wake()
 
     def _wake(self) -> None:
-        """Let all who wait for something new look."""
+        """Wake all callers that wait for changes."""
         self.changed.set()
         self.changed = asyncio.Event()

@@ -2,13 +2,13 @@
 
 plan ──► parcels' blocks, class after class ──► parcels' labels ──► charts ──► tiles
 
-Each is a task, and runs as soon as what it waits for is there. All that goes from task to task lies in a
-folder beside the outputs, on a disk or behind a URL: who lays a parcel, or tells its labels, reads its
-neighbours' blocks there, and who paints a tile its charts. What was done stays done when a worker or the
-whole run is killed.
+Each of these is a task, and runs as soon as its inputs are ready. All data between tasks is in a folder next
+to the outputs, on a disk or at a URL. A task that lays or labels a parcel reads its neighbours' blocks there,
+and a task that paints a tile reads its charts. Finished work is kept when a worker or the whole run is
+killed.
 
-`places` is that folder, `task_files` the bytes of what lies there, `work` what a task does, `running` the
-order of tasks, `covering` what `upholster.pipeline` calls. Tasks run on threads (`upholster.parallel`) or on
+`places` is that folder, `task_files` the format of its files, `work` the content of tasks, `running` their
+order, `covering` the entry points for `upholster.pipeline`. Tasks run on threads (`upholster.parallel`) or on
 Dask's workers (`upholster.cluster`).
 """
 

@@ -1,4 +1,4 @@
-"""A covering done by tasks: its tiles written one by one, or its quilt made on many workers."""
+"""A covering made by tasks: its tiles are written one by one, or its quilt is made on many workers."""
 
 import os
 from collections.abc import Callable, Sequence
@@ -29,13 +29,13 @@ from upholster.types import Progress
 __all__ = ["are_tiles_alone", "check_tasks", "spread_quilt", "task_pool", "tiled"]
 
 _FOLDER = ".upholster"
-"""Behind the name of the outputs: the folder in which an unfinished run keeps what it has."""
+"""Suffix of the outputs' name for the folder in which an unfinished run keeps its data."""
 
 
 def are_tiles_alone(wanted: Sequence[Output], coverings: Sequence[Covering]) -> bool:
-    """Return whether one set of tiles of patches is written by tasks, and else OBJ alone.
+    """Return whether tasks write one set of tiles of patches, and any other output is OBJ.
 
-    An OBJ refers to the tiles then, and needs no texels.
+    The OBJ then refers to the tiles, and needs no texels.
     """
     others = [output for output in wanted if not output.in_tiles]
     are_obj = all(output.kind is OBJ for output in others)
@@ -46,7 +46,7 @@ def are_tiles_alone(wanted: Sequence[Output], coverings: Sequence[Covering]) -> 
 def check_tasks(
     wanted: Sequence[Output], coverings: Sequence[Covering], workers: int | None, scheduler: str | None
 ) -> None:
-    """Raise InputError where workers or a URL are asked for, and the work can not be done by tasks."""
+    """Raise InputError if workers or a URL are requested for work that tasks cannot do."""
     if workers is not None and scheduler is not None:
         raise InputError("workers and scheduler are both given; allowed: one of them")
     if workers is not None:
@@ -57,13 +57,13 @@ def check_tasks(
         )
     if not (workers is None and scheduler is None) and not _is_by_tasks(coverings):
         raise InputError(
-            "workers are given, and there is no work for several by methods 'paper' and 'pixel', with "
+            "workers are given, but there is no work for several by methods 'paper' and 'pixel', with "
             "several materials, with again, put or pins, or of a flat texture; allowed there: --threads"
         )
     if any(output.url for output in wanted) and not are_tiles_alone(wanted, coverings):
         raise InputError(
-            "tiles are to be written to a URL, and not alone, or not of a surface of patches by method "
-            "'quilt'; allowed there: a folder of this machine"
+            "tiles are to be written to a URL, but not alone, or not of a surface of patches by method "
+            "'quilt'; allowed there: a folder on this machine"
         )
 
 
@@ -78,7 +78,7 @@ def _is_by_tasks(coverings: Sequence[Covering]) -> bool:
 def task_pool(
     workers: int | None, scheduler: str | None, threads: int | None
 ) -> AbstractContextManager[TaskPool]:
-    """Return a pool: on threads of this process, unless workers or a scheduler are asked for."""
+    """Return a pool: on threads of this process, unless workers or a scheduler are given."""
     if workers is None and scheduler is None:
         return thread_pool(threads)
     return cluster_pool(workers, scheduler)
@@ -97,12 +97,12 @@ def tiled(
 ) -> tuple[dict[str, int], dict[str, int]]:
     """Write the tiles of a covering, one by one; return the bytes of each file, and the report's counts.
 
-    What is done stays, whatever happens, and the next run of the same goes on there. Other outputs, OBJ, are
-    written when all tiles are there.
+    Finished work is kept in any case, and the next run with the same inputs continues from it. Other outputs,
+    OBJ, are written when all tiles exist.
     """
     output = next(output for output in wanted if output.in_tiles)
     surface, place = covering.surface, _place_of(output)
-    assert isinstance(surface, Surface)  # `are_tiles_alone` looked
+    assert isinstance(surface, Surface)  # checked by `are_tiles_alone`
     plan = lay_plan(covering.prepared, covering.seen, seed=seed)
     maps = source_parts(covering.source)
     density = covering.prepared.density
@@ -151,7 +151,7 @@ def spread_quilt(
     progress: Progress | None,
     tell: Callable[[str], None] | None,
 ) -> Quilt:
-    """Return the quilt of a covering, laid by tasks; what they leave lies beside the output meanwhile."""
+    """Return the quilt of a covering, laid by tasks; their files are next to the output in the meantime."""
     plan, density = lay_plan(covering.prepared, covering.seen, seed=seed), covering.prepared.density
     work = tile_work(plan, density, None, {}, _place_of(output), WriteOptions())
     quilt = laid_by_tasks(work, _folder_of(output), pool, progress=progress, tell=tell)

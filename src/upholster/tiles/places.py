@@ -1,4 +1,4 @@
-"""A folder on a disk, or behind a URL that fsspec opens: every file in it is whole or not there."""
+"""A folder on a disk, or at a URL that fsspec opens, in which every file is complete or absent."""
 
 import importlib
 import os
@@ -16,7 +16,7 @@ __all__ = ["Place", "is_url"]
 
 
 def is_url(text: str) -> bool:
-    """Return whether a name is a URL, ``s3://bucket/wall``, and no path."""
+    """Return whether a name is a URL, ``s3://bucket/wall``, and not a path."""
     return "://" in text
 
 
@@ -34,7 +34,7 @@ class Place:
 
     @property
     def _system(self) -> Any:
-        """The file system behind the URL."""
+        """The file system of the URL."""
         try:
             fsspec = importlib.import_module("fsspec")
         except ImportError:
@@ -48,20 +48,20 @@ class Place:
             raise InputError(f"{self.folder!r} cannot be opened: {error}") from None
 
     def file(self, name: str) -> str:
-        """Return path or URL of a file in it."""
+        """Return path or URL of a file in this folder."""
         return f"{self.folder}/{name}" if self.folder else name
 
     def inside(self, name: str) -> "Place":
-        """Return a folder in it."""
+        """Return a folder in this folder."""
         return Place(self.file(name))
 
     def make(self) -> None:
-        """Make the folder, and see that files can be written to it.
+        """Create the folder, and check that files can be written to it.
 
         Raises
         ------
         InputError
-            If they cannot.
+            If they cannot be written.
         """
         if not is_url(self.folder):
             try:
@@ -73,7 +73,7 @@ class Place:
         self.remove(probe)
 
     def names(self) -> set[str]:
-        """Return the names of what lies in it; none if it is not there."""
+        """Return the names of all files and folders in it; none if it does not exist."""
         try:
             if is_url(self.folder):
                 found = self._system.ls(self.folder, detail=False, refresh=True)
@@ -87,15 +87,15 @@ class Place:
             raise InputError(f"{self.folder!r} cannot be read: {_why(error)}") from None
 
     def size(self, name: str) -> int:
-        """Return how many bytes a file has; −1 if it is not there."""
-        with suppress(Exception):  # of whatever kind a file system has
+        """Return the size of a file in bytes; −1 if it does not exist."""
+        with suppress(Exception):  # of any kind that a file system raises
             if is_url(self.folder):
                 return int(self._system.size(self.file(name)))
             return os.path.getsize(self.file(name))
         return -1
 
     def read(self, name: str) -> bytes:
-        """Return what a file holds.
+        """Return the content of a file.
 
         Raises
         ------
@@ -113,9 +113,9 @@ class Place:
             raise InputError(f"{self.file(name)!r} cannot be read: {_why(error)}") from None
 
     def write(self, name: str, data: bytes) -> int:
-        """Write a file, which is there whole or not at all; return its bytes. Errors as of `writing`.
+        """Write a file, which is there completely or not at all; return its size. Errors as for `writing`.
 
-        It need not survive a loss of power: who reads it later looks at its size.
+        It need not survive a loss of power, because readers check its size.
         """
         with self.writing(name, durable=False) as path:
             path.write_bytes(data)
@@ -123,21 +123,21 @@ class Place:
 
     @contextmanager
     def writing(self, name: str, *, durable: bool = True) -> Iterator[Path]:
-        """Yield a path at which to write a file; when the body ends it is there, whole.
+        """Yield a path at which to write a file; when the body ends, the complete file gets its name.
 
-        If it is `durable`, the disk has it before it has its name.
+        If it is `durable`, its data is on the disk before that.
 
         Raises
         ------
         InputError
-            If it cannot be written: the disk is full, the URL takes nothing.
+            If it cannot be written: the disk is full, the URL is not writable.
         """
-        beside = f".upholster-{os.getpid()}-{secrets.token_hex(4)}{Path(name).suffix}"
-        path = Path(tempfile.gettempdir() if is_url(self.folder) else self.folder or ".", beside)
+        part = f".upholster-{os.getpid()}-{secrets.token_hex(4)}{Path(name).suffix}"
+        path = Path(tempfile.gettempdir() if is_url(self.folder) else self.folder or ".", part)
         try:
             yield path
             if is_url(self.folder):
-                self._send(path, beside, name)
+                self._send(path, part, name)
             else:
                 if durable:
                     with path.open("rb+") as opened:
@@ -151,20 +151,20 @@ class Place:
             with suppress(OSError):
                 path.unlink()
 
-    def _send(self, path: Path, beside: str, name: str) -> None:
+    def _send(self, path: Path, part: str, name: str) -> None:
         system = self._system
         try:
             with suppress(NotImplementedError, FileExistsError):
                 system.makedirs(self.folder, exist_ok=True)
-            system.put_file(os.fspath(path), self.file(beside))
-            system.mv(self.file(beside), self.file(name))
-        except Exception as error:  # each file system has its own kinds
+            system.put_file(os.fspath(path), self.file(part))
+            system.mv(self.file(part), self.file(name))
+        except Exception as error:  # each file system raises its own kinds
             with suppress(Exception):
-                system.rm_file(self.file(beside))
+                system.rm_file(self.file(part))
             raise InputError(f"{self.file(name)!r} cannot be written: {_why(error)}") from None
 
     def remove(self, name: str) -> None:
-        """Remove a file; nothing happens if it is not there."""
+        """Remove a file; if it does not exist, do nothing."""
         with suppress(Exception):
             if is_url(self.folder):
                 self._system.rm_file(self.file(name))

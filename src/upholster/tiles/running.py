@@ -1,4 +1,4 @@
-"""The order of tasks: parcels class after class, and all else as soon as what it waits for is there."""
+"""The order of tasks: parcels class after class, and all other tasks as soon as their inputs are ready."""
 
 import json
 from collections.abc import Callable, Iterable, Iterator
@@ -29,13 +29,13 @@ __all__ = ["laid_by_tasks", "write_tiles"]
 _RECORD = "record.json"
 _KINDS = ("parcel", "label", "chart", "tile")
 _PARCELS_FIRST, _LABELS_NEXT, _TILES_LATER = 2, 1, 0
-"""Priorities: most waits for parcels, charts and tiles wait for labels, and nobody waits for a tile."""
+"""Priorities: most tasks wait for parcels, charts and tiles wait for labels, and none waits for a tile."""
 
 _MOST_TILES = 4
-"""In one task: a task costs Dask about as much whatever it does."""
+"""The most tiles in one task: Dask's overhead per task does not depend on its work."""
 
 _RECORD_EVERY = 1.0
-"""Seconds between two times that the record is written."""
+"""Seconds between two writes of the record."""
 
 
 def write_tiles(
@@ -46,36 +46,36 @@ def write_tiles(
     progress: Progress | None = None,
     tell: Callable[[str], None] | None = None,
 ) -> tuple[dict[str, int], int]:
-    """Lay all blocks and write all tiles; what an interrupted run has done is not done again.
+    """Lay all blocks and write all tiles; work finished by an interrupted run is not repeated.
 
     Parameters
     ----------
     work
-        What is done.
+        The work to do.
     folder
-        Where tasks put what they leave to others; it is removed at the end.
+        The folder for data between tasks; it is removed at the end.
     pool
         Runs the tasks.
     progress
         Called with the stages "blocks", parcels, and "paint", tiles.
     tell
-        Called with a line for people if a run goes on.
+        Called with a line for people if an earlier run is continued.
 
     Returns
     -------
     tuple
-        Bytes of each file, and how many placements there are.
+        Bytes of each file, and the number of placements.
 
     Raises
     ------
     InputError
-        If something cannot be read or written. What is done stays, and the next run goes on there.
+        If a file cannot be read or written. Finished work is kept, and the next run continues from it.
     StoppedError
-        After Ctrl-C; the same.
+        After Ctrl-C, likewise.
     """
     run = _Running(work, folder, pool, progress)
     run.begin(tell)
-    with run.told():
+    with run.recorded():
         run.lay()
         written = run.finish()
     placed = run.placements()
@@ -94,7 +94,7 @@ def laid_by_tasks(
     """Lay all blocks, as `write_tiles` does, and return the quilt."""
     run = _Running(work, folder, pool, progress)
     run.begin(tell)
-    with run.told():
+    with run.recorded():
         run.lay()
         run.finish()
     charts = range(len(work.plan.surface.charts))
@@ -104,7 +104,7 @@ def laid_by_tasks(
 
 
 class _Running:
-    """A run: what is done, and what waits for what.
+    """A run: finished tasks, and the dependencies of the others.
 
     Parcels of a class are laid side by side. A parcel's labels wait for its neighbours, a chart for its
     parcels' labels, and a tile for the charts that it shows.
@@ -124,14 +124,14 @@ class _Running:
         self.stored, self.noted = "", 0.0
 
     @contextmanager
-    def told(self) -> Iterator[None]:
-        """Say what is done when Ctrl-C stops what is done within; note it whatever stops that."""
+    def recorded(self) -> Iterator[None]:
+        """Write the record however the body ends; if Ctrl-C ends it, report the finished work."""
         try:
             yield
         except KeyboardInterrupt:
-            raise StoppedError(f"stopped; {self._so_far()}; the same command goes on there") from None
+            raise StoppedError(f"stopped; {self._so_far()}; run the same command to continue") from None
         finally:
-            with suppress(InputError):  # of a full disk, which is told already
+            with suppress(InputError):  # of a full disk, which is already reported
                 self._note()
 
     def _so_far(self) -> str:
@@ -144,7 +144,7 @@ class _Running:
         return f"{parts[0]}, {parts[1]} and {parts[2]} are done"
 
     def begin(self, tell: Callable[[str], None] | None) -> None:
-        """Find what is done already, if the folder is that of a run of the same, and make it ready."""
+        """Find finished work, if the folder is from a run of the same, and prepare the folder."""
         key = self.work.key()
         known: dict[str, Any] = {}
         if _RECORD in self.folder.names():
@@ -152,7 +152,7 @@ class _Running:
             if known.get("key") == key:
                 self._go_on(known)
                 if tell is not None:
-                    tell(f"goes on: {self._so_far()}")
+                    tell(f"continuing: {self._so_far()}")
             else:
                 self.folder.remove_all()
         self.folder.make()
@@ -161,7 +161,7 @@ class _Running:
         self.stored = store(self.folder, self.work)
 
     def _known(self) -> dict[str, Any]:
-        """Return what the record has; nothing if it is broken."""
+        """Return the content of the record; nothing if it is broken."""
         with suppress(ValueError):
             found = json.loads(self.folder.read(_RECORD))
             if isinstance(found, dict):
@@ -169,14 +169,14 @@ class _Running:
         return {}
 
     def _go_on(self, known: dict[str, Any]) -> None:
-        """Take over what the record has, as far as the files are there."""
+        """Take over the finished tasks of the record whose files exist."""
         for kind in _KINDS:
             for n, sizes in known[kind].items():
                 if _is_there(*self._files(kind, int(n)), sizes):
                     self.done[kind][n] = sizes
 
     def _files(self, kind: str, n: int) -> tuple[Place, list[str]]:
-        """Return where a task leaves what comes of it."""
+        """Return the folder and the names of a task's files."""
         work = self.work
         names = {
             "parcel": work.parcel_files,
@@ -187,7 +187,7 @@ class _Running:
         return work.output if kind == "tile" else self.folder, names[kind](n)
 
     def lay(self) -> None:
-        """Lay the parcels, class after class; where a worker is free, all else is done that can be."""
+        """Lay the parcels, class after class; free workers do all other tasks that are ready."""
         for page in [int(page) for page in self.done["tile"]]:
             del self.waiting[page]
         self._find_charts([n for n, parcels in self.untold.items() if not parcels])
@@ -221,7 +221,7 @@ class _Running:
         }
 
     def placements(self) -> int:
-        """Return how many placements all charts have."""
+        """Return the number of placements of all charts."""
         return sum(int(self.folder.read(f"count-{n}")) for n in self.untold)
 
     def _is_done(self, kind: str, n: int) -> bool:
@@ -232,7 +232,7 @@ class _Running:
         self.pool.submit(key, task, self.folder.folder, self.stored, *arguments, priority=priority)
 
     def _next(self) -> None:
-        """Wait for a task, note what came of it, and start what has waited for it."""
+        """Wait for a task, record its result, and start tasks that only waited for it."""
         kind, number = self.pool.next()
         self.busy -= 1
         for n in self.painting.pop(number) if kind == "tile" else (number,):
@@ -250,7 +250,7 @@ class _Running:
         self._paint()
 
     def _laid(self, n: int) -> None:
-        """Tell the labels of parcels that have waited for a parcel alone."""
+        """Compute the labels of parcels that only waited for this parcel."""
         self._report("blocks", len(self.done["parcel"]), len(self.unlaid))
         for k in self.work.plan.parcels.near(n):
             self.unlaid[k].discard(n)
@@ -262,14 +262,14 @@ class _Running:
                 self._submit(("label", k), label_task, k, priority=_LABELS_NEXT)
 
     def _labelled(self, n: int) -> None:
-        """Put charts together that have waited for the labels of a parcel alone."""
+        """Assemble charts that only waited for the labels of this parcel."""
         for chart in self.work.plan.parcels.charts[n]:
             self.untold[chart].discard(n)
         self._find_charts([n for n in self.work.plan.parcels.charts[n] if not self.untold[n]])
 
     def _find_charts(self, charts: Iterable[int]) -> None:
         for n in charts:
-            if len(self.work.parcels_of[n]) == 1:  # its parcel's task has written it
+            if len(self.work.parcels_of[n]) == 1:  # already written by its parcel's task
                 self.done["chart"][str(n)] = _sizes(*self._files("chart", n))
             if self._is_done("chart", n):
                 self._shown(n)
@@ -277,7 +277,7 @@ class _Running:
                 self._submit(("chart", n), join_task, n, priority=_LABELS_NEXT)
 
     def _shown(self, n: int) -> None:
-        """Find the tiles that have waited for a chart alone."""
+        """Find the tiles that only waited for this chart."""
         for page in [page for page, charts in self.waiting.items() if n in charts]:
             self.waiting[page].discard(n)
             if not self.waiting[page]:
@@ -285,7 +285,7 @@ class _Running:
                 self.ready.append(page)
 
     def _paint(self) -> None:
-        """Start painting tiles that are ready: several in a task, and fewer the fewer are left.
+        """Start painting tiles that are ready: several per task, and fewer as fewer are left.
 
         Tasks that become smaller towards the end: Polychronopoulos, Kuck: Guided self-scheduling, 1987.
         """
@@ -293,7 +293,7 @@ class _Running:
             left = len(self.ready) + len(self.waiting)
             share = min(_MOST_TILES, max(1, left // (2 * self.width)))
             if len(self.ready) < share and self.busy > self.width:
-                return  # there is enough to do, and more will come
+                return  # the workers have enough tasks, and more tiles will be ready
             pages, self.ready = tuple(self.ready[:share]), self.ready[share:]
             self.painting[pages[0]] = pages
             self._submit(("tile", pages[0]), paint_tiles_task, pages, priority=_TILES_LATER)
@@ -313,6 +313,6 @@ def _sizes(place: Place, names: Iterable[str]) -> dict[str, int]:
 
 
 def _is_there(place: Place, names: Iterable[str], sizes: object) -> bool:
-    """Return whether files are there, and of these bytes."""
+    """Return whether files exist and have these sizes."""
     found = _sizes(place, names)
     return found == sizes and -1 not in found.values()

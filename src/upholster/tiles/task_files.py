@@ -1,4 +1,4 @@
-"""The bytes of what tasks leave to others: a parcel's blocks, pieces of charts' labels, and charts."""
+"""The files that tasks pass on, as bytes: a parcel's blocks, pieces of charts' labels, and charts."""
 
 import json
 import math
@@ -38,18 +38,18 @@ def chart_bytes(chart: Labelled) -> bytes:
 
 
 def read_chart(data: bytes) -> Labelled:
-    """Read what `chart_bytes` wrote."""
+    """Read the result of `chart_bytes`."""
     found = _read(data)
     return found["placements"].view(PLACEMENT), LabelMap(int(found["cell"][0]), found["labels"])
 
 
 def blocks_bytes(blocks: ParcelBlocks) -> bytes:
-    """Return a parcel's blocks as a file; what they use goes into another."""
+    """Return a parcel's blocks as a file; their usage of the sample is another file."""
     return _file({name: getattr(blocks, name) for name in _BLOCKS})
 
 
 def read_blocks(data: bytes) -> ParcelBlocks:
-    """Read what `blocks_bytes` wrote."""
+    """Read the result of `blocks_bytes`."""
     found = _read(data)
     numbers, steps, spots, records, masks = (found[name] for name in _BLOCKS)
     return ParcelBlocks(numbers, steps, spots, records, masks, np.zeros((0, 0)))
@@ -62,7 +62,7 @@ def piece_bytes(piece: LabelPiece) -> bytes:
 
 
 def read_piece(data: bytes) -> LabelPiece:
-    """Read what `piece_bytes` wrote."""
+    """Read the result of `piece_bytes`."""
     found = _read(data)
     chart, row, column = found["where"].tolist()
     return LabelPiece(chart, (row, column), *(found[name] for name in _PIECE))
@@ -74,12 +74,12 @@ def array_bytes(values: FloatArray) -> bytes:
 
 
 def read_array(data: bytes) -> NDArray[Any]:
-    """Read what `array_bytes` wrote."""
+    """Read the result of `array_bytes`."""
     return _read(data)["values"]
 
 
 def _file(arrays: Mapping[str, NDArray[Any]]) -> bytes:
-    """Return arrays as a line of JSON, which tells what they are, and their bytes one after another.
+    """Return arrays as a line of JSON, which describes them, and their bytes one after another.
 
     NumPy's own files take a hundred times as long to open, and tasks read many.
     """

@@ -1,4 +1,4 @@
-"""What one task does: lay a parcel, tell its labels, join a chart, paint tiles. A folder has all it needs."""
+"""The content of one task: lay a parcel, label it, join a chart, paint tiles, with data from a folder."""
 
 import hashlib
 import io
@@ -52,24 +52,24 @@ _RUN = "run"
 
 @dataclass(frozen=True, eq=False)
 class TileWork:
-    """All that stays the same while blocks are laid and tiles are painted.
+    """Everything that stays the same while blocks are laid and tiles are painted.
 
     Attributes
     ----------
     plan
-        What blocks are laid by.
+        The plan by which blocks are laid.
     density
-        Texels for a step, each way.
+        Texels per step, each way.
     atlas
-        The tiles; None where there are none.
+        The tiles; None if there are none.
     maps
-        What is painted, by role, the base colour first.
+        The maps to paint, by role, the base colour first.
     files
         Names of the tiles, by role.
     output
         Where tiles are written.
     quality
-        Of JPEG and WebP.
+        Quality of JPEG and WebP.
     """
 
     plan: LayPlan
@@ -82,7 +82,7 @@ class TileWork:
 
     @cached_property
     def parcels_of(self) -> tuple[tuple[int, ...], ...]:
-        """Of each chart the parcels that may have something of it."""
+        """For each chart the parcels that may contain part of it."""
         found: list[list[int]] = [[] for _ in self.plan.surface.charts]
         for parcel, charts in enumerate(self.plan.parcels.charts):
             for chart in charts:
@@ -90,11 +90,11 @@ class TileWork:
         return tuple(map(tuple, found))
 
     def parcel_files(self, n: int) -> list[str]:
-        """Return the names of what is left by laying a parcel."""
+        """Return the names of the files from laying a parcel."""
         return [f"parcel-{n}", f"used-{n}"]
 
     def label_files(self, n: int) -> list[str]:
-        """Return the names of what labelling a parcel leaves: charts that lie in it, and pieces of others."""
+        """Return the names of the files from labelling a parcel: charts inside it, and pieces of others."""
         names = []
         for chart in self.plan.parcels.charts[n]:
             alone = len(self.parcels_of[chart]) == 1
@@ -102,11 +102,11 @@ class TileWork:
         return names
 
     def chart_files(self, n: int) -> list[str]:
-        """Return the names of what is left of a chart: placements and labels, and how many placements."""
+        """Return the names of a chart's files: placements and labels, and the number of placements."""
         return [f"chart-{n}", f"count-{n}"]
 
     def key(self) -> str:
-        """Return a hash of all that tells what the tiles will be, and of the version."""
+        """Return a hash of everything that affects the tiles, and of the version."""
         layout = None if self.atlas is None else self.atlas.layout
         parts = (__version__, self.plan, self.density, layout, dict(self.maps), dict(self.files))
         found = hashlib.sha256()
@@ -114,7 +114,7 @@ class TileWork:
         return found.hexdigest()
 
     def tile_files(self, page: int) -> list[str]:
-        """Return the names of a tile's files, of each map one."""
+        """Return the names of a tile's files, one per map."""
         return [names[page] for names in self.files.values()]
 
 
@@ -131,21 +131,21 @@ def tile_work(
     Parameters
     ----------
     plan, density
-        As of `TileWork`.
+        As for `TileWork`.
     tiles
-        The surface on which they lie, and the name of the base colour's tiles, with ``<UDIM>``; None: nothing
+        The surface that they cover, and the name of the base colour's tiles, with ``<UDIM>``; None: nothing
         is painted.
     maps
-        What is painted, by role.
+        The maps to paint, by role.
     output
         Where tiles are written.
     options
-        How.
+        Format options of the tiles.
 
     Raises
     ------
     InputError
-        If charts and tiles do not fit.
+        If charts and tiles do not match.
     """
     if tiles is None:
         return TileWork(plan, density, None, {}, {}, output)
@@ -160,7 +160,7 @@ def tile_work(
 
 
 def store(place: Place, work: TileWork) -> str:
-    """Write the work for the tasks; return the hash of what was written, which they compare."""
+    """Write the work for the tasks; return the hash of the file, which they compare."""
     out = io.BytesIO()
     _Pickler(out, protocol=pickle.HIGHEST_PROTOCOL).dump(work)
     data = out.getvalue()
@@ -169,12 +169,12 @@ def store(place: Place, work: TileWork) -> str:
 
 
 def _short_hash(data: bytes) -> str:
-    """Return what tells two runs apart: each task's message has it."""
+    """Return a hash that distinguishes runs; it is short because each task's message contains it."""
     return hashlib.sha256(data).hexdigest()[:16]
 
 
 class _Pickler(pickle.Pickler):
-    """Keeps read-only arrays read-only: kernels are compiled for either kind apart."""
+    """Keeps read-only arrays read-only, because kernels are compiled separately for each kind."""
 
     def reducer_override(self, value: Any) -> Any:
         if type(value) is np.ndarray and not value.flags.writeable:
@@ -184,12 +184,12 @@ class _Pickler(pickle.Pickler):
 
 @lru_cache(maxsize=1)
 def load(place: Place, stored: str) -> TileWork:
-    """Return the work that lies in a folder, if it is that of a hash; a process keeps the last one.
+    """Return the work in a folder, if it has this hash; a process keeps the last one.
 
     Raises
     ------
     InputError
-        If it is another.
+        If it has another hash.
     """
     data = place.read(_RUN)
     if _short_hash(data) != stored:
@@ -214,7 +214,7 @@ def _blocks(place: Place, n: int) -> ParcelBlocks:
 
 
 def label_task(folder: str, stored: str, n: int) -> None:
-    """Tell the labels of a laid parcel: write the charts that lie in it alone, and its pieces of others."""
+    """Label a laid parcel: write the charts that are inside it, and its pieces of others."""
     place = Place(folder)
     work = load(place, stored)
     plan = work.plan
@@ -229,7 +229,7 @@ def label_task(folder: str, stored: str, n: int) -> None:
 
 
 def join_task(folder: str, stored: str, n: int) -> None:
-    """Put a chart's labels together from the pieces of several parcels, and write it."""
+    """Assemble a chart's labels from the pieces of several parcels, and write it."""
     place = Place(folder)
     work = load(place, stored)
     files = [place.read(piece_name(n, parcel)) for parcel in work.parcels_of[n]]
@@ -259,7 +259,7 @@ def paint_tiles_task(folder: str, stored: str, pages: Sequence[int]) -> None:
 
 
 class _Painter(NamedTuple):
-    """Paints windows of charts by their numbers in the whole layout: a quilt has some of them alone."""
+    """Paints windows of charts by their numbers in the whole layout, for a quilt with only some of them."""
 
     shown: Sequence[int]
     painter: WindowPainter
@@ -269,7 +269,7 @@ class _Painter(NamedTuple):
 
 
 def quilt_of(work: TileWork, charts: Sequence[int], own: Sequence[Labelled]) -> Quilt:
-    """Return the quilt of some of the charts alone, in that order."""
+    """Return the quilt of only some of the charts, in that order."""
     placed = [part.copy() for part, _ in own]
     for number, part in enumerate(placed):
         part["chart"] = number
@@ -289,12 +289,12 @@ def piece_name(chart: int, parcel: int) -> str:
 
 
 def usage_name(start: int) -> str:
-    """Return the name of the file that tells how much is used before a class, by the class's first parcel."""
+    """Return the name of the file with the usage before a class, by the class's first parcel."""
     return f"usage-{start}"
 
 
 def _feed(found: Any, value: Any) -> None:
-    """Put a value into a hash, whatever it is made of."""
+    """Add a value of any type to a hash."""
     if isinstance(value, np.ndarray):
         found.update(f"{value.dtype.str}{value.shape}".encode())
         found.update(np.ascontiguousarray(value).tobytes())

@@ -41,7 +41,7 @@ def haar_forward(image: FloatArray, low: FloatArray, out: FloatArray) -> None:
     rows, columns = height // 2, width // 2
     low_rows, low_columns = height - rows, width - columns
     for i in range(rows):
-        if channels == 1:  # a loop of its own, which the compiler turns into vector instructions
+        if channels == 1:  # a separate loop, which the compiler vectorizes
             for j in range(columns):
                 _split(image, low, out, i, j, 0)
         else:

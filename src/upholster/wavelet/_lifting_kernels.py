@@ -1,11 +1,11 @@
 """One level of a lifted 2-D wavelet transform, forward and inverse.
 
 Steps alternate: even ones change the odd samples from their even neighbours, odd ones the even samples from
-their odd neighbours; beyond the ends the signal is mirrored. What is written here fixes every operation and
-its order, so that any IEEE implementation without fused multiply-add gets the same bits.
+their odd neighbours; beyond the ends the signal is mirrored. This code fixes every operation and its order,
+so that any IEEE implementation without fused multiply-add gets the same bits.
 
-Rows are transformed one by one. The steps down the columns follow at once, each one row behind the step
-before it, so that only a few rows are at work at any time and the image passes through the cache once.
+Rows are transformed one by one. The steps down the columns follow immediately, each one row behind the
+previous step, so that only a few rows are in use at any time and the image passes through the cache once.
 """
 
 from typing import Any
@@ -46,7 +46,7 @@ def _scale(kind: int, half: int, forward: bool, lines: Any, at: int, count: int)
 def _step_overload(
     kind: Any, step: Any, sign: Any, lines: Any, to: Any, left: Any, right: Any, count: Any
 ) -> Any:
-    # Places are unsigned: no test whether they count from the end, and the loops become vector instructions.
+    # Places are unsigned, so that no test for negative indices is compiled, and the loops are vectorized.
     if isinstance(lines.dtype, types.Float):
 
         def real(
@@ -93,7 +93,7 @@ def _scale_overload(kind: Any, half: Any, forward: Any, lines: Any, at: Any, cou
 
 @inline
 def _lift_halves(kind: int, step: int, sign: int, lines: Any, low: int, evens: int, odds: int) -> None:
-    # One step along a line whose even samples lie at `low` and odd ones after them, at least one each.
+    # One step along a line whose even samples are at `low` and odd ones after them, at least one each.
     high = low + evens
     if step % 2 == 0:
         inner = evens - 1
@@ -111,7 +111,7 @@ def _lift_halves(kind: int, step: int, sign: int, lines: Any, low: int, evens: i
 def _lift_row(
     kind: int, step: int, sign: int, lines: Any, i: int, height: int, width: int, count: int
 ) -> None:
-    # One step on row i, one of the `count` rows at work: row i is line i modulo count.
+    # One step on row i; `count` rows are in use, and row i is line i modulo count.
     if i < 0 or i >= height:
         return
     above = i - 1 if i > 0 else i + 1
@@ -121,7 +121,7 @@ def _lift_row(
 
 @inline
 def _take(lines: Any, at: int, row: Any) -> None:
-    # Slices are copied in loops: Numba's own way compiles for a second, for the sake of an error's words.
+    # Slices are copied in loops: Numba's own code takes a second to compile, just for an error message.
     begin = np.uint64(at)
     for n in range(np.uint64(row.shape[0])):
         row[n] = lines[begin + n]

@@ -1,6 +1,6 @@
 """The n-level orthonormal 2-D Haar transform (paper, section 4.2, equations 1 to 6).
 
-Coefficients lie in one array of the image's shape, in the usual nested layout: LLn in the top left corner,
+Coefficients are in one array of the image's shape, in the usual nested layout: LLn in the top left corner,
 and for each level HL to its right, LH below it, HH diagonally. With h × w samples at a level, the next one
 has ⌈h/2⌉ × ⌈w/2⌉. The paper counts levels from 0; here level 1 is the finest.
 """
@@ -73,7 +73,7 @@ def idwt2(coefficients: NDArray[Any], *, levels: int = 3) -> FloatArray:
 
 
 def split_pairs(image: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Transform an image by one level, a last row or column without a partner taken twice.
+    """Transform an image by one level; a last row or column without a partner is used twice.
 
     Parameters
     ----------

@@ -1,10 +1,10 @@
 """Wavelet transforms for coding: 9/7 in float64, 5/3 in integers, reversible; Haar in float64, orthonormal.
 
-Coefficients lie nested in an array of the image's shape, as in `upholster.wavelet.haar`. Any size from 1×1
+Coefficients are nested in an array of the image's shape, as in `upholster.wavelet.haar`. Any size from 1×1
 works; each level halves both sides, rounding up, and a side of 1 stays 1.
 
 The first two are lifted. Haar is that of `upholster.wavelet.haar`, except that a last row or column without a
-partner is taken twice: so a coefficient of level l is a multiple of 2^-l, and no operation on it rounds.
+partner is used twice: so a coefficient of level l is a multiple of 2^-l, and no operation on it rounds.
 """
 
 from typing import Any, Literal
@@ -24,12 +24,12 @@ Wavelet = Literal["9/7", "5/3", "haar"]
 MAX_LEVELS = 10
 
 WAVELETS: dict[str, type] = {"9/7": np.float64, "5/3": np.int32, "haar": np.float64}
-"""The dtype that each wavelet computes in."""
+"""The dtype of each wavelet's computation."""
 
 _LIFTED = {"9/7": (DAUBECHIES97, 4), "5/3": (LEGALL53, 2)}
-"""Kind and number of steps of those that are lifted."""
+"""Kind and number of steps of the lifted ones."""
 
-# L2 norms of the synthesis functions of LL, HL (as LH) and HH at levels 1, 2 …; later levels are as the last.
+# L2 norms of the synthesis functions of LL, HL (as LH) and HH at levels 1, 2 …; later levels use the last.
 _NORMS: dict[str, tuple[tuple[float, float, float], ...]] = {
     "9/7": (
         (0.9830, 1.0113, 1.0404),
@@ -84,7 +84,7 @@ def forward(image: NDArray[Any], *, wavelet: Wavelet, levels: int) -> NDArray[An
 
 
 def inverse(coefficients: NDArray[Any], *, wavelet: Wavelet, levels: int) -> NDArray[Any]:
-    """Invert `forward`: exactly for "5/3" and for what "haar" made of integers, to rounding for "9/7".
+    """Invert `forward`: exactly for "5/3" and for "haar" coefficients of integers, to rounding for "9/7".
 
     Raises
     ------
@@ -114,8 +114,8 @@ def inverse(coefficients: NDArray[Any], *, wavelet: Wavelet, levels: int) -> NDA
 def band_norms(wavelet: Wavelet, level: int) -> tuple[float, float, float, float]:
     """Return the L2 norms of the synthesis functions of LL, HL, LH and HH at `level` (0: the image itself).
 
-    A coefficient times its norm says how much it matters, in samples. For the integer transform the norms
-    are rounded to powers of 2, so that weighting is a shift.
+    A coefficient times its norm is its weight, in samples. For the integer transform the norms are rounded to
+    powers of 2, so that weighting is a shift.
     """
     if level == 0 or wavelet == "haar":
         return 1.0, 1.0, 1.0, 1.0

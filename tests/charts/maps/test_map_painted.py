@@ -72,7 +72,7 @@ def test_nothing_is_asked_beyond_strokes_inverted_or_compared(tmp_path: Path) ->
     for text, value in ((f"1-{name}", 0.75), (f"{name}>0.2", 1), (f"{name}<0.2", 0)):
         found = parse_map(text).values(on_flat())[0]
         np.testing.assert_array_equal(found, np.where(np.isnan(plain), np.nan, value))
-    with pytest.raises(InputError, match="tells no labels"):
+    with pytest.raises(InputError, match="has no labels"):
         parse_map(name).codes(on_flat())
 
 

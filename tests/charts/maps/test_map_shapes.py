@@ -139,7 +139,7 @@ def test_regions_and_labels_are_those_of_the_values(ball) -> None:
                 code, np.where(np.isnan(value), -1, np.where(value > 0, 0xFFFFFF, 0))
             )
             assert code.dtype == np.int32
-    with pytest.raises(InputError, match="map 'height' tells no labels; allowed: an image"):
+    with pytest.raises(InputError, match="map 'height' has no labels; allowed: an image"):
         parse_map("height").codes(ball)
 
 

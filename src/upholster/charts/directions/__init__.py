@@ -1,10 +1,10 @@
-"""Which way the texture runs: fields of unit directions, smooth, and along what is asked for.
+"""The texture's direction: smooth fields of unit directions that follow what the user asks for.
 
-`direction`, `images` and `strokes` read what users ask for; `on_patches` says what u and v are there,
-`on_coordinates` what an image asks for, on triangles that `detail` makes small enough, `asked` what a
-direction is on the smooth surface that the triangles stand for, `wishes` what it is on each of them. `frames`
-has the triangles' planes and how directions are carried from one to the next, `solving` finds the smoothest
-field, `singular` where it has no direction; `field` puts them together.
+`direction`, `images` and `strokes` read what users ask for. `on_patches` converts u and v, and
+`on_coordinates` images, to vectors on triangles, which `detail` makes small enough. `asked` evaluates a
+direction on the smooth surface that the triangles approximate, `wishes` on each triangle. `frames` has the
+triangles' planes and carries directions from one to the next. `solving` finds the smoothest field, `singular`
+the points where it has no direction, and `field` combines them all.
 """
 
 from upholster.charts.directions.asked import asked_at_corners

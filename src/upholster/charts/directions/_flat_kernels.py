@@ -1,4 +1,4 @@
-"""Following a surface straight on from the borders of its flat faces."""
+"""Walking straight across a surface from the borders of its flat faces."""
 
 from typing import NamedTuple
 
@@ -11,7 +11,7 @@ from upholster.types import FloatArray, IntArray, int64
 __all__ = ["Facets", "mark_sharp"]
 
 _STEPS = 256
-"""Triangles beyond a border over which the surface is followed, at most."""
+"""Most triangles to cross beyond a border."""
 
 
 class Facets(NamedTuple):
@@ -45,7 +45,7 @@ def _enter_edge(mesh: Facets, triangle: int, edge: int, line: FloatArray) -> Non
 
 @inline
 def _unfold(way: FloatArray, line: FloatArray, normal: FloatArray, room: FloatArray) -> None:
-    # Turns a way about the edge that it crosses into the plane beyond.
+    # Turns a direction about the edge that it crosses, into the plane across it.
     length = max(np.sqrt(_dot(line, line)), 1e-300)
     unit, beyond = room[0], room[1]
     for k in range(3):
@@ -61,7 +61,7 @@ def _unfold(way: FloatArray, line: FloatArray, normal: FloatArray, room: FloatAr
 def _leave(
     mesh: Facets, met: int, at: FloatArray, way: FloatArray, left: float, room: FloatArray
 ) -> tuple[int, float]:
-    # Over which edge a way leaves the triangle that it has entered, and how far off.
+    # The edge over which a straight path leaves the triangle that it entered, and the distance to there.
     triangle, entered = met // 3, met % 3
     best, leaves = np.inf, int64((entered + 1) % 3)
     line, inward = room[0], room[1]
@@ -91,9 +91,10 @@ def mark_sharp(
 ) -> None:
     """Mark edges of a border at which a face ends sharply.
 
-    From the middle of each edge the surface is followed straight on, over as much as the face is wide: it
-    ends, or its normal's cosine against the face's is `least` or less. `border` (B, 3) are triangle, edge and
-    face; `planes` (F, 3) are the faces' normals, `width` (F,) their widths. `room` (5, 3) is scratch.
+    From the middle of each edge, a straight path follows the surface for the face's width. The face ends
+    sharply if the surface ends there, or if the cosine between its normal and the face's falls to `least` or
+    less. `border` (B, 3) are triangle, edge and face; `planes` (F, 3) are the faces' normals, `width` (F,)
+    their widths. `room` (5, 3) is scratch space.
     """
     at, way, line, rest = room[0], room[1], room[2], room[3:]
     for n in range(border.shape[0]):

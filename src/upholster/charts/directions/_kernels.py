@@ -1,4 +1,4 @@
-"""Hot loops over the triangles of a mesh: regions, what vertices have of their triangles."""
+"""Hot loops over the triangles of a mesh: connected regions, and averages at vertices."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,7 +9,7 @@ from upholster.types import FloatArray, IntArray
 ComplexArray = NDArray[np.complex128]
 
 _CARRY_ROUNDS = 10
-"""How often directions that were carried are brought to the mean of those beside them."""
+"""Rounds in which carried directions are set to the mean of their neighbours."""
 
 __all__ = [
     "around_vertices",
@@ -24,9 +24,9 @@ __all__ = [
 
 @allocating_kernel
 def regions(across: IntArray, part: IntArray) -> int:
-    """Give numbers to the pieces that hang together, in the order of triangles; return how many.
+    """Assign numbers to the connected pieces, in the order of triangles; return how many there are.
 
-    `across` (T, 3) is the triangle beyond each edge, −1 for none; `part` (T,) gets the numbers.
+    `across` (T, 3) is the triangle across each edge, −1 for none; `part` (T,) receives the numbers.
     """
     count = len(across)
     part[:] = -1
@@ -53,10 +53,10 @@ def regions(across: IntArray, part: IntArray) -> int:
 
 @allocating_kernel
 def comb(edges: IntArray, across: IntArray, carried: ComplexArray, z: ComplexArray, fold: int) -> None:
-    """Turn directions by 1/`fold` of a turn, in place, until they agree along trees breadth first.
+    """Turn directions by multiples of 1/`fold` turn, in place, so that they agree along breadth-first trees.
 
-    `across` and `edges` (T, 3): the triangle beyond each edge, −1 for none, and the edge's number in
-    `carried` (E,), which leads from the edge's first triangle to its second; the first has the lower number.
+    `across` and `edges` (T, 3) are the triangle across each edge, −1 for none, and the edge's number in
+    `carried` (E,), which maps from the edge's first triangle to its second; the first has the lower number.
     """
     count = len(across)
     seen = np.zeros(count, np.bool_)
@@ -97,7 +97,7 @@ def nearest_triangles(
     out: IntArray,
     away: FloatArray,
 ) -> None:
-    """Find the triangle nearest to each point, and how far away it is.
+    """Find the triangle nearest to each point, and its distance.
 
     `corners` (T, 3, 3), `centres` (T, 3) with all corners within `radii` (T,), `points` (N, 3), `out` (N,).
     """
@@ -119,7 +119,7 @@ def nearest_triangles(
 
 @inline
 def _distance(corners: FloatArray, t: int, points: FloatArray, n: int) -> float:
-    """Return a point's distance from a triangle: from its inside, or the nearest of its edges."""
+    """Return a point's distance from a triangle: from its interior, or from the nearest of its edges."""
     ee, ff, ef, ep, fp, pp = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for axis in range(3):
         e = corners[t, 1, axis] - corners[t, 0, axis]
@@ -146,8 +146,8 @@ def _distance(corners: FloatArray, t: int, points: FloatArray, n: int) -> float:
             at = corners[t, edge, axis] + share * (corners[t, (edge + 1) % 3, axis] - corners[t, edge, axis])
             total += (points[n, axis] - at) ** 2
         best = min(best, total)
-    beside: float = np.sqrt(best)
-    return beside
+    outside: float = np.sqrt(best)
+    return outside
 
 
 @allocating_kernel
@@ -160,10 +160,10 @@ def near_by(
     which: IntArray,
     nearness: FloatArray,
 ) -> None:
-    """Find for each triangle the point whose surroundings it lies in, and how near it is.
+    """Find for each triangle the nearest point in whose surroundings it is, and how near it is.
 
-    The surroundings of a point are the triangles within `radius` of it that hang together with its seed.
-    `which` (T,) gets the number of the nearest such point, −1 for none; `nearness` (T,) 1 at the seed, 0 at
+    The surroundings of a point are the triangles within `radius` that are connected to its seed. `which` (T,)
+    receives the number of the nearest such point, −1 for none; `nearness` (T,) is 1 at the seed, 0 at
     `radius` and beyond.
     """
     which[:] = -1
@@ -206,13 +206,13 @@ def carry_from(
     least: float,
     z: ComplexArray,
 ) -> None:
-    """Carry directions from seeds over the triangles round them, straight on as on a sheet unrolled.
+    """Carry directions from seeds over the surrounding triangles, straight as if the surface were unrolled.
 
-    Each reaches the triangles for which `which` has its number and `nearness` is more than `least`, see
-    `near_by`, as far as they hang together with its seed. `z` (T,) has the seeds' directions, numbers of size
-    1 in their triangles' planes, 0 elsewhere, and gets the others. A triangle has the mean of what comes from
-    the sides, which differs where the surface is curved; `across`, `edges`, `carried` and `weights` are those
-    of `PlaneFrames`.
+    Each seed reaches the triangles that have its number in `which`, have a `nearness` above `least`, see
+    `near_by`, and are connected to it. `z` (T,) holds the seeds' directions, numbers of size 1 in their
+    triangles' planes, 0 elsewhere, and receives the others. A triangle takes the mean of the directions that
+    reach it from its sides; these differ where the surface is curved. `across`, `edges`, `carried` and
+    `weights` are those of `PlaneFrames`.
     """
     queue = np.empty(len(across), np.int32)
     seen = np.zeros(len(across), np.bool_)
@@ -225,7 +225,7 @@ def carry_from(
             t = queue[done]
             done += 1
             if t != seeds[n]:
-                z[t] = _from_beside(across, edges, carried, weights, which, n, t, z)
+                z[t] = _neighbours_mean(across, edges, carried, weights, which, n, t, z)
             for k in range(3):
                 other = across[t, k]
                 if other >= 0 and not seen[other] and which[other] == n and nearness[other] > least:
@@ -233,11 +233,11 @@ def carry_from(
                     waiting += 1
         for _ in range(_CARRY_ROUNDS):
             for m in range(1, waiting):
-                z[queue[m]] = _from_beside(across, edges, carried, weights, which, n, queue[m], z)
+                z[queue[m]] = _neighbours_mean(across, edges, carried, weights, which, n, queue[m], z)
 
 
 @inline
-def _from_beside(
+def _neighbours_mean(
     across: IntArray,
     edges: IntArray,
     carried: ComplexArray,
@@ -247,7 +247,7 @@ def _from_beside(
     t: int,
     z: ComplexArray,
 ) -> complex:
-    # The mean of the directions beside a triangle that come from the same seed, itself if they cancel out.
+    # The mean direction of a triangle's neighbours that come from the same seed; its own if they cancel out.
     x, y = 0.0, 0.0
     for k in range(3):
         other = across[t, k]
@@ -263,11 +263,11 @@ def _from_beside(
 def around_vertices(
     triangles: IntArray, neighbours: IntArray, corners: FloatArray, turned: FloatArray, out: FloatArray
 ) -> None:
-    """Sum up what a field turns round each vertex, in radians: 0 where it goes on as on a plane.
+    """Sum up a field's rotation around each vertex, in radians: 0 where it is continuous as on a plane.
 
-    `corners` (T, 3) angles of the triangles, `turned` (T, 3) how far the field turns over each edge beside
-    being carried, counter-clockwise. `out` (V,) gets 2π less the corners plus the turns, of each ring of
-    triangles that is closed; vertices without any get 0.
+    `corners` (T, 3) are the triangles' angles. `turned` (T, 3) are the field's counter-clockwise angles over
+    each edge, relative to carrying it over. `out` (V,) receives, for each closed ring of triangles, 2π minus
+    the corners plus the turns; vertices without a closed ring get 0.
     """
     out[:] = 0.0
     for start in range(len(triangles)):
@@ -289,18 +289,18 @@ def around_vertices(
                     break
                 if lowest < start:
                     break
-            # Each ring counts once, from its lowest triangle on.
+            # Each ring counts once, at its lowest triangle.
             if closed and lowest == start:
                 out[triangles[start, corner]] += total
 
 
 @kernel
 def corner_fans(neighbours: IntArray, fan: IntArray) -> int:
-    """Give numbers to the fans of triangles round vertices; return how many.
+    """Assign numbers to the fans of triangles around vertices; return how many there are.
 
-    `neighbours` (T, 3): triangle · 3 + edge beyond each edge over which a field goes on, −1 for none. `fan`
-    (T, 3) gets for each triangle's corner the number of the fan that it belongs to: the triangles round its
-    vertex that hang together.
+    `neighbours` (T, 3) are triangle · 3 + edge across each edge over which a field is continuous, −1 for
+    none. `fan` (T, 3) receives, for each corner of a triangle, the number of its fan: the connected triangles
+    around its vertex.
     """
     fan[:] = -1
     count = 0
@@ -325,7 +325,7 @@ def corner_fans(neighbours: IntArray, fan: IntArray) -> int:
 
 @kernel
 def take_branches(vectors: FloatArray, normals: FloatArray, fold: int, turned: FloatArray) -> None:
-    """Turn vectors (N, 3) about normals (N, 3) to the branches nearest to `vectors` (N, 3), in place."""
+    """Turn `turned` (N, 3) about normals (N, 3) to the branches nearest to `vectors` (N, 3), in place."""
     for n in range(len(vectors)):
         x, y, z = _nearest_branch(turned, n, vectors, n, normals, n, fold)
         turned[n, 0], turned[n, 1], turned[n, 2] = x, y, z
@@ -341,10 +341,11 @@ def vertex_vectors(
     out: FloatArray,
     heaviest: IntArray,
 ) -> None:
-    """Average the triangles' vectors at their vertices, each in the branch nearest to the heaviest's.
+    """Average the triangles' vectors at their vertices, each in the branch nearest to the heaviest one's.
 
-    `vectors` (T, 3) unit tangents, `weights` (T,) positive, `normals` (V, 3) unit or zero, `out` (V, 3) unit
-    tangents (zero at vertices of no triangle), `heaviest` (V,) room for the heaviest triangles' numbers.
+    `vectors` (T, 3) are unit tangents, `weights` (T,) positive, `normals` (V, 3) unit or zero. `out` (V, 3)
+    receives unit tangents, zero at vertices of no triangle. `heaviest` (V,) has room for the numbers of the
+    heaviest triangles.
     """
     heaviest[:] = -1
     for t in range(len(triangles)):
@@ -374,7 +375,7 @@ def vertex_vectors(
 def _nearest_branch(
     vectors: FloatArray, t: int, others: FloatArray, like: int, normals: FloatArray, v: int, fold: int
 ) -> tuple[float, float, float]:
-    """Return the branch of a vector that is nearest to another one, `like`."""
+    """Return the branch of a vector that is nearest to the vector `like`."""
     x, y, z = vectors[t, 0], vectors[t, 1], vectors[t, 2]
     best = -2.0
     nearest = (x, y, z)

@@ -1,7 +1,7 @@
-"""What a level direction, or vectors in space, are on the smooth surface that a mesh's triangles stand for.
+"""Level directions, or vectors in space, on the smooth surface that a mesh's triangles approximate.
 
-Facets are flat, and what is asked for on each alone jumps from one to the next. What is drawn smooth, with
-normals that are interpolated, is asked for by the same normals; over sharp edges it jumps.
+Facets are flat, and a direction evaluated on each one separately jumps from one to the next. Where a surface
+is drawn smooth, with interpolated normals, directions use the same normals; over sharp edges they jump.
 """
 
 import numpy as np
@@ -16,14 +16,14 @@ from upholster.types import FloatArray
 __all__ = ["SMOOTH", "asked_at_corners", "laid_over", "shading_normals", "vectors_at"]
 
 SMOOTH = 60.0
-"""Degrees: what is asked for goes on smoothly over edges that bend by less, where the file has no normals.
+"""Degrees: where the file has no normals, directions are smooth over edges that bend by less.
 
-Models are drawn smooth over edges of less (`corner_normals`). But where a leg or an ear has few facets, each
-would ask for a direction of its own, and the texture would be cut at every other edge.
+The limit for drawing models smooth is lower (`corner_normals`). But a leg or an ear with few facets would get
+a separate direction on each, and the texture would be cut at every other edge.
 """
 
 _TURNED_OVER = 0.2
-"""Cosine of the angle to its triangle's normal below which one of a file is not believed."""
+"""A file's normal is ignored if the cosine of its angle to its triangle's normal is below this."""
 
 
 def asked_at_corners(
@@ -33,20 +33,20 @@ def asked_at_corners(
     *,
     normals: FloatArray | None = None,
 ) -> FloatArray | None:
-    """Return what is asked for at the triangles' corners, in their planes, to be interpolated over them.
+    """Return the directions asked for at the triangles' corners, in their planes, for interpolation.
 
     Parameters
     ----------
     mesh, direction, crease
         As of `direction_field`.
     normals
-        (T, 3, 3) what `shading_normals` returns for these, where that is known.
+        (T, 3, 3) the result of `shading_normals` for these, if it is already known.
 
     Returns
     -------
     ndarray or None
-        (T, 3, 3); lengths are the sine of the angle between what is asked for and the normal, times how much
-        it counts. None for ``smooth``, ``curvature`` and ``edges``, which only a field can tell.
+        (T, 3, 3); lengths are the sine of the angle between the direction asked for and the normal, times its
+        weight. None for ``smooth``, ``curvature`` and ``edges``, which only a field can determine.
 
     Raises
     ------
@@ -74,10 +74,10 @@ def asked_at_corners(
 
 
 def shading_normals(mesh: TriangleMesh, crease: float | None = None) -> FloatArray:
-    """Return unit normals at the triangles' corners, (T, 3, 3), of the smooth surface: see `corner_normals`.
+    """Return unit normals of the smooth surface at the triangles' corners, (T, 3, 3): see `corner_normals`.
 
-    They are smooth over edges of less than `SMOOTH` degrees, or than `crease` if that is less. A normal of a
-    file that is turned over, or nearly, is its triangle's.
+    They are smooth over edges of less than `SMOOTH` degrees, or than `crease` if that is less. A file's
+    normal that is turned over, or nearly, is replaced by its triangle's.
     """
     found = corner_normals(mesh, SMOOTH if crease is None else min(crease, SMOOTH))
     flat = mesh.flat_normals[:, None]
@@ -87,7 +87,7 @@ def shading_normals(mesh: TriangleMesh, crease: float | None = None) -> FloatArr
 
 
 def laid_over(vectors: FloatArray, normals: FloatArray, others: FloatArray) -> FloatArray:
-    """Return tangent vectors (…, 3) turned by the least rotation that takes unit normals to others."""
+    """Return tangent vectors (…, 3) turned by the smallest rotation that takes unit normals to others."""
     axis, cosine = np.cross(normals, others), (normals * others).sum(axis=-1, keepdims=True)
     along = (axis * vectors).sum(axis=-1, keepdims=True) / np.maximum(1 + cosine, 1e-3)
     turned: FloatArray = cosine * vectors + np.cross(axis, vectors) + along * axis
@@ -110,7 +110,7 @@ def vectors_at(mesh: TriangleMesh, vectors: Vectors | FloatArray | None) -> Floa
 
 
 def _vectors_at_corners(mesh: TriangleMesh, vectors: Vectors | FloatArray | None) -> FloatArray:
-    # (T, 3, 3): of what is known for triangles alone the same at all three corners.
+    # (T, 3, 3): values known only for triangles are repeated at all three corners.
     if isinstance(vectors, np.ndarray):
         return _of_array(mesh, vectors)
     assert vectors is not None
@@ -120,7 +120,7 @@ def _vectors_at_corners(mesh: TriangleMesh, vectors: Vectors | FloatArray | None
 
 
 def _of_array(mesh: TriangleMesh, vectors: FloatArray) -> FloatArray:
-    # (T, 3, 3), of an array that knows vertices or corners.
+    # (T, 3, 3), from an array of values at vertices or corners.
     if vectors.shape not in (mesh.positions.shape, mesh.corners.shape):
         raise InputError(f"direction: vectors have shape {vectors.shape}; allowed: {mesh.positions.shape}")
     corners: FloatArray = vectors if vectors.ndim == 3 else vectors[mesh.triangles]
@@ -128,7 +128,7 @@ def _of_array(mesh: TriangleMesh, vectors: FloatArray) -> FloatArray:
 
 
 def _values(vectors: Vectors, points: FloatArray) -> FloatArray:
-    """Return what a function says at points (n, 3), checked, and made shorter alike where it is long."""
+    """Return a function's values at points (n, 3), checked; scaled down together where they are long."""
     found = called(vectors, points)
     # Their lengths do not matter, and must not overflow.
     unit: FloatArray = found / np.maximum(np.abs(found).max(), 1e-300)

@@ -1,4 +1,4 @@
-"""Triangles small enough for an image of directions: a wall's two would ask for one direction each."""
+"""Triangles small enough for an image of directions: a wall's two would have one direction each."""
 
 from dataclasses import replace
 
@@ -13,22 +13,22 @@ from upholster.types import FloatArray, IntArray
 __all__ = ["in_detail"]
 
 _LONGEST = 0.02
-"""Edge of a triangle, as a part of the model's size."""
+"""Longest edge of a triangle, as a share of the model's size."""
 
 
 @stage
 def in_detail(surface: ChartedSurface, uv: FloatArray | None = None) -> ChartedSurface:
     """Return the same surface with shorter edges; triangles on no chart are left out.
 
-    Texture coordinates and normals of its mesh are linear over what was one triangle.
+    Its mesh's texture coordinates and normals are linear over each original triangle.
 
     Parameters
     ----------
     surface
         The surface.
     uv
-        (T, 3, 2) texture coordinates, by default the mesh's own. NaN, of triangles that have none, becomes
-        one place.
+        (T, 3, 2) texture coordinates, by default the mesh's own. Triangles that have none (NaN) get a single
+        place.
     """
     mesh = surface.mesh
     uv = mesh.uv if uv is None else np.where(np.isfinite(uv).all(axis=(1, 2), keepdims=True), uv, 0.0)
@@ -50,7 +50,7 @@ def in_detail(surface: ChartedSurface, uv: FloatArray | None = None) -> ChartedS
 
 
 def _carried(values: FloatArray, places: FloatArray, within: FloatArray, parent: IntArray) -> FloatArray:
-    """Return values (T, 3, k) of corners at places (T, 3, 2) at others, (n, 3, 2), within triangles (n,)."""
+    """Interpolate corner values (T, 3, k), given at places (T, 3, 2), at (n, 3, 2) within triangles (n,)."""
     first, second = places[parent, 1] - places[parent, 0], places[parent, 2] - places[parent, 0]
     to = within - places[parent, :1]
     area = first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]

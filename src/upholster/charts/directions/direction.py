@@ -1,4 +1,4 @@
-"""Which way a texture shall run, as users ask for it."""
+"""The texture's direction as users ask for it."""
 
 import re
 from collections.abc import Callable
@@ -31,12 +31,12 @@ _MOST_DEGREES = 36_000
 
 @dataclass(frozen=True, eq=False)
 class TriangleVectors:
-    """A function of points that knows its values at the centres of one mesh's triangles alone.
+    """A function of points whose values are known only at the centroids of one mesh's triangles.
 
     Attributes
     ----------
     centres, vectors
-        (T, 3) the triangles' centres, and what is asked for there.
+        (T, 3) the triangles' centroids, and the vectors asked for there.
     """
 
     centres: FloatArray
@@ -44,7 +44,7 @@ class TriangleVectors:
     __name__: str
 
     def __call__(self, points: FloatArray) -> FloatArray:
-        """Return the vectors at the triangles' centres; other points are a ValueError."""
+        """Return the vectors at the triangles' centroids; for other points raises ValueError."""
         if not np.array_equal(points, self.centres):
             raise ValueError("it is for the centres of one mesh's triangles")
         return self.vectors
@@ -52,24 +52,24 @@ class TriangleVectors:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Direction:
-    """A direction on a surface: of the sample's rows of pixels, left to right.
+    """A direction on a surface: that of the sample's rows of pixels, left to right.
 
     Attributes
     ----------
     text
-        As the user writes it: see `parse_direction`.
+        The text as the user writes it: see `parse_direction`.
     kind
         ``"level"``, ``"smooth"``, ``"curvature"``, ``"edges"``, ``"vectors"`` or ``"image"``; on patches also
         ``"u"`` and ``"v"``.
     angle
-        Degrees by which the field is turned in the end, clockwise seen from outside.
+        Degrees by which the finished field is turned, clockwise seen from outside.
     vectors
-        Of kind "vectors": points (n, 3) to vectors (n, 3); or an array, (V, 3) of vertices or (T, 3, 3) of
-        triangles' corners.
+        For kind "vectors": a function from points (n, 3) to vectors (n, 3); or an array, (V, 3) for vertices
+        or (T, 3, 3) for triangles' corners.
     weighted
-        Whether `vectors` lie in the triangles' planes, and their lengths, 0 to 1, tell how much they count.
+        Whether `vectors` are in the triangles' planes, and their lengths, 0 to 1, are weights.
     image
-        Of kind "image".
+        For kind "image".
     """
 
     text: str
@@ -81,7 +81,7 @@ class Direction:
 
     @property
     def is_around(self) -> bool:
-        """Whether it runs round an axis: as ``around:z``, or ``around`` on parts of a CAD model."""
+        """Whether it runs round an axis: ``around:z``, or ``around`` on parts of a CAD model."""
         by_part = isinstance(self.vectors, TriangleVectors) and "around" in self.text
         return by_part or self.text.startswith("around:")
 
@@ -92,7 +92,7 @@ def _inputs(found: "Direction", *_: object, **__: object) -> list[str]:
 
 @file_stage(_inputs)
 def parse_direction(wanted: str | Vectors | ArrayLike | Direction, *, patches: bool = False) -> Direction:
-    """Return the direction that a text, a function of points or an array of vectors stands for.
+    """Parse a direction from a text, a function of points or an array of vectors.
 
     Parameters
     ----------
@@ -106,13 +106,13 @@ def parse_direction(wanted: str | Vectors | ArrayLike | Direction, *, patches: b
         Or an image's file, see `read_direction_image`, over the model's texture coordinates; over each face's
         parameters on patches.
     patches
-        Of a surface of patches: there it may be ``u`` (along the patches' t: to the right along rows of
-        texels) or ``v`` (along s) as well.
+        Whether the surface consists of patches: there it may also be ``u`` (along the patches' t: to the
+        right along rows of texels) or ``v`` (along s).
 
     Raises
     ------
     InputError
-        If it is none of these, a number is not finite, a vector is zero, or an image can not be read.
+        If it is none of these, a number is not finite, a vector is zero, or an image cannot be read.
     """
     if isinstance(wanted, Direction):
         if wanted.kind in ("u", "v") and not patches:
@@ -183,7 +183,7 @@ def called(vectors: Vectors, points: FloatArray) -> FloatArray:
     Raises
     ------
     InputError
-        If the function fails, or returns another shape or what is not finite: names the place.
+        If the function fails, or returns another shape or non-finite values; the message names the place.
     """
     try:
         found = np.asarray(vectors(points), np.float64)

@@ -29,10 +29,10 @@ from upholster.types import FloatArray, IntArray, frozen_array
 __all__ = ["DirectionField", "default_direction", "direction_field"]
 
 _GROUND = 0.75
-"""Mean of the normals' upright parts from which on a mesh is mostly ground: 0.5 on a ball."""
+"""A mesh is mostly ground if the mean of its normals' upward components exceeds this: 0.5 on a ball."""
 
 _LAND = 0.62
-"""The same mean over what slopes, from which on it is open land: 0 on walls."""
+"""A mesh is open land if the same mean over its sloping parts exceeds this: 0 on walls."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,27 +44,27 @@ class DirectionField(Shown):
     mesh
         The mesh.
     vectors
-        (V, 3) float64, read-only: unit tangents at the vertices; zero at those of no triangle.
+        (V, 3) float64, read-only: unit tangents at the vertices; zero at vertices of no triangle.
     face_vectors
         (T, 3) float64, read-only: unit tangents of the triangles.
     corner_vectors
-        (T, 3, 3) float64, read-only: unit vectors at the triangles' corners. What is asked for there, in the
-        triangle's plane, as far as something is. Else tangent to the mean plane there, one for all triangles
-        round a vertex over whose common edges the field goes on. Each in the branch nearest to its
-        triangle's.
+        (T, 3, 3) float64, read-only: unit vectors at the triangles' corners. Where a direction is asked for,
+        they are that direction in the triangle's plane. Elsewhere they are tangent to the mean plane, and
+        equal for all triangles around a vertex if the field is continuous over their common edges. Each is in
+        the branch nearest to its triangle's vector.
     fold
-        1, 2 or 4: opposite directions, or those at right angles too, count as one in the field. At least the
-        texture's symmetry; more where what was asked for has no sign, or a sense that may turn about over a
-        ridge: then each triangle has the vector nearest to what was asked for.
+        1, 2 or 4: with 2 opposite directions count as one, with 4 also those at right angles. At least the
+        texture's symmetry. Higher where the direction asked for has no sign, or where its sense may reverse
+        over a ridge: then each triangle has the vector nearest to the one asked for.
     jumps
-        (T, 3) int8, read-only: by how many quarter turns `face_vectors` jump over each edge,
-        counter-clockwise; 0 where they go on, at borders and at creases.
+        (T, 3) int8, read-only: quarter turns, counter-clockwise, by which `face_vectors` jump over each edge;
+        0 where they are continuous, at borders and at creases.
     index
-        (V,) int8, read-only: how often the field turns round each vertex, in parts 1/fold of a turn.
+        (V,) int8, read-only: the field's rotation around each vertex, in parts 1/fold of a turn.
     singular
-        (K,) int32, read-only: vertices of an index other than 0 that lie at no border and no crease.
+        (K,) int32, read-only: vertices with a non-zero index that are on no border and no crease.
     face
-        (T,) int32, read-only: the number of the flat face whose one direction a triangle has; −1 for none.
+        (T,) int32, read-only: the number of the flat face that sets a triangle's direction; −1 for none.
     """
 
     mesh: TriangleMesh
@@ -87,16 +87,16 @@ class DirectionField(Shown):
         return found
 
     def as_faces_run(self, asked: FloatArray) -> FloatArray:
-        """Return what is asked for at corners, (T, 3, 3), where faces are flat their own directions."""
+        """Return directions asked for at corners, (T, 3, 3), but flat faces' own directions on these."""
         return np.where((self.face >= 0)[:, None, None], self.corner_vectors, asked)
 
     def seen_jumps(self, symmetry: int) -> int:
-        """Return over how many edges the field jumps by a turn that a texture of a symmetry does not hide."""
+        """Return the number of edges at which the jump shows, given the texture's symmetry."""
         return int(np.count_nonzero(self.jumps * symmetry % 4)) // 2
 
     @property
     def words(self) -> str:
-        """How many singular points there are, of which indices: ``"2 singular points: 2 of +1"``."""
+        """The number of singular points, and their indices: ``"2 singular points: 2 of +1"``."""
         values, counts = np.unique(self.index[self.singular], return_counts=True)
         if not len(values):
             return "no singular points"
@@ -109,12 +109,12 @@ class DirectionField(Shown):
 
 @stage
 def default_direction(mesh: TriangleMesh) -> str:
-    """Return ``level``, ``smooth`` where a mesh is mostly ground or open land, or ``curvature`` on a tube.
+    """Return a mesh's default: ``level``, ``smooth`` on ground and open land, or ``curvature`` on a tube.
 
-    On land lines of equal height wind round every top and hollow; and ground, which is flat, would follow
-    each small thing that stands on it. Else what is flat has no say: a house on a lawn is level. A tube is
-    closed in itself, a knot or a ring: where level lines end on it, and those round its girth nowhere do,
-    it has these.
+    On land, lines of equal height wind around every hill and hollow, and the flat ground would follow every
+    small thing on it. Otherwise flat parts have no influence: a house on a lawn gets level directions. A tube
+    is closed, like a knot or a ring. It gets directions of curvature if level lines have ends on it and lines
+    around its girth have none.
     """
     upright = np.abs(mesh.flat_normals[:, 2])
     if float((upright * mesh.areas).sum()) > _GROUND * float(mesh.areas.sum()):
@@ -126,8 +126,8 @@ def default_direction(mesh: TriangleMesh) -> str:
 
 
 def _is_tube(mesh: TriangleMesh) -> bool:
-    # Whether directions of curvature have no singular point, and level ones some. Only a closed mesh whose
-    # Euler characteristic is 0 can have a field without one.
+    # Whether directions of curvature have no singular point and level ones have some. Only a closed mesh with
+    # Euler characteristic 0 can have a field without singular points.
     corners = len(np.unique(mesh.triangles))
     if (mesh.neighbours < 0).any() or 2 * corners != len(mesh.triangles):
         return False
@@ -151,19 +151,20 @@ def direction_field(
     Parameters
     ----------
     mesh
-        The triangles. Two that use the same two vertices meet there.
+        The triangles. Two that share two vertices are adjacent.
     direction
-        What is asked for: see `parse_direction`. Where it says nothing the field is filled smoothly.
-        By default see `default_direction`; with strokes ``smooth``.
+        The direction asked for: see `parse_direction`. The field is filled smoothly elsewhere. See
+        `default_direction` for the default; with strokes it is ``smooth``.
     strokes
-        Directions at places: see `parse_strokes`. Near them `direction` gives way to them.
+        Directions at places: see `parse_strokes`. Near them they override `direction`.
     symmetry
-        1, 2 or 4: the texture looks the same after so many turns to make a whole one.
+        1, 2 or 4: the texture looks the same after a full turn divided by this.
     crease
-        Degrees, 0 to 180: over edges that bend more the field may start anew. None: it goes on over all.
+        Degrees, 0 to 180: the field may jump over edges that bend more. None: it is continuous over all
+        edges.
     lattice
-        The texture repeats, as bricks do: where what is asked for runs round an axis, it goes straight over
-        flat faces on which it would turn about.
+        Whether the texture repeats, as bricks do: then directions around an axis run straight over flat faces
+        on which they would otherwise turn.
 
     Raises
     ------
@@ -198,9 +199,9 @@ def _field(
     held: Held,
     symmetry: int,
 ) -> DirectionField:
-    """Return the smooth field that follows a wish, and the directions that are held on flat faces."""
-    # What runs to the right on either side of a ridge runs opposite ways: the field is one of lines, and each
-    # triangle has the sense that was asked for.
+    """Return the smooth field that follows a wish, and the directions that flat faces hold."""
+    # "To the right" means opposite ways on the two sides of a ridge. So the field consists of lines, and each
+    # triangle takes the sense that was asked for.
     signed = wish.fold == 1 and bool(wish.confidence.any()) and wanted.kind != "smooth"
     fold = max(symmetry, wish.fold, 2 if signed else 1)
     prior = prior_of(frames)
@@ -241,7 +242,7 @@ def _field(
 
 
 def _combed(frames: PlaneFrames, z: ComplexArray, prior: ComplexArray, fold: int) -> ComplexArray:
-    """Return roots of the powers z that agree as far as possible, region by region most like the prior."""
+    """Return roots of the powers z that agree where possible; in each region those most like the prior."""
     if fold == 1:
         return z
     for _ in range(fold // 2):
@@ -258,7 +259,7 @@ def _combed(frames: PlaneFrames, z: ComplexArray, prior: ComplexArray, fold: int
 
 
 def _like(z: ComplexArray, wanted: ComplexArray, fold: int) -> ComplexArray:
-    """Return of each number the branch nearest to the one wanted, itself where that is 0."""
+    """Return each number's branch nearest to the wanted number, unchanged where that is 0."""
     best, out = (np.conj(z) * wanted).real, z
     for _ in range(fold - 1):
         z = z * (1j if fold == 4 else -1)
@@ -270,7 +271,7 @@ def _like(z: ComplexArray, wanted: ComplexArray, fold: int) -> ComplexArray:
 def _means(
     frames: PlaneFrames, corners: IntArray, count: int, face_vectors: FloatArray, fold: int
 ) -> tuple[FloatArray, FloatArray]:
-    """Return mean vectors and normals, (count, 3) each, of triangles that name a number in `corners`."""
+    """Return mean vectors and normals, (count, 3) each, of the triangles with each number in `corners`."""
     normals = frames.mean_normals(corners, count)
     out = np.empty((count, 3))
     vertex_vectors(corners, face_vectors, frames.areas, normals, fold, out, np.empty(count, np.int32))
@@ -280,7 +281,7 @@ def _means(
 def _at_corners(mesh: TriangleMesh, frames: PlaneFrames, face_vectors: FloatArray, fold: int) -> FloatArray:
     fan = np.empty(mesh.triangles.shape, np.int32)
     count = corner_fans(np.where(frames.across >= 0, mesh.neighbours, -1), fan)
-    fan.setflags(write=False)  # as the mesh's triangles: one kernel for both
+    fan.setflags(write=False)  # like the mesh's triangles, so that one kernel serves both
     means, normals = _means(frames, fan, count, face_vectors, fold)
     corners = means[fan]
     if fold > 1:
@@ -294,10 +295,10 @@ def _at_corners(mesh: TriangleMesh, frames: PlaneFrames, face_vectors: FloatArra
 def _as_asked(
     frames: PlaneFrames, corners: FloatArray, face_vectors: FloatArray, asked: FloatArray, fold: int
 ) -> FloatArray:
-    """Return vectors at corners, brought to those asked for, (T, 3, 3), as far as these are long.
+    """Return vectors at corners, blended with those asked for, (T, 3, 3), by the lengths of the latter.
 
-    What triangles ask for, averaged at their vertices, would be off by several degrees where they are large
-    for how the surface bends; and over edges that are drawn sharp neither side would have what it asks for.
+    Averaging the triangles' directions at vertices would be off by several degrees where triangles are large
+    for the surface's curvature. And at edges drawn sharp, neither side would get the direction it asks for.
     """
     confidence = np.sqrt(np.einsum("tki,tki->tk", asked, asked))[..., None]
     wanted = asked / np.maximum(confidence, 1e-12)

@@ -1,7 +1,7 @@
-"""Flat faces of a mesh that end sharply, as a box's lid or a bolt's head.
+"""Flat faces of a mesh with sharp borders, like a box's lid or a bolt's head.
 
-What is round is flat nowhere: a facet of it goes on over edges that bend little. What is flat, and ends at
-sharp edges, at narrow roundings or at borders, is a face of its own, whatever file its triangles come from.
+A facet of a curved surface is not one: it continues over edges that bend little. A flat region that ends at
+sharp edges, at narrow roundings or at borders is a face of its own, whatever file its triangles come from.
 """
 
 from dataclasses import dataclass
@@ -19,32 +19,32 @@ from upholster.types import FloatArray, IntArray
 __all__ = ["Border", "flat_faces", "mean_planes"]
 
 _FLAT = 2.0
-"""Degrees by which normals of a flat face differ from their mean, at most."""
+"""Greatest angle, in degrees, between a flat face's normals and their mean."""
 
 _LINKS = (_FLAT, 0.1 * _FLAT, _FLAT)
-"""Degrees up to which triangles side by side are one, round by round. A fine rounding bends by less than the
-first; chamfers end at the faces that the rounds before have found."""
+"""Greatest angle, in degrees, between adjacent triangles of one face, for each round. Fine roundings bend by
+less than the first; chamfers end at the faces that earlier rounds have found."""
 
 _CHAMFER = 30.0
-"""Degrees: edges to a face that bend by so much are sharp."""
+"""Degrees: an edge between two faces is sharp if it bends by this much."""
 
 _SHARP = 0.8
-"""Part of its border at which a flat face ends sharply, at least."""
+"""Least share of its border at which a flat face ends sharply."""
 
 _ROUNDING = 1e-6
-"""Of cosines: what bends by just so much as is told is sharp."""
+"""Tolerance of cosines: an edge that bends by exactly the limit is sharp."""
 
 
 @dataclass(frozen=True, eq=False)
 class Border:
-    """Edges of triangles of faces that lie beside other triangles, or beside none.
+    """Edges of faces' triangles that have a triangle outside the face, or none, on the other side.
 
     Attributes
     ----------
     triangle, edge
-        (B,) which edge of which triangle.
+        (B,) the triangle, and the number of its edge.
     face
-        (B,) the number of its face.
+        (B,) the number of the triangle's face.
     line
         (B, 3) from the edge's start to its end.
     length
@@ -59,7 +59,7 @@ class Border:
 
     @classmethod
     def of(cls, mesh: TriangleMesh, face: IntArray) -> "Border":
-        """Return the edges round faces, whose numbers triangles have in `face` (T,), −1 for none."""
+        """Return the edges around faces; `face` (T,) holds each triangle's face number, −1 for none."""
         beyond = np.where(mesh.neighbours >= 0, face[mesh.neighbours // 3], -1)
         triangle, edge = np.nonzero((face[:, None] >= 0) & (beyond != face[:, None]))
         line = mesh.corners[triangle, (edge + 1) % 3] - mesh.corners[triangle, edge]
@@ -69,9 +69,9 @@ class Border:
 def flat_faces(mesh: TriangleMesh, frames: PlaneFrames) -> IntArray:
     """Return the number of the flat face to which each triangle belongs, (T,), −1 for none.
 
-    A face's normals lie within 2° of their mean. Most of its border is sharp: the surface ends there, or
-    turns by 60° or more within as much as the face is wide (area over half its border); to another face, as
-    from a chamfer, 30° are enough.
+    A face's normals are within 2° of their mean. Most of its border is sharp: the surface ends there, or
+    turns by 60° or more within the face's width (area over half its border). Next to another face, as at a
+    chamfer, 30° are enough.
     """
     number = np.full(len(mesh.triangles), -1, np.int32)
     bend = np.einsum("ti,tki->tk", frames.normals, frames.normals[mesh.neighbours // 3])
@@ -93,7 +93,7 @@ def flat_faces(mesh: TriangleMesh, frames: PlaneFrames) -> IntArray:
 
 
 def mean_planes(frames: PlaneFrames, face: IntArray) -> FloatArray:
-    """Return unit normals of faces (F, 3), the means of those of their triangles (T,)."""
+    """Return unit normals of faces (F, 3), the means of their triangles' normals."""
     inside = face >= 0
     count = int(face.max(initial=-1)) + 1
     weighted = frames.areas[inside, None] * frames.normals[inside]
@@ -104,9 +104,9 @@ def mean_planes(frames: PlaneFrames, face: IntArray) -> FloatArray:
 def _level_pieces(
     mesh: TriangleMesh, frames: PlaneFrames, taken: IntArray, linked: NDArray[np.bool_]
 ) -> tuple[IntArray, FloatArray]:
-    """Return the pieces (T,) of what is not taken that are flat, −1 elsewhere, and their normals.
+    """Return the flat pieces (T,) among triangles that are not taken, −1 elsewhere, and their normals.
 
-    They hang together over edges that are `linked`, (T, 3).
+    Triangles of a piece are connected over `linked` edges, (T, 3).
     """
     normals, beyond = frames.normals, mesh.neighbours // 3
     free = taken < 0
@@ -121,7 +121,7 @@ def _level_pieces(
 
 
 def _at_faces(mesh: TriangleMesh, bend: FloatArray, border: Border, number: IntArray) -> NDArray[np.bool_]:
-    """Return which edges (B,) bend sharply, by cosines (T, 3), to a face whose `number` (T,) is known."""
+    """Return which edges (B,) bend sharply, by cosines (T, 3), to a face that has a `number` (T,) already."""
     met = mesh.neighbours[border.triangle, border.edge]
     bent: NDArray[np.bool_] = bend[border.triangle, border.edge] <= np.cos(np.radians(_CHAMFER)) + _ROUNDING
     return bent & (met >= 0) & (number[met // 3] >= 0)
@@ -130,7 +130,7 @@ def _at_faces(mesh: TriangleMesh, bend: FloatArray, border: Border, number: IntA
 def _is_sharp(
     mesh: TriangleMesh, frames: PlaneFrames, border: Border, planes: FloatArray, width: FloatArray
 ) -> NDArray[np.bool_]:
-    """Return at which edges of a border (B,) a face ends sharply: see `flat_faces`."""
+    """Return the edges of a border (B,) at which a face ends sharply: see `flat_faces`."""
     sharp = np.empty(len(border.face), np.bool_)
     edges = np.stack([border.triangle, border.edge, border.face], axis=1).astype(np.int64)
     facets = Facets(mesh.positions, mesh.triangles, mesh.neighbours, frames.normals)

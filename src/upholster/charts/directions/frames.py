@@ -1,4 +1,4 @@
-"""Each triangle's own plane, and how directions are carried over edges."""
+"""Each triangle's plane, and how directions are carried over edges."""
 
 from dataclasses import dataclass, replace
 
@@ -13,37 +13,37 @@ from upholster.types import FloatArray, IntArray
 __all__ = ["PlaneFrames", "plane_frames", "power", "root"]
 
 _SLIVER = 1e-5
-"""By so much of its longest edge a triangle's two others are at least longer than that, together."""
+"""The two shorter edges of a triangle together exceed its longest edge by at least this share of it."""
 
 _HEAVIEST = 1e4
-"""Of the weights of edges, which have no unit: about 1 between well shaped triangles."""
+"""Upper limit of the edges' weights, which have no unit: about 1 between well-shaped triangles."""
 
 
 @dataclass(frozen=True, slots=True)
 class PlaneFrames:
-    """Frames of a mesh's triangles, and the edges over which a field goes on.
+    """Frames of a mesh's triangles, and the edges over which a field is continuous.
 
     A direction in a triangle is a complex number: 1 runs along `x`, i along `y` = normal × x.
 
     Attributes
     ----------
     x, y, normals
-        (T, 3) unit vectors. A triangle without area has the normal of those beside it.
+        (T, 3) unit vectors. A degenerate triangle takes the normal of its neighbours.
     along
         (T, 3) complex, of size 1: the triangles' edges as directions.
     areas
         (T,) positive.
     first, second
-        (E,) the triangles beside the edges over which the field goes on.
+        (E,) the triangles adjacent to each edge over which the field is continuous.
     carried
-        (E,) complex, of size 1: a direction in `first`, times this, is the same one in `second` unfolded.
+        (E,) complex, of size 1: a direction in `first` times this is the same direction in `second` unfolded.
     weights
-        (E,) what a jump costs there: length of the edge over distance of the triangles' centres.
+        (E,) the cost of a jump there: length of the edge over distance of the triangles' centroids.
     across, edges
-        (T, 3) the triangle beyond each edge over which the field goes on, −1 for none; and the edge's number
-        in the four arrays before.
+        (T, 3) the triangle across each edge over which the field is continuous, −1 for none; and the edge's
+        number in the previous four arrays.
     part, parts
-        (T,) which of the pieces that hang together so each triangle belongs to, and how many there are.
+        (T,) the number of each triangle's connected piece, and how many pieces there are.
     """
 
     x: FloatArray
@@ -70,7 +70,7 @@ class PlaneFrames:
     def mean_normals(self, corners: IntArray, count: int) -> FloatArray:
         """Return unit normals (count, 3), zero where no triangle has a number in `corners` (T, 3).
 
-        They are means by area of the triangles that have it.
+        They are area-weighted means over the triangles that have the number.
         """
         normals = np.zeros((count, 3))
         weighted = self.areas[:, None] * self.normals
@@ -81,9 +81,9 @@ class PlaneFrames:
         return np.where(length > 0, normals / np.where(length > 0, length, 1.0), 0.0)
 
     def parted(self, apart: NDArray[np.bool_]) -> "PlaneFrames":
-        """Return the same frames, of which a field does not cross edges that are `apart` either.
+        """Return the same frames, but with a field that does not cross the edges in `apart` either.
 
-        They are (T, 3), told from both sides.
+        `apart` is (T, 3); an edge is marked from both sides.
         """
         kept = np.ones(len(self.first), np.bool_)
         kept[self.edges[apart & (self.edges >= 0)]] = False
@@ -121,7 +121,7 @@ def root(z: ComplexArray) -> ComplexArray:
 
 
 def plane_frames(mesh: TriangleMesh, crease: float | None) -> PlaneFrames:
-    """Return the frames of a mesh, which a field crosses where it bends by at most `crease` degrees."""
+    """Return the frames of a mesh; a field crosses edges that bend by at most `crease` degrees."""
     edges = np.roll(mesh.corners, -1, axis=1) - mesh.corners
     lengths = np.sqrt(np.einsum("tki,tki->tk", edges, edges))
     along, sizes, areas = _shapes(lengths, mesh.size)
@@ -160,10 +160,10 @@ def plane_frames(mesh: TriangleMesh, crease: float | None) -> PlaneFrames:
 
 
 def _shapes(lengths: FloatArray, size: float) -> tuple[ComplexArray, FloatArray, FloatArray]:
-    """Return the edges' directions in the planes (T, 3), their lengths and areas, slivers made thicker.
+    """Return the edges' directions in the planes (T, 3), their lengths and areas, with slivers thickened.
 
-    Source of the latter: N. Sharp, K. Crane: A Laplacian for nonmanifold triangle meshes, Computer Graphics
-    Forum 39, 2020, section 4.5; here triangle by triangle, as only angles are asked for.
+    Source of the thickening: N. Sharp, K. Crane: A Laplacian for nonmanifold triangle meshes, Computer
+    Graphics Forum 39, 2020, section 4.5; here triangle by triangle, as only angles are needed.
     """
     longest = np.maximum(lengths.max(axis=1), 1e-12 * size)
     excess = lengths.sum(axis=1)[:, None] - 2 * lengths
@@ -184,7 +184,7 @@ def _shapes(lengths: FloatArray, size: float) -> tuple[ComplexArray, FloatArray,
 
 
 def _normals(mesh: TriangleMesh, lengths: FloatArray) -> FloatArray:
-    """Return unit normals; where a triangle has next to no area, that of those beside it."""
+    """Return unit normals; a triangle with next to no area takes that of its neighbours."""
     flat = mesh.areas <= 1e-10 * lengths.max(axis=1) ** 2
     normals = np.where(flat[:, None], 0.0, mesh.flat_normals)
     across = mesh.neighbours // 3
@@ -192,10 +192,10 @@ def _normals(mesh: TriangleMesh, lengths: FloatArray) -> FloatArray:
     for _ in range(64):
         if not len(missing):
             break
-        beside = np.where(mesh.neighbours[missing, :, None] >= 0, normals[across[missing]], 0.0).sum(axis=1)
-        size = np.sqrt(np.einsum("ij,ij->i", beside, beside))
+        total = np.where(mesh.neighbours[missing, :, None] >= 0, normals[across[missing]], 0.0).sum(axis=1)
+        size = np.sqrt(np.einsum("ij,ij->i", total, total))
         found = size > 1e-3
-        normals[missing[found]] = beside[found] / size[found, None]
+        normals[missing[found]] = total[found] / size[found, None]
         if not found.any():
             break
         missing = missing[~found]
@@ -206,7 +206,7 @@ def _normals(mesh: TriangleMesh, lengths: FloatArray) -> FloatArray:
 def _axes(
     edges: FloatArray, lengths: FloatArray, along: ComplexArray, normals: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return x and y of the frames, by each triangle's longest edge."""
+    """Return x and y of the frames, from each triangle's longest edge."""
     rows, longest = np.arange(len(edges)), lengths.argmax(axis=1)
     line = edges[rows, longest]
     line = line - np.einsum("ij,ij->i", line, normals)[:, None] * normals

@@ -1,4 +1,4 @@
-"""The one direction of each flat face: along its longest straight edges, or as what is beside it goes on."""
+"""One direction for each flat face: along its longest straight edges, or continued from its neighbours."""
 
 from dataclasses import dataclass, replace
 
@@ -15,22 +15,22 @@ from upholster.types import FloatArray, IntArray
 __all__ = ["Held", "held_on_faces"]
 
 _STRAIGHT = 1.0
-"""Degrees by which edges that run one way, or at right angles to it, differ from that at most."""
+"""Edges run one way, or at right angles to it, if they are within this many degrees of it."""
 
 _ROUND = 0.1
-"""Part of a face's border below which edges that run one way are no straight ones: those of a disc."""
+"""Edges that run one way count as straight from this share of the face's border on: a disc has none."""
 
 _ENOUGH = 0.5
-"""Edges of so much of the longest ones' length are enough for a level direction."""
+"""A level direction needs edges that run along it or across; they have at least this share of the longest."""
 
 _ALIKE = 1e-3
-"""Lengths, as parts, and angles that differ by less are one: rounding must not decide between them."""
+"""Lengths, relative, and angles that differ by less count as equal: rounding must not decide between them."""
 
 _TURNED = 0.9
-"""Length of a face's mean line, of one at most, below which what is asked for turns about on it."""
+"""A wish turns about on a face if its mean line there is shorter than this; at most it is 1."""
 
 _APART = np.radians(30)
-"""Angle between a face's direction and one beside it from which on the field starts anew."""
+"""From this angle between a face's direction and its neighbour's on, the field jumps between them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,9 +42,9 @@ class Held:
     face
         (T,) the number of each triangle's face, −1 for none.
     z
-        (T,) complex, of size 1: the direction on faces; 0 elsewhere.
+        (T,) complex, of size 1: the direction on flat faces; 0 elsewhere.
     apart
-        (T, 3) over which edges, from both sides, another direction begins.
+        (T, 3) edges, marked from both sides, over which the direction jumps.
     """
 
     face: IntArray
@@ -58,11 +58,11 @@ class Held:
 
 @dataclass(frozen=True, eq=False)
 class _Planes:
-    """Faces and the edges round them, in the faces' own planes: 1 runs along `x` (F, 3), i along `y`.
+    """Faces and the edges around them, in the faces' own planes: 1 is along `x` (F, 3), i along `y`.
 
-    `x` is level where that says something, else what decides where nothing does. `upright` (F,) are the
-    normals' parts upward; `along` (B,) the edges of `border` as complex numbers of size 1, `around` (F,)
-    their lengths together.
+    `x` is level where the face slopes enough, otherwise the default direction. `upright` (F,) are the upward
+    components of the normals. `along` (B,) are the edges of `border` as complex numbers of size 1, `around`
+    (F,) the total lengths of each face's edges.
     """
 
     x: FloatArray
@@ -74,7 +74,7 @@ class _Planes:
 
     @classmethod
     def of(cls, mesh: TriangleMesh, frames: PlaneFrames, face: IntArray) -> "_Planes":
-        """Return the planes of faces that triangles (T,) belong to."""
+        """Return the planes of the faces in `face` (T,), −1 for none."""
         normals, border = mean_planes(frames, face), Border.of(mesh, face)
         x = np.cross((0.0, 0.0, 1.0), normals)
         flat = asked_of_slopes(normals[:, 2]) == 0
@@ -91,23 +91,23 @@ class _Planes:
         return cls(x, y, normals[:, 2], border, along, around)
 
     def sum(self, shares: FloatArray | NDArray[np.bool_]) -> FloatArray:
-        """Return sums over each face's edges (F,), by their lengths."""
+        """Return sums over each face's edges (F,), weighted by length."""
         sums = np.bincount(self.border.face, self.border.length * shares, len(self.x))
         return sums.astype(np.float64)
 
     def sums(self, shares: ComplexArray) -> ComplexArray:
-        """Return the same of complex numbers."""
+        """Return the same for complex numbers."""
         return self.sum(shares.real) + 1j * self.sum(shares.imag)
 
     def run(self, way: ComplexArray, across: bool = False) -> NDArray[np.bool_]:
-        """Return which edges (B,) run along their face's `way` (F,); or at right angles to it as well."""
+        """Return which edges (B,) run along their face's `way` (F,); with `across` also at right angles."""
         turned = self.along * np.conj(way[self.border.face])
         least = np.cos(np.radians(_STRAIGHT))
         found: NDArray[np.bool_] = np.abs(turned.real) >= least
         return found | (np.abs(turned.imag) >= least) if across else found
 
     def on_triangles(self, frames: PlaneFrames, face: IntArray, ways: ComplexArray) -> ComplexArray:
-        """Return the faces' directions (F,) on triangles, (T,), 0 on those of none."""
+        """Return the faces' directions (F,) on triangles, (T,), 0 on triangles of no face."""
         mine = np.maximum(face, 0)
         vectors = ways.real[:, None] * self.x + ways.imag[:, None] * self.y
         z = frames.numbers(vectors[mine])
@@ -117,10 +117,10 @@ class _Planes:
 
 
 @dataclass(frozen=True, eq=False)
-class _Beside:
-    """What is asked for over the edges round faces, (B,): its power, carried over; `trust` is 1, 0 for none.
+class _Adjacent:
+    """Directions asked for across the edges around faces, (B,): powers, carried over; `trust` 0 for none.
 
-    How surely it is asked for does not count: right beside a lid that is rounded off it is next to nothing.
+    The wishes' confidence does not count: right next to a lid with rounded edges it is almost zero.
     """
 
     power: ComplexArray
@@ -128,8 +128,8 @@ class _Beside:
     fold: int
 
     @classmethod
-    def of(cls, mesh: TriangleMesh, frames: PlaneFrames, wish: Wish, planes: _Planes) -> "_Beside":
-        """Return it of a wish that is 0 where the faces' own directions are not known."""
+    def of(cls, mesh: TriangleMesh, frames: PlaneFrames, wish: Wish, planes: _Planes) -> "_Adjacent":
+        """Return the directions of a wish; it is 0 where the faces' own directions are not known."""
         border = planes.border
         met = mesh.neighbours[border.triangle, border.edge]
         other = met // 3
@@ -149,9 +149,10 @@ def held_on_faces(
 ) -> Held:
     """Return the directions of flat faces on which nothing else is asked for.
 
-    A face's direction runs along its longest straight edges, or at right angles to them, or as what is asked
-    for round it goes on: that which differs least from the latter in the mean. A level direction gives way,
-    unless straight edges run along it or at right angles to it, as on a gable, or none are straight.
+    The candidates are the face's longest straight edges, the directions at right angles to them, and the
+    continuation of the directions asked for around it. The one with the smallest mean angle to the
+    surrounding directions wins. A level direction is kept only if straight edges run along it or at right
+    angles to it, as on a gable, or if no edges are straight.
 
     Parameters
     ----------
@@ -160,9 +161,9 @@ def held_on_faces(
     wish
         What is asked for.
     kind
-        Of `Direction`. For "smooth" faces count only where directions start anew all round.
+        As in `Direction`. With "smooth", only faces count whose direction is independent all around.
     straight
-        What is asked for counts for nothing on faces on which it turns about.
+        Whether to ignore directions on faces on which they turn about.
     """
     face = _unasked(frames, flat_faces(mesh, frames), wish, kind, straight)
     if not (face >= 0).any():
@@ -174,15 +175,15 @@ def held_on_faces(
         borne = planes.sum(planes.run(np.ones_like(longest), across=True)) >= _ENOUGH * length
         level = (asked_of_slopes(planes.upright) > 0) & borne
     known = planes.on_triangles(frames, face, level.astype(np.complex128))
-    beside = _Beside.of(mesh, frames, _asked_too(wish, face >= 0, known), planes)
-    found = _signed(planes, _chosen(planes, longest, length > 0, beside), beside)
+    adjacent = _Adjacent.of(mesh, frames, _asked_too(wish, face >= 0, known), planes)
+    found = _signed(planes, _chosen(planes, longest, length > 0, adjacent), adjacent)
     z = planes.on_triangles(frames, face, np.where(level, 1.0 + 0j, found))
     held = Held(face, z, np.zeros(mesh.triangles.shape, np.bool_))
     return replace(held, apart=_apart(mesh, frames, planes, held, wish))
 
 
 def _asked_too(wish: Wish, mine: NDArray[np.bool_], z: ComplexArray) -> Wish:
-    """Return a wish that on some triangles (T,) asks for directions z (T,), for nothing where they are 0."""
+    """Return a wish with directions z (T,) on some triangles `mine` (T,), with none where they are 0."""
     return replace(
         wish,
         power=np.where(mine, power(z, wish.fold), wish.power),
@@ -210,26 +211,27 @@ def _unasked(frames: PlaneFrames, face: IntArray, wish: Wish, kind: str, straigh
 
 
 def _turns(frames: PlaneFrames, own: IntArray, inside: NDArray[np.bool_], wish: Wish) -> NDArray[np.bool_]:
-    """Return on which faces (F,) the lines that are asked for differ much from their mean."""
+    """Return the faces (F,) on which the lines asked for differ a lot from their mean."""
     lines = frames.vectors(wish.power)[inside]
     share = frames.areas[inside] * wish.confidence[inside]
     pairs = ((i, j) for i in range(3) for j in range(i, 3))
     mean = {(i, j): np.bincount(own, share * lines[:, i] * lines[:, j]) for i, j in pairs}
     tensor = np.stack([np.stack([mean[min(i, j), max(i, j)] for j in range(3)], -1) for i in range(3)], -2)
-    # Of one line the square of the tensor is as large as its trace's; of all in a plane half as large.
+    # For a single line, the tensor's squared norm equals its squared trace; for all lines of a plane, half of
+    # it.
     trace = np.einsum("fii->f", tensor)
     alike = 2 * np.einsum("fij,fij->f", tensor, tensor) - trace**2
     return np.asarray(alike < _TURNED**2 * trace**2)
 
 
 def _longest(planes: _Planes) -> tuple[ComplexArray, FloatArray]:
-    """Return how each face's longest straight edges run, (F,), and their length; 0 where none are straight.
+    """Return each face's direction of its longest straight edges, (F,), and their length; 0 without any.
 
-    Edges at right angles count together. Of ways of which neither is longer, that nearest to x is taken.
+    Edges at right angles count together. Among equally long ways, the one nearest to x is taken.
     """
     face, length = planes.border.face, planes.border.length
     angle = np.degrees(np.arctan2(planes.along.imag, planes.along.real)) % 90.0
-    # A quarter turn, twice, so that a window round each edge finds all that run its way.
+    # A quarter turn, twice, so that a window around each edge contains all edges that run its way.
     keys = np.concatenate([200.0 * face + angle, 200.0 * face + angle + 90.0])
     order = np.argsort(keys, kind="stable")
     sums = np.concatenate([[0.0], np.cumsum(np.tile(length, 2)[order])])
@@ -238,7 +240,7 @@ def _longest(planes: _Planes) -> tuple[ComplexArray, FloatArray]:
     total = sums[last] - sums[first]
     near = np.maximum(np.abs(planes.along.real), np.abs(planes.along.imag))
     chosen = _first(planes, total, near)
-    # Of a round hole a chord may lie within the window, too: the longest edge tells the way.
+    # For a round hole the window may contain chords as well: the longest edge decides.
     alike = planes.run(planes.along[chosen], across=True)
     way = planes.along[_first(planes, np.where(alike, length, 0.0), near)]
     along, across = (planes.sum(planes.run(one)) for one in (way, 1j * way))
@@ -250,7 +252,7 @@ def _longest(planes: _Planes) -> tuple[ComplexArray, FloatArray]:
 
 
 def _first(planes: _Planes, total: FloatArray, near: FloatArray) -> NDArray[np.intp]:
-    """Return of each face (F,) the edge of the greatest total, or of several such of the greatest `near`."""
+    """Return each face's (F,) edge with the greatest total; among several, that with the greatest `near`."""
     face = planes.border.face
     best = np.zeros(len(planes.x))
     np.maximum.at(best, face, total)
@@ -261,23 +263,23 @@ def _first(planes: _Planes, total: FloatArray, near: FloatArray) -> NDArray[np.i
 
 
 def _chosen(
-    planes: _Planes, longest: ComplexArray, straight: NDArray[np.bool_], beside: _Beside
+    planes: _Planes, longest: ComplexArray, straight: NDArray[np.bool_], adjacent: _Adjacent
 ) -> ComplexArray:
-    """Return of a face's longest edges and of what is beside it that with the smaller mean angle, (F,).
+    """Return the better of a face's longest edges and its neighbours' mean: smaller mean angle wins, (F,).
 
-    What is beside it runs on as these edges, or at right angles to them, if it is no more than 30° off.
+    The neighbours' mean counts as along these edges, or at right angles to them, if it is within 30° of that.
     """
-    lines, fold = beside.lines
-    mean = planes.sums(beside.trust * lines)
+    lines, fold = adjacent.lines
+    mean = planes.sums(adjacent.trust * lines)
     size = np.sqrt(mean.real**2 + mean.imag**2)
     some = size > _ROUND * planes.around
     wall = _rooted(np.where(some, mean / np.where(some, size, 1.0), 1.0), fold)
 
     def off(way: ComplexArray) -> FloatArray:
         turned = lines * np.conj(power(way, fold))[planes.border.face]
-        return planes.sum(beside.trust * np.arctan2(np.abs(turned.imag), turned.real))
+        return planes.sum(adjacent.trust * np.arctan2(np.abs(turned.imag), turned.real))
 
-    enough = _ALIKE * planes.sum(beside.trust)
+    enough = _ALIKE * planes.sum(adjacent.trust)
     best = np.where(off(1j * longest) < off(longest) - enough, 1j * longest, longest)
     turned = wall * np.conj(best)
     far = np.minimum(np.abs(turned.real), np.abs(turned.imag)) > np.sin(_APART)
@@ -285,22 +287,22 @@ def _chosen(
     return np.where(straight, best, np.where(some, wall, 1.0))
 
 
-def _signed(planes: _Planes, ways: ComplexArray, beside: _Beside) -> ComplexArray:
-    """Return directions (F,) with the sense of what is beside them; where that has none, of x, then of y."""
+def _signed(planes: _Planes, ways: ComplexArray, adjacent: _Adjacent) -> ComplexArray:
+    """Return directions (F,) with the neighbours' sense; if they have none, the sense of x, then of y."""
     like = np.where(np.abs(ways.real) > _ALIKE, ways.real, ways.imag)
-    if beside.fold == 1:
-        shares = (beside.power * np.conj(ways)[planes.border.face]).real
-        sense = planes.sum(beside.trust * shares)
-        like = np.where(np.abs(sense) > _ROUND * planes.sum(beside.trust), sense, like)
+    if adjacent.fold == 1:
+        shares = (adjacent.power * np.conj(ways)[planes.border.face]).real
+        sense = planes.sum(adjacent.trust * shares)
+        like = np.where(np.abs(sense) > _ROUND * planes.sum(adjacent.trust), sense, like)
     return np.where(like < 0, -ways, ways)
 
 
 def _apart(
     mesh: TriangleMesh, frames: PlaneFrames, planes: _Planes, held: Held, wish: Wish
 ) -> NDArray[np.bool_]:
-    """Return over which edges (T, 3), from both sides, a face's direction and what is beside it differ."""
+    """Return the edges (T, 3), from both sides, where a face's direction differs from its neighbour's."""
     border = planes.border
-    lines, fold = _Beside.of(mesh, frames, held.asked(wish), planes).lines
+    lines, fold = _Adjacent.of(mesh, frames, held.asked(wish), planes).lines
     own = power(planes.along * np.conj(frames.along[border.triangle, border.edge]), fold)
     turned = lines * np.conj(own * power(held.z[border.triangle], fold))
     met = mesh.neighbours[border.triangle, border.edge]

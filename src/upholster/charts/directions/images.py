@@ -1,12 +1,12 @@
-"""Directions from images over texture coordinates, as glTF's KHR_materials_anisotropy has them.
+"""Images of directions over texture coordinates, as in glTF's KHR_materials_anisotropy.
 
 Red and green are a direction in tangent space, (r, g)·2 − 1: x along the texture's u, y upward in it. Blue is
-how much that counts. All are plain numbers, without a colour profile.
+its weight. All are plain numbers, without a colour profile.
 
 References
 ----------
 The Khronos Group: KHR_materials_anisotropy, https://github.com/KhronosGroup/glTF, extensions/2.0/Khronos;
-glTF 2.0, 3.7.2.1, of tangents. There light is spread along the direction, and grooves run at right angles to
+glTF 2.0, 3.7.2.1, on tangents. There light is spread along the direction, and grooves run at right angles to
 it; here rows run along it.
 """
 
@@ -26,7 +26,7 @@ from upholster.types import FloatArray
 __all__ = ["DirectionImage", "is_direction_image", "read_direction_image"]
 
 _LEAST = 0.02
-"""Length of a direction below which none is asked: 8 bits have no exact middle."""
+"""Shorter directions count as none: 8 bits have no exact middle."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -38,16 +38,16 @@ class DirectionImage:
     name
         Its file.
     along
-        (H, W, 2) float64: x along u and y upward, as long as they count, 0 to 1.
+        (H, W, 2) float64: x along u and y upward; lengths, 0 to 1, are weights.
     """
 
     name: str
     along: FloatArray
 
     def at(self, uv: FloatArray) -> FloatArray:
-        """Return what it shows at texture coordinates (…, 2), v downward: (…, 2).
+        """Return the image's directions at texture coordinates (…, 2), v downward: (…, 2).
 
-        Beyond 0 to 1 it repeats. Between the middles of pixels it is linear; opposite edges are not mixed.
+        Beyond 0 to 1 it repeats. It is linear between the centres of pixels; opposite edges are not mixed.
         """
         height, width = self.along.shape[:2]
         own = np.where((uv >= 0) & (uv <= 1), uv, uv % 1.0)
@@ -65,7 +65,7 @@ class DirectionImage:
 
 
 def is_direction_image(direction: object) -> TypeGuard[str]:
-    """Whether a direction is the name of an image's file."""
+    """Whether a direction is the name of an image file."""
     return isinstance(direction, str) and Path(direction.strip()).suffix.lower() in IMAGE_SUFFIXES
 
 
@@ -80,13 +80,13 @@ def read_direction_image(path: str) -> DirectionImage:
     Parameters
     ----------
     path
-        Red and green are the direction, blue how much it counts; where there is no blue, or it is 0 all over,
-        all counts alike.
+        Red and green are the direction, blue its weight. If blue is missing, or 0 everywhere, all have equal
+        weight.
 
     Raises
     ------
     InputError
-        As `upholster.image.read_image`; if it has one channel, or asks for nothing at all.
+        As `upholster.image.read_image`; if it has one channel, or no direction anywhere.
     """
     unit = to_unit(read_image(path, colors=False))
     if unit.shape[2] == 1:

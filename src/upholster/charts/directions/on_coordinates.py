@@ -1,4 +1,4 @@
-"""What an image of directions asks for on triangles, by their texture coordinates."""
+"""Directions from an image on triangles, by their texture coordinates."""
 
 from dataclasses import replace
 
@@ -13,19 +13,19 @@ __all__ = ["told_on_coordinates"]
 
 
 def told_on_coordinates(mesh: TriangleMesh, direction: Direction, uv: FloatArray | None = None) -> Direction:
-    """Return a direction as vectors at the triangles' corners, if it is an image; any other as it is.
+    """Convert a direction from an image to vectors at the triangles' corners; return others unchanged.
 
     Parameters
     ----------
     mesh, direction
         The triangles, and any direction.
     uv
-        (T, 3, 2), texture coordinates of the triangles' corners, v downward; by default the mesh's own.
+        (T, 3, 2) texture coordinates of the triangles' corners, v downward; by default the mesh's own.
 
     Raises
     ------
     InputError
-        If there are none.
+        If there are no texture coordinates.
     """
     if direction.image is None:
         return direction
@@ -44,7 +44,7 @@ def told_on_coordinates(mesh: TriangleMesh, direction: Direction, uv: FloatArray
 def _tangents(mesh: TriangleMesh, uv: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return unit vectors in triangles' planes, (T, 3) each: along u, and at right angles to it, against v.
 
-    Both are 0 where coordinates tell none. A texture may lie mirrored: upward then is to the right of u.
+    Both are 0 where the coordinates are degenerate. If a texture is mirrored, upward is to the right of u.
     """
     edges, flat = mesh.corners[:, 1:] - mesh.corners[:, :1], uv[:, 1:] - uv[:, :1]
     area = flat[:, 0, 0] * flat[:, 1, 1] - flat[:, 0, 1] * flat[:, 1, 0]

@@ -1,4 +1,4 @@
-"""Directions along the rows and columns of charts on patches, and which one suits a surface of patches."""
+"""Directions along the rows and columns of charts on patches, and the default for a surface of patches."""
 
 from dataclasses import replace
 
@@ -18,19 +18,19 @@ _AGREED = np.cos(np.radians(15))
 """Cosine of the angle up to which directions on both sides of a seam count as one."""
 
 _MOST_AGREE = 0.95
-"""Share of the seams, by length, along which rows must go on for ``u`` to be the default."""
+"""Share of the seams, by length, along which rows must continue for ``u`` to be the default."""
 
 
 @stage
 def told_on_patches(surface: Surface, charted: ChartedSurface, direction: Direction) -> Direction:
-    """Return a direction as a mesh has it: ``u`` and ``v`` are the surface's derivatives at corners.
+    """Convert a direction to that of a mesh: ``u`` and ``v`` become the surface's derivatives at corners.
 
-    An image lies over each face's parameters, its rows along t and its columns along s.
+    An image covers each face's parameters, its rows along t and its columns along s.
 
     Parameters
     ----------
     surface, charted
-        A surface of patches, and what `charted_patches` made of it.
+        A surface of patches, and its result of `charted_patches`.
     direction
         Any direction; others are returned as they are.
     """
@@ -43,7 +43,7 @@ def told_on_patches(surface: Surface, charted: ChartedSurface, direction: Direct
 
 @stage
 def default_on_patches(surface: Surface, charted: ChartedSurface) -> str:
-    """Return ``u`` if rows go on from chart to chart, else ``level``.
+    """Return ``u`` if rows continue from chart to chart, else ``level``.
 
     On a ring that is closed both ways, rows run the longer way round: ``u`` or ``v``.
     """
@@ -60,15 +60,15 @@ def default_on_patches(surface: Surface, charted: ChartedSurface) -> str:
     sides = []
     for of, k in ((triangle, edge), (other, (met + 1) % 3)):
         # Along the edge and across it, in each triangle's plane.
-        beside = np.cross(mesh.flat_normals[of], tangent)
-        one = np.stack([(along[of, k] * axis).sum(axis=1) for axis in (tangent, beside)], axis=1)
+        inward = np.cross(mesh.flat_normals[of], tangent)
+        one = np.stack([(along[of, k] * axis).sum(axis=1) for axis in (tangent, inward)], axis=1)
         sides.append(one / np.maximum(np.linalg.norm(one, axis=1), 1e-300)[:, None])
     agree = (sides[0] * sides[1]).sum(axis=1) > _AGREED
     return "u" if length[agree].sum() >= _MOST_AGREE * length.sum() else "level"
 
 
 def _parameters(surface: Surface, charted: ChartedSurface) -> FloatArray:
-    # (T, 3, 2) at the triangles' corners: the share of its face that lies to the left, and above.
+    # (T, 3, 2) at the triangles' corners: the share of the face's width to the left, and of its height above.
     out = np.empty((len(charted.chart), 3, 2))
     for number, chart in enumerate(charted.charts):
         own = np.flatnonzero(charted.chart == number)
@@ -86,14 +86,14 @@ def _derivatives(surface: Surface, charted: ChartedSurface, along: str) -> Float
         part, within = own_patches(surface, chart)
         s, t = face_parameters(within, *charted.places[own].transpose(2, 0, 1))
         out[own] = part.derivatives(s, t)[2 if along == "u" else 1]
-    # At a pole there is none: what the triangle has beside it counts.
+        # There is none at a pole: use the derivative at the triangle's other corners.
     length = np.linalg.norm(out, axis=2, keepdims=True)
     nothing = length <= 1e-9 * length.max()
     return np.where(nothing, out.sum(axis=1, keepdims=True), out)
 
 
 def _is_longer_down(surface: Surface) -> bool:
-    # Whether it is one face that is closed both ways, and is longer along s than along t.
+    # Whether it is a single face, closed both ways, and longer along s than along t.
     closed = {seam.edge & 1 for seam in surface.face_shared if (seam.edge - seam.other_edge) % 4 == 2}
     if len(surface.faces) != 1 or closed != {0, 1}:
         return False

@@ -1,4 +1,4 @@
-"""Where a field of directions has no direction: singular points, and branches that do not meet."""
+"""Where a direction field has no direction: singular points, and branches that do not meet."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,8 +17,9 @@ def indices_at_vertices(
 ) -> NDArray[np.int8]:
     """Return each vertex's index, (V,), in parts 1/fold of a turn.
 
-    That is how often the field turns on a way once round the vertex, counter-clockwise, 0 at most vertices.
-    On a closed mesh they sum up to fold times Euler's characteristic. Vertices at borders have 0.
+    This is the number of times the field turns along a counter-clockwise loop around the vertex, 0 at most
+    vertices. On a closed mesh the indices add up to fold times the Euler characteristic. Vertices at borders
+    have 0.
 
     References
     ----------
@@ -34,16 +35,16 @@ def indices_at_vertices(
 
 
 def jumps_over_edges(mesh: TriangleMesh, frames: PlaneFrames, z: ComplexArray, fold: int) -> NDArray[np.int8]:
-    """Return by how many quarter turns, 0 to 3 counter-clockwise, the field jumps over each edge, (T, 3).
+    """Return the quarter turns, 0 to 3 counter-clockwise, by which the field jumps over each edge, (T, 3).
 
-    0 where it goes on, at creases and at borders.
+    0 where it is continuous, at creases and at borders.
     """
     parts = np.rint(_turned(mesh, frames, z, 1) * fold / (2 * np.pi)).astype(np.int64) % fold
     return np.where(frames.across >= 0, parts * (4 // fold), 0).astype(np.int8)
 
 
 def vertices_at_creases(mesh: TriangleMesh, frames: PlaneFrames) -> NDArray[np.bool_]:
-    """Return which vertices lie at an edge over which the field does not go on, (V,)."""
+    """Return which vertices are at an edge over which the field is not continuous, (V,)."""
     triangle, edge = np.nonzero(frames.across < 0)
     found = np.zeros(len(mesh.positions), np.bool_)
     found[mesh.triangles[triangle, edge]] = True
@@ -52,7 +53,7 @@ def vertices_at_creases(mesh: TriangleMesh, frames: PlaneFrames) -> NDArray[np.b
 
 
 def _turned(mesh: TriangleMesh, frames: PlaneFrames, z: ComplexArray, symmetry: int) -> FloatArray:
-    """Return the angle (T, 3) from z, carried over each edge, to z beyond; back it is exactly opposite."""
+    """Return the angle (T, 3) from z, carried over each edge, to z there; the way back is its negative."""
     beyond, edge = mesh.neighbours // 3, mesh.neighbours % 3
     turned = np.zeros(beyond.shape)
     up = np.nonzero(mesh.neighbours > 3 * np.arange(len(beyond))[:, None] + 2)

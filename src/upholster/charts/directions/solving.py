@@ -1,10 +1,10 @@
-"""The smoothest field on the triangles, with or without a direction that it shall have.
+"""The smoothest field on the triangles, with or without directions to follow.
 
 References
 ----------
 F. Knöppel, K. Crane, U. Pinkall, P. Schröder: Globally optimal direction fields, ACM Transactions on Graphics
 32, 2013: energy of equation 5 with s = 0, the smallest eigenvector (algorithm 2), alignment (section 3.3).
-Here the unknowns are on triangles, so that creases are edges over which nothing is carried.
+Here the unknowns are on triangles, so that creases are edges that no direction crosses.
 """
 
 import numpy as np
@@ -18,13 +18,13 @@ from upholster.types import FloatArray, IntArray
 __all__ = ["field_power", "followed", "spread_evenly"]
 
 _REACH = 0.05
-"""Length, as a part of the model's size, over which a wish of half confidence gives way to smoothness."""
+"""Length, as a share of the model's size, over which a wish of half confidence yields to smoothness."""
 
 _EVENING = 0.1
-"""Length, as a part of the model's size, up to which singular points of opposite index cancel out."""
+"""Length, as a share of the model's size, up to which singular points of opposite index cancel out."""
 
 _ROUNDS = 3
-"""How often the field is made unit and smooth again."""
+"""Rounds in which the field is normalized and smoothed again."""
 
 
 def field_power(
@@ -43,17 +43,17 @@ def field_power(
     frames
         The triangles.
     wish
-        (T,) the power that is asked for, of size 1 where `confidence` is above 0.
+        (T,) the power asked for, of size 1 where `confidence` is above 0.
     confidence
-        (T,) 0 to 1: 1 is followed closely, 0 not at all.
+        (T,) 0 to 1: 1 is followed closely, 0 is ignored.
     prior
-        (T,) a power of any size: what a region without wishes resembles, where smoothness leaves a choice.
+        (T,) powers of any size: where smoothness leaves a choice, a region without wishes resembles these.
     symmetry
         1, 2 or 4.
     size
-        The model's.
+        The model's size.
     least
-        Part of a region's area that must have a wish, for the region to follow it.
+        A region follows its wishes if they cover at least this share of its area.
     """
     rows = _energy(frames, symmetry)
     heard, force = _forces(frames, confidence, size, least)
@@ -69,9 +69,9 @@ def field_power(
 def followed(
     frames: PlaneFrames, wish: ComplexArray, confidence: FloatArray, size: float, least: float
 ) -> ComplexArray:
-    """Return wishes with their signs (T,), filled smoothly in between: longer where they agree.
+    """Return wishes with their signs (T,), interpolated smoothly: longer where they agree.
 
-    Parameters as of `field_power`. 0 in regions that have no wish.
+    Parameters as for `field_power`. 0 in regions that have no wish.
     """
     heard, force = _forces(frames, confidence, size, least)
     if not heard.any():
@@ -82,7 +82,7 @@ def followed(
 def _forces(
     frames: PlaneFrames, confidence: FloatArray, size: float, least: float
 ) -> tuple[NDArray[np.bool_], FloatArray]:
-    """Return which triangles lie in regions that have a wish, and how strongly each is pulled to its own."""
+    """Return which triangles are in regions with a wish, and how strongly each is pulled to its own."""
     total = np.bincount(frames.part, frames.areas, frames.parts)
     heard = np.bincount(frames.part, frames.areas * confidence, frames.parts) > least * total
     confidence = np.where(heard[frames.part], confidence, 0.0)
@@ -99,7 +99,7 @@ def spread_evenly(frames: PlaneFrames, z: ComplexArray, symmetry: int, length: f
 
 
 def _energy(frames: PlaneFrames, symmetry: int, within: NDArray[np.bool_] | None = None) -> Rows:
-    """Return the matrix of Σ weight·|z_second − carried·z_first|², of whole regions where told which."""
+    """Return the matrix of Σ weight·|z_second − carried·z_first|², on the regions `within` if given."""
     first, second, carried, weights = frames.first, frames.second, frames.carried, frames.weights
     count = len(frames.areas)
     if within is not None:
@@ -122,20 +122,20 @@ def _energy(frames: PlaneFrames, symmetry: int, within: NDArray[np.bool_] | None
 def _smoothest(
     frames: PlaneFrames, symmetry: int, free: NDArray[np.bool_], prior: ComplexArray
 ) -> ComplexArray:
-    """Return the smoothest field of whole regions, (F,), turned in each to be most like `prior`."""
+    """Return the smoothest field of complete regions, (F,), rotated in each to be most like `prior`."""
     _, inverse = np.unique(frames.part[free], return_inverse=True)
     part: IntArray = inverse.astype(np.int32)
     areas = frames.areas[free]
     shift = 0.1 / np.bincount(part, areas)
-    # Beginning with the prior, it comes out turned to be most like it.
+    # Starting from the prior makes the result most like it.
     return smallest_eigenvectors(_energy(frames, symmetry, free), areas, part, prior, shift=shift)
 
 
 def _filled(
     rows: Rows, areas: FloatArray, force: FloatArray, wish: ComplexArray, tolerance: float = 1e-4
 ) -> ComplexArray:
-    """Return the field that is smooth and follows the wishes, each with its force."""
-    # A trace everywhere keeps regions without wishes solvable.
+    """Return the smooth field that follows the wishes, each with its force."""
+    # A tiny diagonal term keeps regions without wishes solvable.
     grid = Multigrid(rows._replace(diagonal=rows.diagonal + force + 1e-9 * areas / areas.max()))
     return solve(grid, force * wish, np.where(force > 0, wish, 0.0), tolerance=tolerance)
 
@@ -143,10 +143,10 @@ def _filled(
 def _evened(
     rows: Rows, areas: FloatArray, force: FloatArray, wish: ComplexArray, z: ComplexArray, size: float
 ) -> ComplexArray:
-    """Return the field made unit and smooth by turns: singular points that need not be cancel out.
+    """Alternate normalizing and smoothing the field, so that unnecessary singular points cancel out.
 
-    The smallest eigenvector is long where the surface is flat and next to nothing elsewhere, and a field
-    filled from afar is faint; there the unit field may have pairs of singular points.
+    The smallest eigenvector is long where the surface is flat and almost zero elsewhere, and a field filled
+    from far away is faint. There the normalized field may have pairs of singular points.
 
     References
     ----------

@@ -35,25 +35,26 @@ Strokes = str | Path | ArrayLike | Sequence[str | Path]
 MOST_STROKES = 10_000
 
 _APART = 0.01
-"""Between strokes along a line, as a part of the model's size: less than how far the texture follows one."""
+"""Distance between strokes along a line over the model's size: less than the distance of one stroke's
+effect."""
 
 _SHOWN = 0.03
-"""How far round its place the texture follows a stroke, as a part of the model's size."""
+"""Distance from a stroke up to which the texture follows it, as a share of the model's size."""
 
 _HELD = 0.05
-"""How far round its place the field follows a stroke, as a part of the model's size."""
+"""Distance from a stroke up to which the field follows it, as a share of the model's size."""
 
 _FADED = 0.07
-"""How far from its place a stroke counts for nothing, beyond what blocks of texture need to follow it."""
+"""Distance at which a stroke's effect ends, beyond what texture blocks need to follow it."""
 
 _AROUND = 0.16
-"""How far round its place what else is asked for gives way to it, little by little."""
+"""Distance from a stroke within which other directions yield to it gradually."""
 
 _FARTHEST = 0.1
-"""How far from the surface a stroke may lie, as a part of the model's size."""
+"""Greatest distance of a stroke from the surface, as a share of the model's size."""
 
 _LEAST_ALONG = 0.05
-"""Sine of the angle between a stroke and the normal at its place: with less it has no direction there."""
+"""Least sine of the angle between a stroke and the normal at its place: below it has no direction there."""
 
 ALLOWED = "x,y,z:dx,dy,dz, a line x,y,z/x,y,z/…, a JSON file, or numbers of shape (n, 2, 3)"
 
@@ -61,7 +62,7 @@ _POINT = ",".join([NUMBER] * 3)
 
 
 def parse_strokes(wanted: Strokes, *, size: float) -> FloatArray:
-    """Return strokes, (S, 2, 3): a place and a direction each, in model units.
+    """Parse strokes, (S, 2, 3): a place and a direction each, in model units.
 
     Parameters
     ----------
@@ -71,13 +72,13 @@ def parse_strokes(wanted: Strokes, *, size: float) -> FloatArray:
         (S, 2, 3). A file holds a list of ``{"at": [x, y, z], "along": [dx, dy, dz]}``, of ``{"line":
         [[x, y, z], …]}``, or of ``[[x, y, z], [dx, dy, dz]]``.
     size
-        Of the model: along a line there is a stroke every hundredth of it, or in each shorter part.
+        The model's size. A line gets a stroke every hundredth of it, or one in each shorter part.
 
     Raises
     ------
     InputError
-        If a text, a file or a number is wrong, a direction is zero, a line has fewer than two points that
-        differ, or there are none or more than 10,000 strokes, those along lines counted.
+        If a text, a file or a number is wrong, a direction is zero, a line has fewer than two different
+        points, or there are no strokes or more than 10,000, including those along lines.
     """
     if isinstance(wanted, (str, Path)):
         wanted = [wanted]
@@ -96,18 +97,18 @@ def parse_strokes(wanted: Strokes, *, size: float) -> FloatArray:
 
 
 def stroke_texts(wanted: Sequence[str]) -> tuple[str, ...]:
-    """Return texts of strokes, those of files among them: what depends on them sees when a file changes.
+    """Replace the names of stroke files by their contents, so that a changed file is noticed.
 
     Raises
     ------
     InputError
-        As `parse_strokes` does, of files.
+        As `parse_strokes`, for files.
     """
     return tuple(text for one in wanted for text, _ in _texts(one))
 
 
 def is_stroke_file(text: str) -> bool:
-    """Whether a text of a stroke is the name of a file of such."""
+    """Whether a stroke's text is the name of a file of strokes."""
     return text.strip().lower().endswith(".json")
 
 
@@ -117,11 +118,12 @@ def with_strokes(mesh: TriangleMesh, frames: PlaneFrames, wish: Wish, strokes: F
     Raises
     ------
     InputError
-        If a stroke lies far from the surface, or at right angles to it.
+        If a stroke is far from the surface, or at right angles to it.
     """
     drawn, distance = _carried_from_strokes(mesh, frames, strokes)
     here = drawn != 0
-    # Blocks show the mean of the field over some way: it holds a little farther than the texture shall.
+    # Blocks show a mean of the field over some distance, so the field follows a stroke farther than the
+    # texture.
     near = np.where(here, np.clip((_FADED - distance) / (_FADED - _HELD), 0.0, 1.0), 0.0)
     kept = np.clip((distance - _FADED) / (_AROUND - _FADED), 0.0, 1.0)
     drawn_over = np.where(near > 0, power(drawn, wish.fold), wish.power)
@@ -134,10 +136,10 @@ def with_strokes(mesh: TriangleMesh, frames: PlaneFrames, wish: Wish, strokes: F
 
 
 def asked_by_strokes(mesh: TriangleMesh, strokes: Strokes, crease: float | None = None) -> FloatArray:
-    """Return what strokes ask of the texture, (T, 3, 3), as `asked_at_corners` does: 0 but near them.
+    """Return the texture directions from strokes, (T, 3, 3), like `asked_at_corners`: 0 except near them.
 
-    That is within 3 % of the model's size, on what hangs together with a stroke's place, its direction
-    carried straight on over the surface.
+    A stroke counts within 3 % of the model's size, on the part of the surface connected to its place; its
+    direction is carried straight over the surface.
     """
     frames = plane_frames(mesh, crease)
     drawn, distance = _carried_from_strokes(mesh, frames, parse_strokes(strokes, size=mesh.size))
@@ -146,12 +148,12 @@ def asked_by_strokes(mesh: TriangleMesh, strokes: Strokes, crease: float | None 
 
 
 def stroke_triangles(mesh: TriangleMesh, points: FloatArray) -> IntArray:
-    """Return which triangle is nearest to each stroke's place, (S,).
+    """Return the triangle nearest to each stroke's place, (S,).
 
     Raises
     ------
     InputError
-        If a stroke lies far from the surface.
+        If a stroke is far from the surface.
     """
     centres = mesh.corners.mean(axis=1)
     radii = np.sqrt(((mesh.corners - centres[:, None]) ** 2).sum(axis=2).max(axis=1)) * (1 + 1e-12)
@@ -169,8 +171,8 @@ def stroke_triangles(mesh: TriangleMesh, points: FloatArray) -> IntArray:
 def _carried_from_strokes(
     mesh: TriangleMesh, frames: PlaneFrames, strokes: FloatArray
 ) -> tuple[ComplexArray, FloatArray]:
-    # The direction of the nearest stroke (T,), of size 1, carried from its place, 0 where it does not reach;
-    # and how far away its place is, as a part of the model's size, `_AROUND` where none is near.
+    # The direction of the nearest stroke (T,), of size 1, carried from its place, 0 beyond its reach; and the
+    # distance to its place, as a share of the model's size, `_AROUND` where no stroke is near.
     points = np.ascontiguousarray(strokes[:, 0])
     centres, seeds = mesh.corners.mean(axis=1), stroke_triangles(mesh, points)
     along = strokes[:, 1] / np.abs(strokes[:, 1]).max(axis=1, keepdims=True)
@@ -184,7 +186,7 @@ def _carried_from_strokes(
     which, nearness = np.empty(len(centres), np.int32), np.empty(len(centres))
     near_by(frames.across, centres, seeds, points, _AROUND * mesh.size, which, nearness)
     drawn = np.zeros(len(centres), np.complex128)
-    first = np.flatnonzero(which[seeds] == np.arange(len(seeds)))  # of several in one triangle
+    first = np.flatnonzero(which[seeds] == np.arange(len(seeds)))  # the first of several in one triangle
     for axes, turn in ((frames.x, 1), (frames.y, 1j)):
         drawn[seeds[first]] += turn * np.einsum("ij,ij->i", along[first], axes[seeds[first]])
     drawn[seeds[first]] /= np.sqrt(drawn[seeds[first]].real ** 2 + drawn[seeds[first]].imag ** 2)
@@ -203,12 +205,12 @@ def _carried_from_strokes(
 
 
 def read_stroke_list(path: str) -> list[object]:
-    """Return the list that a JSON file of strokes holds; what stands in it is not checked.
+    """Return the list in a JSON file of strokes; its entries are not checked.
 
     Raises
     ------
     InputError
-        If it cannot be read, or is no list.
+        If it cannot be read, or is not a list.
     """
     try:
         written = json.loads(Path(path).read_text(encoding="utf-8"))
@@ -222,7 +224,7 @@ def read_stroke_list(path: str) -> list[object]:
 
 
 def _texts(text: str) -> list[tuple[str, str]]:
-    """Return a text, or those of the file that it names, and what each is called in a message."""
+    """Return a text, or the texts in the file that it names, each with its name for messages."""
     if not is_stroke_file(text):
         return [(text, f"stroke {text[:60]!r}")]
     path = text.strip()
@@ -230,16 +232,16 @@ def _texts(text: str) -> list[tuple[str, str]]:
     return [(_text_of(one, name), name) for one in read_stroke_list(path)]
 
 
-def _text_of(told: object, name: str) -> str:
+def _text_of(entry: object, name: str) -> str:
     """Return the text of one entry of a file."""
-    if isinstance(told, dict) and "line" in told:
-        return "/".join(",".join(map(repr, point)) for point in _points(told["line"], name).tolist())
-    pair = [told.get("at"), told.get("along")] if isinstance(told, dict) else told
+    if isinstance(entry, dict) and "line" in entry:
+        return "/".join(",".join(map(repr, point)) for point in _points(entry["line"], name).tolist())
+    pair = [entry.get("at"), entry.get("along")] if isinstance(entry, dict) else entry
     return ":".join(",".join(map(repr, part)) for part in _checked([pair], name)[0].tolist())
 
 
 def _of_text(text: str, name: str, size: float, most: int) -> FloatArray:
-    """Return the strokes of a text, those along a line if there are no more than `most`."""
+    """Return the strokes of a text; those along a line only if there are no more than `most`."""
     mark = "/" if "/" in text else ":"
     if not re.fullmatch(f"{_POINT}(?:/{_POINT})*" if mark == "/" else f"{_POINT}:{_POINT}", text):
         raise InputError(f"stroke is {text[:60]!r}; allowed: {ALLOWED}")
@@ -247,14 +249,14 @@ def _of_text(text: str, name: str, size: float, most: int) -> FloatArray:
     return _checked([points], name) if mark == ":" else _along(_points(points, name), size, most, name)
 
 
-def _points(told: object, name: str) -> FloatArray:
-    """Return the points of a line, (n, 3): two or more, of which each differs from the one before."""
+def _points(line: object, name: str) -> FloatArray:
+    """Return the points of a line, (n, 3): two or more, each different from the previous one."""
     try:
-        points = np.array(told, np.float64)
+        points = np.array(line, np.float64)
     except (TypeError, ValueError):
         points = np.zeros(0)
     if points.ndim != 2 or points.shape[1] != 3 or not (np.abs(points) <= 1e18).all():
-        raise InputError(f"{name}: a line is no finite numbers of shape (n, 3); allowed: [[x, y, z], …]")
+        raise InputError(f"{name}: a line is not finite numbers of shape (n, 3); allowed: [[x, y, z], …]")
     kept: FloatArray = points[np.append(True, (np.diff(points, axis=0) != 0).any(axis=1))]
     if len(kept) < 2:
         raise InputError(f"{name}: a line has one place; allowed: at least two points that differ")
@@ -262,7 +264,7 @@ def _points(told: object, name: str) -> FloatArray:
 
 
 def _along(points: FloatArray, size: float, most: int, name: str) -> FloatArray:
-    """Return strokes along a line (n, 3), in the middles of parts that are short for a model of a size."""
+    """Return strokes along a line (n, 3), at the midpoints of its parts, short for a model of this size."""
     ways = np.diff(points, axis=0)
     counts = np.ceil(np.sqrt((ways**2).sum(axis=1)) / (_APART * size))
     if not counts.sum() <= most:
@@ -282,7 +284,7 @@ def _checked(wanted: object, name: str) -> FloatArray:
     except (TypeError, ValueError):
         strokes = np.zeros(0)
     if strokes.ndim != 3 or strokes.shape[1:] != (2, 3) or not (np.abs(strokes) <= 1e18).all():
-        raise InputError(f"{name}: no finite numbers of shape (n, 2, 3); allowed: {ALLOWED}")
+        raise InputError(f"{name}: not finite numbers of shape (n, 2, 3); allowed: {ALLOWED}")
     if (strokes[:, 1] == 0).all(axis=1).any():
         raise InputError(f"{name}: a direction is zero; allowed: vectors that are not zero")
     return strokes

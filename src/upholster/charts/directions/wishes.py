@@ -1,4 +1,4 @@
-"""What a direction asks for on each triangle of a mesh."""
+"""The direction asked for on each triangle of a mesh."""
 
 from dataclasses import dataclass, replace
 
@@ -17,24 +17,25 @@ from upholster.types import FloatArray
 __all__ = ["Wish", "asked_of_slopes", "prior_of", "wish_of"]
 
 SHARP = 30.0
-"""Degrees above which an edge is sharp for the direction ``edges``, unless creases are told."""
+"""Degrees above which an edge is sharp for the direction ``edges``, unless a crease angle is given."""
 
 _VECTOR = (0.02, 0.2)
-"""Sines of the angle between a vector and the normal: from nothing asked to followed closely."""
+"""Sines of the angle between a vector and the normal: up to the first ignored, from the second followed
+closely."""
 
 _LEVEL = (0.03, 0.3)
-"""Likewise of slopes, for the direction ``level``: what lies nearly flat is better smooth."""
+"""The same for slopes, for the direction ``level``: nearly flat parts are better filled smoothly."""
 
 _BENT = (0.3, 3.0)
-"""Difference of the principal curvatures times the model's size: from nothing asked to followed closely."""
+"""The same for the difference of the principal curvatures times the model's size."""
 
 _CURVED_OVER = 0.01
-"""Length, as a part of the model's size, over which curvature is averaged."""
+"""Length, as a share of the model's size, over which curvature is averaged."""
 
 
 @dataclass(frozen=True, slots=True)
 class Wish:
-    """What is asked for on each triangle.
+    """The direction asked for on each triangle.
 
     Attributes
     ----------
@@ -45,13 +46,13 @@ class Wish:
     fold
         1, 2 or 4: opposite directions, or those at right angles too, count as one.
     least
-        Part of a region's area that must have a wish, for the region to follow it: a few bad triangles of a
-        flat side have none.
+        A region follows its wishes if they cover at least this share of its area: on a flat side, a few bad
+        triangles may have wishes by accident.
     corners
-        (T, 3, 3) what is asked for at the triangles' corners, in their planes, as long as it is confident
-        there; None where it is known for triangles alone.
+        (T, 3, 3) the directions asked for at the triangles' corners, in their planes; lengths are
+        confidences. None where directions are known only for triangles.
     drawn
-        (T,) where a stroke says it; None without strokes.
+        (T,) where a stroke sets it; None without strokes.
     """
 
     power: ComplexArray
@@ -63,12 +64,12 @@ class Wish:
 
 
 def wish_of(mesh: TriangleMesh, frames: PlaneFrames, direction: Direction, crease: float | None) -> Wish:
-    """Return what a direction asks for on each triangle.
+    """Return the directions asked for on each triangle.
 
     Raises
     ------
     InputError
-        If vectors are not finite, of another shape, or nowhere along the surface.
+        If vectors are not finite, have another shape, or are nowhere along the surface.
     """
     if direction.kind == "smooth":
         count = len(mesh.triangles)
@@ -104,7 +105,7 @@ def _corners(
 ) -> FloatArray:
     asked = asked_at_corners(mesh, direction, normals=shaded)
     assert asked is not None
-    if direction.weighted:  # in the triangles' planes, and as long as it counts
+    if direction.weighted:  # in the triangles' planes, lengths are weights
         return asked
     length = np.sqrt(np.einsum("tki,tki->tk", asked, asked))[..., None]
     corners: FloatArray = asked * (_stepped(length, *limits) / np.maximum(length, 1e-300))
@@ -112,7 +113,7 @@ def _corners(
 
 
 def _mean_normals(frames: PlaneFrames, shaded: FloatArray) -> FloatArray:
-    """Return the triangles' unit normals (T, 3) on the smooth surface, by their corners' (T, 3, 3)."""
+    """Return the triangles' unit normals (T, 3) on the smooth surface, from their corners' (T, 3, 3)."""
     normals = shaded.mean(axis=1)
     length = np.sqrt(np.einsum("ij,ij->i", normals, normals))[:, None]
     near = length[:, 0] * 0.5 < np.einsum("ij,ij->i", normals, frames.normals)
@@ -120,10 +121,10 @@ def _mean_normals(frames: PlaneFrames, shaded: FloatArray) -> FloatArray:
 
 
 def _along_curvature(mesh: TriangleMesh, frames: PlaneFrames) -> Wish:
-    """Return the directions of the greatest curvature, outward counted as positive.
+    """Return the directions of greatest curvature, with outward curvature positive.
 
-    Each triangle's shape operator is the derivative of its vertices' normals over it; half the difference of
-    its eigenvalues, turned by twice the first one's angle, is a field of fold 2, and is averaged as such.
+    Each triangle's shape operator is the derivative of its vertices' normals over it. Half the difference of
+    its eigenvalues, turned by twice the first one's angle, is a field of fold 2 and is averaged as such.
 
     References
     ----------
@@ -139,7 +140,7 @@ def _along_curvature(mesh: TriangleMesh, frames: PlaneFrames) -> Wish:
     by_x, by_y = (m * q.imag - n * p.imag) / area, (n * p.real - m * q.real) / area
     twice = 0.5 * (by_x.real - by_y.imag) + 0.5j * (by_x.imag + by_y.real)
     length = np.sqrt(twice.real**2 + twice.imag**2)
-    most = 2.0 / np.sqrt(frames.areas)  # a triangle can not be bent more than to a small ball
+    most = 2.0 / np.sqrt(frames.areas)  # a triangle cannot be bent more than a small ball
     twice = twice * np.minimum(1.0, most / np.maximum(length, 1e-300))
     twice = spread_evenly(frames, twice, 2, _CURVED_OVER * mesh.size)
     length = np.sqrt(twice.real**2 + twice.imag**2)
@@ -148,9 +149,9 @@ def _along_curvature(mesh: TriangleMesh, frames: PlaneFrames) -> Wish:
 
 
 def _along_edges(mesh: TriangleMesh, frames: PlaneFrames, sharp: float) -> Wish:
-    """Return the directions of sharp edges and borders, in the triangles beside them.
+    """Return the directions of sharp edges and borders, in the adjacent triangles.
 
-    An edge counts as much as it is long for its triangle: a small hole does not turn a large triangle.
+    An edge's weight is its length relative to its triangle: a small hole does not turn a large triangle.
     """
     bend = np.einsum("ti,tki->tk", frames.normals, frames.normals[mesh.neighbours // 3])
     is_sharp = (mesh.neighbours < 0) | (bend < np.cos(np.radians(sharp)))
@@ -163,19 +164,19 @@ def _along_edges(mesh: TriangleMesh, frames: PlaneFrames, sharp: float) -> Wish:
 
 
 def asked_of_slopes(upright: FloatArray) -> FloatArray:
-    """Return how much ``level`` asks for, 0 to 1, where unit normals have such parts upward."""
+    """Return the confidence of ``level``, 0 to 1, for unit normals with these upward components."""
     return _stepped(np.sqrt(np.maximum(1.0 - upright * upright, 0.0)), *_LEVEL)
 
 
 def prior_of(frames: PlaneFrames) -> ComplexArray:
-    """Return what decides where nothing else does, (T,): level, and along x on what lies flat."""
+    """Return the default (T,) where nothing else decides: level, or along x on flat ground."""
     return frames.numbers(np.cross((0.0, 0.0, 1.0), frames.normals) + np.array([0.1, 0.01, 0.0]))
 
 
 def _projected(
     frames: PlaneFrames, vectors: FloatArray, whole: FloatArray | float, limits: tuple[float, float]
 ) -> Wish:
-    """Return vectors (T, 3) in the triangles' planes, with confidence by what is left of their `whole`."""
+    """Return vectors (T, 3) in the triangles' planes, confident by the share left of their length `whole`."""
     z = frames.numbers(vectors)
     length = np.sqrt(z.real**2 + z.imag**2)
     some = length > 0
@@ -184,7 +185,7 @@ def _projected(
 
 
 def _stepped(x: FloatArray, low: float, high: float) -> FloatArray:
-    """Return 0 up to `low`, 1 from `high` on, smooth between."""
+    """Return 0 up to `low`, 1 from `high` on, and a smooth transition in between."""
     step = np.clip((x - low) / (high - low), 0, 1)
     stepped: FloatArray = step * step * (3 - 2 * step)
     return stepped

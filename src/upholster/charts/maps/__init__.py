@@ -1,9 +1,9 @@
-"""Surface maps: a value from 0 to 1 at each step of a surface, by which others steer what is laid there.
+"""Surface maps: a value from 0 to 1 at each step of a surface, which steers the texture there.
 
-`text` reads maps as users write them: an image, a part, what faces up, what is hollow. `surface_map` is what
-it returns; `ground` has what a map is evaluated on, and goes over its steps. A kind of map is a `source`:
-`shapes` has those of place and normal, `images` those of pictures and of vertex colours, `rays` those of
-edges and hollows (found at `coarse` steps), `noise` and `painted` one each.
+`text` parses maps as users write them: an image, a part, faces that point up, hollows. It returns a
+`surface_map`. `ground` has everything on which a map is evaluated, and iterates over its steps. Each kind of
+map is a `source`: `shapes` has maps of place and normal, `images` those of pictures and vertex colours,
+`rays` those of edges and hollows (evaluated at `coarse` steps), `noise` and `painted` one each.
 """
 
 from upholster.charts.maps.ground import MapGround

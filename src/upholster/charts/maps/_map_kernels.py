@@ -1,4 +1,4 @@
-"""Hot loops of maps: images, steps that stand for their neighbours and what is spread from them, strokes."""
+"""Hot loops of maps: looking up images, choosing and spreading coarse steps, and finding strokes."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,18 +9,19 @@ from upholster.types import FloatArray, IntArray, int64
 __all__ = ["ALIKE", "look_up", "middle_steps", "nearest_strokes", "spread"]
 
 ALIKE = 0.5
-"""Cosine between normals of cells beside each other that have something to do with each other."""
+"""Cosine between normals of adjacent cells from which they influence each other."""
 
 BESIDE_EACH_OTHER = 256
-"""Points for which strokes that may reach them are listed together."""
+"""Number of points that share one list of the strokes that may reach them."""
 
 
 @kernel
 def look_up(grey: NDArray[np.float32], uv: FloatArray, repeats: bool, out: NDArray[np.float32]) -> None:
-    """Write to `out` (n,) an image's values (height, width) at places `uv` (n, 2), between pixels' middles.
+    """Write to `out` (n,) an image's values (height, width) at places `uv` (n, 2), bilinear between pixels.
 
-    u runs to the right and v downward, from 0 to 1; beyond, the image repeats, or its border goes on. Clear
-    pixels are NaN: what lies in one is NaN, and they count for nothing elsewhere. So are places of NaN.
+    u runs to the right and v downward, from 0 to 1. Beyond that the image repeats, or its border continues.
+    Clear pixels are NaN: places in them give NaN, and elsewhere they have no weight. Places that are NaN give
+    NaN.
     """
     height, width = grey.shape
     for n in range(uv.shape[0]):
@@ -48,10 +49,9 @@ def look_up(grey: NDArray[np.float32], uv: FloatArray, repeats: bool, out: NDArr
 
 @kernel
 def middle_steps(triangles: IntArray, stride: int, found: NDArray[np.int64]) -> None:
-    """Write to `found` (rows, columns, 2) which step of each cell is nearest to its middle; −1 for none.
+    """Write to `found` (rows, columns, 2) the step of each cell that is nearest to its middle; −1 for none.
 
-    Cells are `stride` steps wide. `triangles` (height, width) tells which steps are on the surface: those
-    that are not below 0.
+    Cells are `stride` steps wide. `triangles` (height, width) is negative for steps off the surface.
     """
     height, width = triangles.shape
     for i in range(found.shape[0]):
@@ -76,22 +76,22 @@ def spread(
     reach: FloatArray,
     out: NDArray[np.float32],
 ) -> None:
-    """Write to `out` (n,) the values of cells, bilinearly between their middles, at `steps` (n, 2).
+    """Write to `out` (n,) cells' values, interpolated bilinearly, at `steps` (n, 2).
 
     Parameters
     ----------
     steps
-        Rows and columns of places on the chart.
+        (n, 2): rows and columns of places on the chart.
     stride
-        Steps that a cell is wide.
+        Width of a cell in steps.
     values
-        (rows, columns): NaN in cells that have none. The cells that hold the steps have some.
+        (rows, columns): NaN in cells without a value. The cells that contain the steps have values.
     points
-        (rows, columns, 3): where the cells are in space.
+        (rows, columns, 3): the cells' positions in space.
     normals
-        (rows, columns, 3): those of a neighbour that counts are turned by 60° at most.
+        (rows, columns, 3): a neighbour counts if its normal differs by 60° at most.
     reach
-        (rows, columns): how far away in space a neighbour may be to count.
+        (rows, columns): a neighbour counts up to this distance in space.
     """
     for n in range(steps.shape[0]):
         y, x = steps[n, 0] / stride, steps[n, 1] / stride
@@ -104,8 +104,8 @@ def spread(
                     continue
                 away, alike = 0.0, 0.0
                 for axis in range(3):
-                    beside = points[r, c, axis] - points[own_row, own_column, axis]
-                    away += beside * beside
+                    offset = points[r, c, axis] - points[own_row, own_column, axis]
+                    away += offset * offset
                     alike += normals[r, c, axis] * normals[own_row, own_column, axis]
                 if r == own_row and c == own_column:
                     alike = 1.0
@@ -118,7 +118,7 @@ def spread(
 
 @inline
 def _radius(points: FloatArray, first: int, last: int, middle: int) -> float:
-    # Of the ball round one of some points that holds them all.
+    # Radius of the ball around one of some points that contains them all.
     radius = 0.0
     for n in range(first, last):
         a, b = points[n, 0] - points[middle, 0], points[n, 1] - points[middle, 1]
@@ -134,15 +134,15 @@ def nearest_strokes(
     places: FloatArray,
     facing: FloatArray,
     radii: FloatArray,
-    told: FloatArray,
+    values: FloatArray,
     listed: IntArray,
     out: NDArray[np.float32],
 ) -> None:
-    """Write to `out` (n,) what the stroke tells that is nearest to each point, NaN where none reaches.
+    """Write to `out` (n,) the value of the stroke nearest to each point, NaN where none reaches.
 
-    `points` and `normals` are (n, 3). Strokes have `places` and normals `facing` (S, 3), `radii` and what
-    they have `told` (S,). One counts for points within its radius whose normal is not turned by more than
-    120° from its own. `listed` (S,) is scratch.
+    `points` and `normals` are (n, 3). Strokes have `places` and normals `facing` (S, 3), `radii` and `values`
+    (S,). A stroke reaches the points within its radius whose normal differs by at most 120° from its own.
+    `listed` (S,) is scratch space.
     """
     for first in range(0, points.shape[0], BESIDE_EACH_OTHER):
         last = min(first + BESIDE_EACH_OTHER, points.shape[0])
@@ -170,5 +170,5 @@ def nearest_strokes(
                     continue
                 alike = facing[s, 0] * normals[n, 0] + facing[s, 1] * normals[n, 1]
                 if alike + facing[s, 2] * normals[n, 2] >= -0.5:
-                    least, value = away, told[s]
+                    least, value = away, values[s]
             out[n] = np.float32(value)

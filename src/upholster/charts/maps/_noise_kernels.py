@@ -16,12 +16,12 @@ GRADIENTS = np.array(
     ],
     np.float64,
 )
-"""(16, 3): to the middles of a cube's edges, four of them twice."""
+"""(16, 3): vectors to the middles of a cube's edges, four of them twice."""
 
 
 @inline
 def _hashed(x: int, y: int, z: int) -> int:
-    # 0 to 15, of whole numbers from 0 to 2²⁴: products stay within 64 bits.
+    # Hash to 0 … 15, for integers from 0 to 2²⁴: products stay within 64 bits.
     h = (x * 73856093) ^ (y * 19349663) ^ (z * 83492791)
     h = ((h ^ (h >> 15)) & 0x7FFFFFFF) * 668265263
     h = ((h ^ (h >> 17)) & 0x7FFFFFFF) * 374761393
@@ -37,8 +37,8 @@ def _faded(t: float) -> float:
 def add_noise(points: FloatArray, period: tuple[int, int, int], weight: float, out: FloatArray) -> None:
     """Add `weight` times gradient noise at points (n, 3) to `out` (n,).
 
-    It is 0 where all coordinates are whole numbers. With a period (d, s, e) it is the same at (x + d, y, z)
-    and at (x + s, y + e, z), and coordinates may be any; with (0, 0, 0) they are 0 to 2²⁴.
+    It is 0 where all coordinates are integers. With a period (d, s, e) it is the same at (x + d, y, z) and at
+    (x + s, y + e, z), for any coordinates. With (0, 0, 0), coordinates must be 0 to 2²⁴.
     """
     d, s, e = period
     for n in range(points.shape[0]):

@@ -1,8 +1,8 @@
-"""Values that take long to find: found at some steps, and spread over the others.
+"""Values that are expensive to compute: computed at some steps, and spread over the others.
 
-Each chart is cut into square cells; of each the step nearest to its middle stands for it. Between cells'
-middles values are bilinear. Two cells of an island that are far apart in space, as on both sides of a gap, or
-that face different ways, as on both sides of an edge, have nothing to do with each other.
+Each chart is cut into square cells; the step nearest to a cell's middle represents it. Values are bilinear
+between the middles of cells. Two cells of an island do not influence each other if they are far apart in
+space, as on both sides of a gap, or face different ways, as on both sides of an edge.
 """
 
 from collections.abc import Callable, Sequence
@@ -19,19 +19,19 @@ from upholster.types import FloatArray, IntArray
 __all__ = ["CLASSES", "Cells", "SurfacePoints", "coarse_cells", "spread_over_steps"]
 
 MOST_POINTS = 250_000
-"""Cells with a step on the surface, of all charts together."""
+"""Greatest number of cells with a step on the surface, over all charts."""
 
 CLASSES = 16
-"""Cells are of so many classes, and each square of four cells a side has one of each."""
+"""Number of classes of cells; each square of four cells a side has one of each class."""
 
 _TENT = (1, 2, 2, 2, 1)
-"""Weights of cells beside each other: among them each row, and each column, of classes counts the same."""
+"""Weights of adjacent cells: with these, each row and each column of classes has the same total weight."""
 
 _INWARD = 1e-3
-"""How far points are moved towards the middles of their triangles, as a part of the way."""
+"""Share of the way by which points are moved towards the centroids of their triangles."""
 
 _STRETCH = 1.5
-"""How many times as far apart cells may be in space as they are on the chart."""
+"""Cells influence each other up to this many times their distance on the chart, measured in space."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -43,9 +43,9 @@ class SurfacePoints:
     positions
         (n, 3) in model units.
     normals
-        (n, 3): unit normals of the triangles that they lie on.
+        (n, 3): unit normals of their triangles.
     kind
-        (n,) the class of the cell that each stands for, 0 to `CLASSES` less 1.
+        (n,) the class of the cell that each point represents, 0 to `CLASSES` − 1.
     """
 
     positions: FloatArray
@@ -60,13 +60,13 @@ class Cells:
     Attributes
     ----------
     stride
-        Steps that each is wide.
+        Width of a cell in steps.
     on
-        (rows, columns): which have a step on the surface.
+        (rows, columns): cells with a step on the surface.
     positions, normals
-        (rows, columns, 3) where that is, and the normal of the triangle there; NaN for others.
+        (rows, columns, 3) that step's position, and its triangle's normal; NaN for other cells.
     length
-        (rows, columns) how long a cell is in space, at most.
+        (rows, columns) greatest length of a cell in space.
     """
 
     stride: int
@@ -80,7 +80,7 @@ def coarse_cells(charted: ChartedSurface, *, threads: int | None = None) -> tupl
     """Cut charts into cells of as few steps as `MOST_POINTS` allows: 1, 2, 4 … each way."""
     triangles = located(charted, threads=threads)
     count, stride = sum(int((each >= 0).sum()) for each in triangles), 1
-    while count > stride * stride * MOST_POINTS:  # however few cells are not full
+    while count > stride * stride * MOST_POINTS:  # an upper limit, as if all cells were full
         stride *= 2
     found = [_middles(each, stride) for each in triangles]
     while sum(int((each[..., 0] >= 0).sum()) for each in found) > MOST_POINTS:
@@ -97,7 +97,7 @@ def coarse_cells(charted: ChartedSurface, *, threads: int | None = None) -> tupl
         steps = Steps(charted, number, charted.charts[number], places, mine)
         positions, length = np.full((*on.shape, 3), np.nan), np.zeros(on.shape)
         normals = positions.copy()
-        # A little away from edges: on them it is chance on which side of another triangle they lie.
+        # Points exactly on an edge may be on either side of another triangle by chance.
         positions[on] = (1 - _INWARD) * steps.mean_of(corners) + _INWARD * corners[mine].mean(axis=1)
         normals[on], length[on] = charted.mesh.flat_normals[mine], stride * longest[mine]
         out.append(Cells(stride, on, positions, normals, length))
@@ -110,22 +110,22 @@ def _middles(triangles: IntArray, stride: int) -> NDArray[np.int64]:
     return found
 
 
-def spread_over_steps(cells: Sequence[Cells], told: Callable[[SurfacePoints], FloatArray]) -> AtSteps:
-    """Return what tells steps the values of cells.
+def spread_over_steps(cells: Sequence[Cells], evaluate: Callable[[SurfacePoints], FloatArray]) -> AtSteps:
+    """Return a function that evaluates cells' values at steps.
 
     Parameters
     ----------
     cells
-        Those of a surface's charts.
-    told
-        Points (n, 3) to a value each. Values may be rough, if those of all classes together are not: they are
-        smoothed over four cells.
+        The cells of a surface's charts.
+    evaluate
+        A function from points (n, 3) to a value each. The values of one class may be rough if those of all
+        classes together are not: they are smoothed over four cells.
     """
     kinds = [np.indices(each.on.shape) % 4 for each in cells]
     own = [(4 * kind[0] + kind[1])[each.on] for kind, each in zip(kinds, cells, strict=True)]
     positions = np.concatenate([each.positions[each.on] for each in cells])
     normals = np.concatenate([each.normals[each.on] for each in cells])
-    found = told(SurfacePoints(positions, normals, np.concatenate(own)))
+    found = evaluate(SurfacePoints(positions, normals, np.concatenate(own)))
     values = []
     for each, part in zip(cells, np.split(found, np.cumsum([len(one) for one in own])[:-1]), strict=True):
         grid = np.full(each.on.shape, np.nan)
@@ -143,7 +143,7 @@ def spread_over_steps(cells: Sequence[Cells], told: Callable[[SurfacePoints], Fl
 
 
 def _smoothed(cells: Cells, values: FloatArray) -> NDArray[np.float32]:
-    """Return means over cells beside each other, weighted by `_TENT` each way; NaN where there is none."""
+    """Return means over adjacent cells, weighted by `_TENT` each way; NaN where there is no cell."""
     total, weights = np.zeros(values.shape), np.zeros(values.shape)
     height, width = values.shape
     half = len(_TENT) // 2
@@ -154,7 +154,7 @@ def _smoothed(cells: Cells, values: FloatArray) -> NDArray[np.float32]:
             reach = _STRETCH * (np.hypot(down, right) + 1) * cells.length[here]
             away = np.linalg.norm(cells.positions[here] - cells.positions[there], axis=2)
             alike = (cells.normals[here] * cells.normals[there]).sum(axis=2) >= ALIKE
-            counts = alike & (away <= reach) if down or right else cells.on  # false where there is none
+            counts = alike & (away <= reach) if down or right else cells.on  # false where there is no cell
             weight = np.where(counts, _TENT[half + down] * _TENT[half + right], 0)
             total[here] += np.where(counts, values[there], 0.0) * weight
             weights[here] += weight

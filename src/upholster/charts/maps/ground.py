@@ -1,4 +1,4 @@
-"""What maps are evaluated on, and its steps, some at a time."""
+"""The ground on which maps are evaluated, and its steps in batches."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -20,23 +20,23 @@ from upholster.types import FloatArray, IntArray
 __all__ = ["AtSteps", "MapGround", "Steps", "located", "over_steps"]
 
 _BAND = 1 << 17
-"""Steps that are looked at together, about."""
+"""Approximate number of steps in a batch."""
 
 
 @dataclass(frozen=True)
 class MapGround:
-    """What a map is evaluated on.
+    """The surface on which a map is evaluated, with everything that maps need of it.
 
     Attributes
     ----------
     charted
         The triangles, and the charts whose steps get values.
     model
-        The file that its mesh was read from; None for others.
+        The file that its mesh was read from; otherwise None.
     surface
-        What the charts lie on. The mesh of a `MeshSurface` is the charted surface's.
+        The surface under the charts. The mesh of a `MeshSurface` is the charted surface's.
     is_flat
-        Whether it is a flat texture, see `upholster.charts.charted.charted_plane`.
+        Whether it is a flat texture: see `upholster.charts.charted.charted_plane`.
     """
 
     charted: ChartedSurface
@@ -47,18 +47,18 @@ class MapGround:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Steps:
-    """Some steps of one chart that lie on the surface.
+    """Some steps of one chart that are on the surface.
 
     Attributes
     ----------
     charted
         The surface.
     number, chart
-        Which of its charts, and that chart.
+        The number of their chart, and the chart.
     places
-        (n, 2) float64: row and column of the steps' middles on the chart.
+        (n, 2) float64: row and column of the steps' centres on the chart.
     triangles
-        (n,) int32: in which triangle each lies, or right beside.
+        (n,) int32: the triangle that contains each step or is next to it.
     """
 
     charted: ChartedSurface
@@ -68,27 +68,27 @@ class Steps:
     triangles: IntArray
 
     def mean_of(self, corners: FloatArray) -> FloatArray:
-        """Return what values (T, 3, k) at the triangles' corners are at the steps, (n, k)."""
+        """Interpolate values (T, 3, k) at the triangles' corners to the steps, (n, k)."""
         out = np.empty((len(self.triangles), corners.shape[2]))
         interpolate(self.places, self.triangles, self.charted.places, corners, out)
         return out
 
     def nearest_of(self, corners: NDArray[Any]) -> NDArray[Any]:
-        """Return what values (T, 3, …) are at the corners nearest to the steps, (n, …)."""
+        """Return values (T, 3, …) at the corners nearest to the steps, (n, …)."""
         away = ((self.charted.places[self.triangles] - self.places[:, None]) ** 2).sum(axis=2)
         found: NDArray[Any] = corners[self.triangles, away.argmin(axis=1)]
         return found
 
 
 AtSteps = Callable[[Steps], NDArray[Any]]
-"""Steps to a value for each, (n,)."""
+"""A function from steps to a value for each, (n,)."""
 
 
 @stage
 def located(charted: ChartedSurface, *, threads: int | None = None) -> tuple[IntArray, ...]:
-    """Return the triangle in which the middle of each chart's steps lies, (height, width) int32.
+    """Return the triangle that contains the centre of each chart's steps, (height, width) int32.
 
-    Right beside the surface, up to three quarters of a step away, it is the nearest; beyond −1.
+    For steps off the surface, up to three quarters of a step away, it is the nearest triangle; beyond, −1.
     """
     shapes = np.array([(chart.height, chart.width) for chart in charted.charts], np.int64).reshape(-1, 2)
     heights, widths = np.ascontiguousarray(shapes.T)
@@ -106,7 +106,7 @@ def located(charted: ChartedSurface, *, threads: int | None = None) -> tuple[Int
 def over_steps(
     charted: ChartedSurface, at: AtSteps, nothing: NDArray[Any], *, threads: int | None = None
 ) -> tuple[NDArray[Any], ...]:
-    """Return what a function tells of all steps, (height, width) of each chart.
+    """Return a function's values at all steps, (height, width) for each chart.
 
     Parameters
     ----------
@@ -115,7 +115,7 @@ def over_steps(
     at
         Called with some steps of one chart at a time, in several threads.
     nothing
-        What stands where no surface is: a number, of the type that the results have.
+        The value off the surface; its type is that of the results.
     threads
         As in `upholster.parallel.run_tasks`.
     """

@@ -1,4 +1,4 @@
-"""Maps of pictures: an image that lies over the surface, and the colours of a model's vertices."""
+"""Maps of pictures: an image over the surface, and the colours of a model's vertices."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -18,7 +18,8 @@ from upholster.types import FloatArray, PixelArray
 __all__ = ["Image", "VertexColors"]
 
 Coordinates = Callable[[Steps], FloatArray]
-"""Steps to (u, v) on the image, (n, 2): 0 to 1, to the right and downward; NaN where there are none."""
+"""A function from steps to (u, v) on the image, (n, 2): 0 to 1, to the right and downward; NaN without
+any."""
 
 
 @dataclass(frozen=True)
@@ -29,11 +30,11 @@ class Image(Source):
 
     @property
     def files(self) -> tuple[str, ...]:
-        """Files that it reads."""
+        """The files that it reads."""
         return (self.file,)
 
     def values(self, ground: MapGround, _: int | None, /) -> AtSteps:
-        """Return what tells values: bilinear means of the pixels, of those that are not clear."""
+        """Return a function for values: bilinear means of the pixels that are not clear."""
         coordinates, repeats = _coordinates(self.file, ground)
         pixels = _pixels(self.file)
         grey = pixels[..., : alpha_channel(pixels.shape[2])].mean(axis=2, dtype=np.float32)
@@ -50,7 +51,7 @@ class Image(Source):
         return at
 
     def codes(self, ground: MapGround, /) -> AtSteps:
-        """Return what tells labels: the nearest pixel's."""
+        """Return a function for labels: those of the nearest pixels."""
         coordinates, repeats = _coordinates(self.file, ground)
         labels = _labels(_pixels(self.file))
 
@@ -68,15 +69,15 @@ class Image(Source):
 
 @dataclass(frozen=True)
 class VertexColors(Source):
-    """The colours of a model's vertices, as its file has them."""
+    """The colours of a model's vertices in its file."""
 
     def values(self, ground: MapGround, _: int | None, /) -> AtSteps:
-        """Return what tells values: means of red, green and blue."""
+        """Return a function for values: means of red, green and blue."""
         grey = _vertex_colors(ground).mean(axis=2, dtype=np.float64, keepdims=True)
         return lambda steps: steps.mean_of(grey)[:, 0]
 
     def codes(self, ground: MapGround, /) -> AtSteps:
-        """Return what tells labels: the nearest vertex's."""
+        """Return a function for labels: those of the nearest vertices."""
         colors = _vertex_colors(ground)
         labels = np.nan_to_num(np.rint(colors * 255)).astype(np.int32) @ np.array(
             [1 << 16, 1 << 8, 1], np.int32
@@ -91,12 +92,12 @@ def _vertex_colors(ground: MapGround) -> NDArray[np.float32]:
     Raises
     ------
     InputError
-        If the model has none.
+        If the model has no vertex colours.
     """
     colors = None if ground.model is None else ground.model.colors
     if colors is None or not np.isfinite(colors[ground.charted.chart >= 0]).any():
         raise InputError(
-            "map 'colors' is what a model's vertices have, and this surface has no colours; "
+            "map 'colors' is for the colours of a model's vertices, and this surface has no colours; "
             "allowed: other maps"
         )
     return colors
@@ -130,7 +131,7 @@ def _labels(pixels: PixelArray) -> NDArray[np.int32]:
 
 
 def _coordinates(file: str, ground: MapGround) -> tuple[Coordinates, bool]:
-    """Return where steps lie on an image, and whether it repeats beyond its borders.
+    """Return a function for the steps' places on an image, and whether the image repeats beyond its borders.
 
     Raises
     ------
@@ -145,8 +146,8 @@ def _coordinates(file: str, ground: MapGround) -> tuple[Coordinates, bool]:
     uv = charted.mesh.uv if ground.model is None else ground.model.uv
     if uv is None or not np.isfinite(uv[charted.chart >= 0]).any():
         raise InputError(
-            f"map {file!r} is an image, and this model has no texture coordinates on which it could lie; "
-            "allowed: maps that need none, as facing:z"
+            f"map {file!r} is an image, and this model has no texture coordinates to place it; "
+            "allowed: maps that need none, such as facing:z"
         )
     corners = np.array(uv, np.float64)
     return lambda steps: steps.mean_of(corners), True
@@ -163,5 +164,5 @@ def _on_face(surface: Surface) -> Coordinates:
 
 
 def _within(uv: FloatArray, repeats: bool) -> FloatArray:
-    """Return coordinates from 0 to 1."""
+    """Wrap or clamp coordinates to 0 … 1."""
     return cast(FloatArray, uv - np.floor(uv) if repeats else np.clip(uv, 0.0, 1.0))

@@ -24,20 +24,20 @@ _BLOB = 1 / 8
 _MOST_BLOBS = 1_000_000
 
 _TURN = np.array([(2, -1, 2), (2, 2, -1), (-1, 2, 2)]) @ np.array([(3, -4, 0), (4, 3, 0), (0, 0, 5)]) / 15
-"""How the lattice lies in space: along no axis, so that it does not show on what is level or upright."""
+"""Orientation of the lattice in space: along no axis, so that it does not show on level or upright faces."""
 
 _Period = tuple[int, int, int]
 
 _OCTAVES = ((1, 1.0), (2, 0.5))
-"""Sizes of lattices, as parts of the blobs', and their weights."""
+"""Sizes of lattices, as shares of the blobs' size, and their weights."""
 
 _SPREAD = 2.5 * 0.3
-"""What becomes 0 and 1: two and a half standard deviations of the sum of octaves."""
+"""The sum that maps to 0 and 1: ± two and a half standard deviations of the sum of octaves."""
 
 
 @dataclass(frozen=True)
 class Noise(Source):
-    """Smooth blobs of light and dark, spread over 0 to 1 about evenly; on a tile they go on beyond its edges.
+    """Smooth blobs of light and dark, about evenly distributed over 0 to 1; a tile's continue over its edges.
 
     Two octaves of gradient noise on a lattice that begins at the lowest corner of the model's box. A sum n
     becomes 3t² − 2t³ with t = ½ + n / 2s, cut to 0 … 1; s is 2½ standard deviations.
@@ -45,13 +45,13 @@ class Noise(Source):
     Attributes
     ----------
     blob
-        About how large blobs are; None: an eighth of the model's size.
+        Approximate size of blobs; None: an eighth of the model's size.
     """
 
     blob: Length | None = None
 
     def values(self, ground: MapGround, _: int | None, /) -> AtSteps:
-        """Return what tells values."""
+        """Return a function for values."""
         mesh = ground.charted.mesh
         size = mesh.size or 1.0
         blob = _BLOB * size if self.blob is None else length_on(ground, self.blob, "blobs")
@@ -73,17 +73,17 @@ class Noise(Source):
 
 
 def _in_space(corners: FloatArray, blob: float) -> tuple[FloatArray, _Period]:
-    """Return where corners lie on the lattice, with no coordinate below 0; and no period."""
-    x, y, z = np.moveaxis(corners / blob, 2, 0)[..., None]  # sums in one order, on any machine
+    """Return the corners' places on the lattice, with no negative coordinate; and no period."""
+    x, y, z = np.moveaxis(corners / blob, 2, 0)[..., None]  # the same order of sums on any machine
     turned = x * _TURN[:, 0] + y * _TURN[:, 1] + z * _TURN[:, 2]
     return turned - np.floor(turned.min(axis=(0, 1))), (0, 0, 0)
 
 
 def _on_tile(corners: FloatArray, blob: float) -> tuple[FloatArray, _Period]:
-    """Return where a tile's corners lie on a lattice, and the period with which it goes on beyond its edges.
+    """Return the places of a tile's corners on a lattice, and the period with which it continues over edges.
 
-    The lattice is turned. From an edge to the opposite one it is a whole number of cells each way, so that
-    what lies there is the same.
+    The lattice is rotated. From each edge to the opposite one it has an integer number of cells, so that both
+    edges get the same values.
     """
     width, height, _ = corners.max(axis=(0, 1))
     cells = [(max(1, round(0.9 * side / blob)), round(0.44 * side / blob)) for side in (width, height)]
@@ -94,9 +94,9 @@ def _on_tile(corners: FloatArray, blob: float) -> tuple[FloatArray, _Period]:
 
 
 def _period(first: tuple[int, int], second: tuple[int, int]) -> _Period:
-    """Return (d, s, e): (d, 0) and (s, e) lead from a lattice's points to the same as two vectors do."""
+    """Return (d, s, e) such that (d, 0) and (s, e) generate the same lattice as two vectors."""
     (a, b), (c, e) = first, second
-    while b:  # as Euclid finds a common divisor
+    while b:  # Euclid's algorithm
         times = e // b
         a, b, c, e = c - times * a, e - times * b, a, b
     return abs(a), c if e > 0 else -c, abs(e)

@@ -17,12 +17,12 @@ from upholster.lengths import Length, read_length
 __all__ = ["Painted"]
 
 _RADIUS = 0.05
-"""Of a stroke, by default, as a part of the model's size."""
+"""Default radius of a stroke, as a share of the model's size."""
 
 _FARTHEST = 1e18
-"""Largest coordinate, as of a mesh."""
+"""Largest coordinate, as for a mesh."""
 
-_ALLOWED = '{"at": [x, y, z], "value": 0 to 1}, and maybe "radius": a length above 0'
+_ALLOWED = '{"at": [x, y, z], "value": 0 to 1}, and optionally "radius": a length above 0'
 
 
 class _Stroke(NamedTuple):
@@ -35,25 +35,25 @@ class _Stroke(NamedTuple):
 class Painted(Source):
     """Values of strokes, a list of ``{"at": [x, y, z], "value": 0.7, "radius": "3cm"}`` in a JSON file.
 
-    Of the strokes whose radius reaches a step the nearest counts; of several as near the last. A stroke does
-    not reach what faces away from the surface at its place by more than 120°, as the other side of a wall.
-    Nothing is asked elsewhere.
+    Among the strokes whose radius reaches a step the nearest counts; among equally near ones, the last. A
+    stroke does not reach faces whose normal differs by more than 120° from the normal at its place, like the
+    other side of a wall. Elsewhere the map has no value.
     """
 
     file: str
 
     @property
     def files(self) -> tuple[str, ...]:
-        """Files that it reads."""
+        """The files that it reads."""
         return (self.file,)
 
     def values(self, ground: MapGround, _: int | None, /) -> AtSteps:
-        """Return what tells values."""
+        """Return a function for values."""
         strokes = _read(self.file)
         mesh = ground.charted.mesh
         places = np.array([stroke.at for stroke in strokes])
         facing = mesh.flat_normals[stroke_triangles(mesh, places)]
-        told = np.array([stroke.value for stroke in strokes])
+        levels = np.array([stroke.value for stroke in strokes])
         radii = np.array(
             [
                 _RADIUS * mesh.size if stroke.radius is None else length_on(ground, stroke.radius, "radius")
@@ -66,7 +66,7 @@ class Painted(Source):
             out = np.empty(len(steps.triangles), np.float32)
             listed = np.empty(len(strokes), np.int32)
             points, upright = steps.mean_of(corners), normals[steps.triangles]
-            nearest_strokes(points, upright, places, facing, radii, told, listed, out)
+            nearest_strokes(points, upright, places, facing, radii, levels, listed, out)
             return out
 
         return at
@@ -78,7 +78,7 @@ def _read(file: str) -> list[_Stroke]:
     Raises
     ------
     InputError
-        If it cannot be read, or something in it is no stroke.
+        If it cannot be read, or an entry is not a stroke.
     """
     listed = read_stroke_list(file)
     if not 1 <= len(listed) <= MOST_STROKES:

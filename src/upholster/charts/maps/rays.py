@@ -1,4 +1,4 @@
-"""Maps that short rays tell: where a surface has edges and hollows, and what is hidden.
+"""Maps computed with short rays: edges, hollows, and hidden places.
 
 References
 ----------
@@ -25,28 +25,30 @@ __all__ = ["Curvature", "Occlusion"]
 
 _CURVATURE_REACH = 0.03
 _OCCLUSION_REACH = 1 / 3
-"""Reach of rays by default, as parts of the model's size."""
+"""Default lengths of rays, as shares of the model's size."""
 
 _RAYS = 16
-"""From each point; those of all classes of points differ."""
+"""Rays from each point; each class of points has different ones."""
 
 _BATCH = 1 << 14
-"""Points whose rays are asked for together."""
+"""Number of points whose rays are traced together."""
 
 _LIFT = 1e-4
-"""How far from the surface rays start, as a part of the model's size: single precision tells that apart."""
+"""Distance from the surface at which rays start, as a share of the model's size: enough for single
+precision."""
 
 _WALL = -0.7
-"""Cosine between the normals of a point and of what lies behind it: with less that is a wall's other side."""
+"""Cosine between the normals of a point and of the triangle opposite: below this, that is a wall's other
+side."""
 
 
 @dataclass(frozen=True)
 class Curvature(Source):
     """½ where a surface is flat, towards 1 at edges and ridges, towards 0 in hollows.
 
-    That is ½, and the share of rays inward that meet the surface from within, less the share of rays outward
-    that meet it. Rays are spread as the cosine to the normal, and no longer than the reach. At a right angle
-    it is 1, or 0, fading over the reach. The other side of a thin wall is no edge.
+    The value is ½, plus the share of inward rays that meet the surface from within, minus the share of
+    outward rays that meet it. Rays are cosine-weighted about the normal and end at the reach. At a right
+    angle the value is 1 or 0, fading over the reach. The other side of a thin wall is not an edge.
 
     Attributes
     ----------
@@ -57,38 +59,38 @@ class Curvature(Source):
     reach: Length | None = None
 
     def values(self, ground: MapGround, threads: int | None, /) -> AtSteps:
-        """Return what tells values."""
+        """Return a function for values."""
         mesh = ground.charted.mesh
         reach = _CURVATURE_REACH * mesh.size
         if self.reach is not None:
             reach = length_on(ground, self.reach, "reach")
         scene = _Scene(mesh)
 
-        def told(points: SurfacePoints) -> FloatArray:
+        def evaluate(points: SurfacePoints) -> FloatArray:
             hollow = scene.shares(points, reach, 1.0)
             edge = scene.shares(points, reach, -1.0)
             return np.clip(0.5 + edge - hollow, 0.0, 1.0)
 
         cells = coarse_cells(ground.charted, threads=threads)
-        return spread_over_steps(cells, told)
+        return spread_over_steps(cells, evaluate)
 
 
 @dataclass(frozen=True)
 class Occlusion(Source):
-    """1 where a surface is open, 0 where it is hidden: the share of rays outward that meet nothing.
+    """1 where a surface is open, 0 where it is hidden: the share of outward rays that meet nothing.
 
-    They are spread as the cosine to the normal.
+    Rays are cosine-weighted about the normal.
 
     Attributes
     ----------
     reach
-        How long rays are; None: a third of the model's size.
+        Length of rays; None: a third of the model's size.
     """
 
     reach: Length | None = None
 
     def values(self, ground: MapGround, threads: int | None, /) -> AtSteps:
-        """Return what tells values."""
+        """Return a function for values."""
         mesh = ground.charted.mesh
         reach = _OCCLUSION_REACH * mesh.size
         if self.reach is not None:
@@ -105,7 +107,7 @@ class _Scene:
         self._normals = mesh.flat_normals
         self._middle, self._size = mesh.box.mean(axis=0), mesh.size or 1.0
         self._scene = EmbreeScene()
-        # It has to live as long as the scene is asked.
+        # It has to live as long as the scene is in use.
         self._geometry = EmbreeTriangles(
             self._scene, self._scaled(mesh.positions), np.array(mesh.triangles, np.int32)
         )
@@ -117,8 +119,8 @@ class _Scene:
     def shares(self, points: SurfacePoints, reach: float, side: float) -> FloatArray:
         """Return the share of rays from each point (n,) that meet something within reach.
 
-        On side 1 rays go outward, and may meet anything; on side −1 inward, and count that leave the surface
-        at an edge.
+        On side 1 rays go outward, and may meet anything. On side −1 they go inward, and those count that
+        leave the surface at an edge.
         """
         out = np.empty(len(points.kind))
         for first in range(0, len(out), _BATCH):
@@ -139,7 +141,7 @@ class _Scene:
         return out
 
     def _is_edge(self, hit: IntArray, rays: NDArray[np.float32], normals: FloatArray) -> NDArray[np.bool_]:
-        # Which rays meet a triangle from within, that is not the other side of a wall.
+        # Which rays meet a triangle from within that is not the other side of a wall.
         there = self._normals[np.maximum(hit, 0)]
         leaves = (there * rays).sum(axis=1) > 0
         found: NDArray[np.bool_] = (hit >= 0) & leaves & ((there * normals).sum(axis=1) > _WALL)
@@ -147,9 +149,10 @@ class _Scene:
 
 
 def _hemispheres(normals: FloatArray, kind: NDArray[np.int64]) -> FloatArray:
-    """Return directions about normals (n, 3), spread as the cosine to them: (n, rays, 3).
+    """Return cosine-weighted directions about normals (n, 3): (n, rays, 3).
 
-    All classes of points together have a spiral of even spread; each has every sixteenth direction of it.
+    All classes of points together share one evenly distributed spiral; each class has every sixteenth
+    direction.
     """
     k = np.arange(_RAYS) * CLASSES + kind[:, None]
     share = (k + 0.5) / (_RAYS * CLASSES)

@@ -1,4 +1,4 @@
-"""Maps of what a surface is: its parts, where its points lie, and which way it faces."""
+"""Maps of a surface's shape: its parts, its points' positions, and its normals."""
 
 from dataclasses import dataclass
 
@@ -23,7 +23,7 @@ class Part(Source):
     is_binary = True
 
     def values(self, ground: MapGround, _: int | None, /) -> AtSteps:
-        """Return what tells values."""
+        """Return a function for values."""
         if ground.model is None:
             raise InputError(
                 f"map 'part:{self.pattern}' is for models, and this surface has no parts; allowed: other maps"
@@ -36,10 +36,10 @@ class Part(Source):
 
 @dataclass(frozen=True)
 class Height(Source):
-    """0 at the lowest point, 1 at the highest; 0 on what is level as a whole."""
+    """0 at the lowest point, 1 at the highest; 0 if the surface is level everywhere."""
 
     def values(self, ground: MapGround, _: int | None, /) -> AtSteps:
-        """Return what tells values."""
+        """Return a function for values."""
         mesh = ground.charted.mesh
         low, high = mesh.box[:, 2]
         up = np.ascontiguousarray(corners_of(mesh)[..., 2:]) - low
@@ -49,10 +49,10 @@ class Height(Source):
 
 @dataclass(frozen=True)
 class Slope(Source):
-    """0 where the surface is level, 1 where it stands upright: the sine of the angle of its normal to z."""
+    """0 where the surface is level, 1 where it is upright: the sine of the angle between its normal and z."""
 
     def values(self, ground: MapGround, _: int | None, /) -> AtSteps:
-        """Return what tells values."""
+        """Return a function for values."""
         normals = np.array(corner_normals(ground.charted.mesh))
         return lambda steps: np.linalg.norm(_unit(steps.mean_of(normals))[:, :2], axis=1)
 
@@ -64,7 +64,7 @@ class Facing(Source):
     direction: tuple[float, float, float]
 
     def values(self, ground: MapGround, _: int | None, /) -> AtSteps:
-        """Return what tells values."""
+        """Return a function for values."""
         normals = np.array(corner_normals(ground.charted.mesh))
         wanted = np.array(self.direction) / np.abs(self.direction).max()
         wanted /= np.linalg.norm(wanted)
@@ -80,7 +80,7 @@ class Ball(Source):
     is_binary = True
 
     def values(self, ground: MapGround, _: int | None, /) -> AtSteps:
-        """Return what tells values."""
+        """Return a function for values."""
         mesh = ground.charted.mesh
         radius = length_on(ground, self.radius, "radius")
         from_middle = corners_of(mesh) - np.array(self.middle)
@@ -92,23 +92,23 @@ class Ball(Source):
 
 
 def corners_of(mesh: TriangleMesh) -> FloatArray:
-    """Return positions of the triangles' corners, (T, 3, 3), in an array of their own."""
+    """Return positions of the triangles' corners, (T, 3, 3), in a new array."""
     found: FloatArray = mesh.positions[mesh.triangles]
     return found
 
 
 def length_on(ground: MapGround, length: Length, name: str) -> float:
-    """Return a length in units of what a map is evaluated on.
+    """Return a length in the units of the ground.
 
     Raises
     ------
     InputError
-        If it has a unit, and the model's is not known.
+        If it has a unit, and the model's unit is not known.
     """
     return length.in_units(ground.charted.mesh.metres, name=f"{name} of a map")
 
 
 def _unit(normals: FloatArray) -> FloatArray:
-    # Where opposite normals meet halfway, what there is: a length of 0.
+    # Where opposite normals cancel halfway, the length stays 0.
     unit: FloatArray = normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
     return unit

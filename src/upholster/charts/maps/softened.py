@@ -1,4 +1,4 @@
-"""Maps whose borders are spread over a width: the mean of what lies round each place, in space."""
+"""Maps whose borders are softened over a width: means over the surroundings of each place, in space."""
 
 from collections.abc import Sequence
 
@@ -12,32 +12,32 @@ from upholster.types import FloatArray
 __all__ = ["softened"]
 
 _CELLS = 3
-"""Cells of space from a place to the end of what counts there, each way."""
+"""Cells of space from a place to the end of its surroundings, each way."""
 
 _MOST_CELLS = 2**23
-"""Of all space: a width that is less than a few of them is spread over as many."""
+"""Greatest number of cells of the bounding box; a narrower width is widened until they suffice."""
 
 
 def softened(
     values: Sequence[NDArray[np.float32]], ground: MapGround, width: float
 ) -> tuple[NDArray[np.float32], ...]:
-    """Return the mean of a map over a cube of space round each step, about as wide as asked for.
+    """Return a map's mean over a cube of space around each step, approximately of the wanted width.
 
     A border between 0 and 1 becomes a ramp of that width, over seams as elsewhere.
 
     Parameters
     ----------
     values
-        Of each chart (height, width), NaN where nothing is asked: that counts for nothing.
+        For each chart (height, width); NaN where the map has no value: these steps have no weight.
     ground
-        Where.
+        The surface.
     width
         In model units, above 0.
 
     Returns
     -------
     tuple of ndarray
-        Of each chart (height, width), NaN where nothing is asked near.
+        For each chart (height, width); NaN where the map has no value nearby.
     """
     mesh = ground.charted.mesh
     corners, low, size = corners_of(mesh), mesh.box[0], mesh.box[1] - mesh.box[0]
@@ -69,7 +69,7 @@ def softened(
 
 
 def _box_sums(grid: FloatArray, axis: int) -> FloatArray:
-    # The sum over so many cells before and behind each, along an axis.
+    # The sum over this many cells before and after each cell along an axis.
     pad = [(_CELLS + 1, _CELLS) if n == axis else (0, 0) for n in range(3)]
     sums = np.cumsum(np.pad(grid, pad), axis=axis)
     count, width = grid.shape[axis], 2 * _CELLS + 1
@@ -78,7 +78,7 @@ def _box_sums(grid: FloatArray, axis: int) -> FloatArray:
 
 
 def _between(grid: FloatArray, at: FloatArray) -> FloatArray:
-    # Trilinear, between the middles of cells.
+    # Trilinear interpolation between the middles of cells.
     low = np.clip(np.floor(at).astype(np.int64), 0, np.array(grid.shape) - 2)
     share, out = np.clip(at - low, 0.0, 1.0), np.zeros(len(at))
     for corner in np.ndindex(2, 2, 2):

@@ -1,4 +1,4 @@
-"""What a map is made from, before it is inverted or compared."""
+"""The source of a map, before it is inverted or compared."""
 
 from abc import ABC, abstractmethod
 
@@ -8,28 +8,28 @@ __all__ = ["Source"]
 
 
 class Source(ABC):
-    """A kind of map with what the user said of it. Sources with the same words are equal."""
+    """A kind of map with the user's settings. Sources with the same settings are equal."""
 
     is_binary = False
-    """Whether its values are 0 and 1 alone."""
+    """Whether its only values are 0 and 1."""
 
     @property
     def files(self) -> tuple[str, ...]:
-        """Files that it reads."""
+        """The files that it reads."""
         return ()
 
     @abstractmethod
     def values(self, ground: MapGround, threads: int | None, /) -> AtSteps:
-        """Return what tells values: from 0 to 1, NaN where nothing is asked; on so many threads.
+        """Return a function for values: from 0 to 1, NaN where there is none; on this many threads.
 
         Raises
         ------
         InputError
-            If it cannot be told on this ground, or a file is wrong.
+            If it cannot be evaluated on this ground, or a file is wrong.
         """
 
     def codes(self, _: MapGround, /) -> AtSteps | None:
-        """Return what tells labels, int32 0xRRGGBB, −1 where nothing is asked; None where there are none.
+        """Return a function for labels, int32 0xRRGGBB, −1 where there is none; None if it has no labels.
 
         Raises
         ------

@@ -1,4 +1,4 @@
-"""A surface map: a source, maybe inverted, maybe compared with a number."""
+"""A surface map: a source, optionally inverted, optionally compared with a number."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -25,11 +25,11 @@ class SurfaceMap:
     text
         As the user wrote it.
     source
-        What it is made from.
+        Its source.
     is_inverted
-        Whether the source's values are taken from 1.
+        Whether the source's values are subtracted from 1.
     above, below
-        Where one is given, the map is 1 where values are greater, or less, than it, and else 0.
+        If given, the map is 1 where values are greater, or less, than this, and otherwise 0.
     """
 
     text: str
@@ -40,11 +40,11 @@ class SurfaceMap:
 
     @property
     def files(self) -> tuple[str, ...]:
-        """Files that it reads."""
+        """The files that it reads."""
         return self.source.files
 
     def named(self, name: Callable[[str], str]) -> str:
-        """Return its text with other names for the files in it."""
+        """Return its text with its files renamed."""
         text = self.text
         for file in self.files:
             text = text.replace(file, name(file))
@@ -52,25 +52,25 @@ class SurfaceMap:
 
     @property
     def is_binary(self) -> bool:
-        """Whether its values are 0 and 1 alone."""
+        """Whether its only values are 0 and 1."""
         return self.source.is_binary or self.above is not None or self.below is not None
 
     def values(self, ground: MapGround, *, threads: int | None = None) -> tuple[NDArray[np.float32], ...]:
         """Return the map's values at the steps of each chart, (height, width) float32.
 
-        They lie between 0 and 1; NaN where nothing is asked, and off the surface.
+        They are between 0 and 1; NaN where the map has no value, and off the surface.
 
         Parameters
         ----------
         ground
-            Where.
+            The surface.
         threads
-            As in `upholster.parallel.run_tasks`: the values are the same for any number.
+            As in `upholster.parallel.run_tasks`: the values do not depend on it.
 
         Raises
         ------
         InputError
-            If the map cannot be told on this surface, or its file is wrong: one line.
+            If the map cannot be evaluated on this surface, or its file is wrong: one line.
         """
         with keeping():
             return _values(self, ground, threads=threads)
@@ -78,19 +78,19 @@ class SurfaceMap:
     def codes(self, ground: MapGround, *, threads: int | None = None) -> tuple[NDArray[np.int32], ...]:
         """Return the map as labels at the steps of each chart, (height, width) int32.
 
-        They are 0xRRGGBB, of the nearest pixel or vertex; 0 and 0xFFFFFF of a map that is 0 or 1; −1 where
-        nothing is asked, and off the surface.
+        They are 0xRRGGBB of the nearest pixel or vertex; 0 and 0xFFFFFF for a map that is 0 or 1; −1 where
+        the map has no value, and off the surface.
 
         Raises
         ------
         InputError
-            As `values`; and for maps whose values are no labels.
+            As `values`; and for maps whose values are not labels.
         """
         with keeping():
             return _codes(self, ground, threads=threads)
 
     def shaped(self, values: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Return what the map makes of its source's values."""
+        """Invert and compare its source's values as the map asks."""
         found = np.float32(1) - values if self.is_inverted else values
         if self.above is not None:
             holds = found > self.above
@@ -104,7 +104,7 @@ class SurfaceMap:
 def region(
     wanted: SurfaceMap, ground: MapGround, *, threads: int | None = None
 ) -> tuple[NDArray[np.bool_], ...]:
-    """Return where a map is more than a half, (height, width) of each chart; nowhere where nothing is asked.
+    """Return where a map is above ½, (height, width) for each chart; places without a value are not.
 
     Raises
     ------
@@ -120,12 +120,14 @@ def _inputs(_: object, read: SurfaceMap | Source, *__: object, **___: object) ->
 
 @file_stage(_inputs)
 def _values(wanted: SurfaceMap, ground: MapGround, *, threads: int | None) -> tuple[NDArray[np.float32], ...]:
-    return tuple(map(wanted.shaped, _told(wanted.source, ground, threads=threads)))
+    return tuple(map(wanted.shaped, _source_values(wanted.source, ground, threads=threads)))
 
 
 @file_stage(_inputs)
-def _told(source: Source, ground: MapGround, *, threads: int | None) -> tuple[NDArray[np.float32], ...]:
-    # A stage of its own: the same curvature is compared with one number after the other.
+def _source_values(
+    source: Source, ground: MapGround, *, threads: int | None
+) -> tuple[NDArray[np.float32], ...]:
+    # A separate stage, because the same curvature may be compared with several numbers in turn.
     nothing = np.array(np.nan, np.float32)
     return over_steps(ground.charted, source.values(ground, threads), nothing, threads=threads)
 
@@ -137,8 +139,8 @@ def _codes(wanted: SurfaceMap, ground: MapGround, *, threads: int | None) -> tup
     at = wanted.source.codes(ground)
     if at is None:
         raise InputError(
-            f"map {wanted.text!r} tells no labels; allowed: an image, colors, part:, a ball, or a comparison "
-            f"as {wanted.text}>0.5"
+            f"map {wanted.text!r} has no labels; allowed: an image, colors, part:, a ball, or a comparison "
+            f"such as {wanted.text}>0.5"
         )
 
     def shaped(steps: Steps) -> NDArray[np.int32]:

@@ -21,8 +21,8 @@ __all__ = ["parse_map"]
 
 ALLOWED = (
     "an image's file, colors, part:PATTERN, height, slope, facing:z (another axis, -z, or a vector x,y,z), "
-    "curvature, occlusion, noise (: and a length behind them), a ball x,y,z:radius, or a .json file of "
-    "strokes; 1- before it; >0.5 or <0.5 behind it"
+    "curvature, occlusion, noise (: and a length may follow), a ball x,y,z:radius, or a .json file of "
+    "strokes; 1- in front of it; >0.5 or <0.5 after it"
 )
 
 _COMPARED = re.compile(rf"(.+?)\s*([<>])({NUMBER})", re.DOTALL)
@@ -36,39 +36,39 @@ _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 _LONGEST = 4096
 
 _FARTHEST = 1e18
-"""Largest coordinate, as of a mesh."""
+"""Largest coordinate, as for a mesh."""
 
 
 def parse_map(text: str) -> SurfaceMap:
-    """Return the map that a text stands for.
+    """Parse a map from a text.
 
     Parameters
     ----------
     text
         One of these, at most 4096 characters; words may have capitals:
 
-        - the name of an image, ``mask.png``: the mean of its colours as they are stored. It lies over a whole
-          flat texture, over each face of patches, or by a model's texture coordinates; nothing is asked where
-          it is clear;
+        - the name of an image, ``mask.png``: the mean of its colours as stored. It covers a flat texture,
+        each
+          face of patches, or a model by its texture coordinates; where it is clear, the map has no value;
         - ``colors``: the mean of the colours of a model's vertices;
-        - ``part:Leg*``: 1 on these parts of a model;
+        - ``part:Leg*``: 1 on the parts of a model whose name fits;
         - ``height``: 0 at the lowest point, 1 at the highest;
         - ``slope``: 0 where it is level, 1 where it is upright;
         - ``facing:z``, ``facing:-x``, ``facing:0,1,1``: 1 where it faces that way, ½ across, 0 the other way;
-        - ``curvature``, ``curvature:3cm``: 1 at edges, ½ where it is flat, 0 in hollows, as far as that;
-        - ``occlusion``, ``occlusion:3cm``: 1 where it is open, 0 where it is hidden, as far as that;
-        - ``noise``, ``noise:3cm``: smooth blobs, as large as that;
+        - ``curvature``, ``curvature:3cm``: 1 at edges, ½ on flat parts, 0 in hollows, within that distance;
+        - ``occlusion``, ``occlusion:3cm``: 1 where it is open, 0 where it is hidden, within that distance;
+        - ``noise``, ``noise:3cm``: smooth blobs of that size;
         - ``x,y,z:3cm``: 1 within that distance of a place;
         - the name of a file of strokes with values, ``strokes.json``, see `Painted`.
 
-        Lengths are in model units, or have a unit. ``1-`` before it inverts; then ``>0.5`` or ``<0.5`` behind
-        it asks where that holds, so ``1-height>0.8`` is the same as ``height<0.2``. A file whose own name
+        Lengths are in model units, or have a unit. ``1-`` in front inverts the map. ``>0.5`` or ``<0.5`` at
+        the end then compares it, so ``1-height>0.8`` is the same as ``height<0.2``. A file whose own name
         begins with ``1-`` is written ``./1-…``.
 
     Returns
     -------
     SurfaceMap
-        No file has been read yet, and nothing compared with a surface.
+        No file has been read yet, and the map has not been evaluated.
 
     Raises
     ------
@@ -91,7 +91,7 @@ def parse_map(text: str) -> SurfaceMap:
 
 
 def _source(rest: str, text: str) -> Source:
-    """Return the source that is written, once what stands before and behind it is off."""
+    """Return the source in a text, after its prefix and suffix have been removed."""
     word, colon, argument = rest.partition(":")
     reader = _WORDS.get((word.strip().lower(), bool(colon)))
     if reader is not None:
@@ -135,7 +135,7 @@ def _length(argument: str, text: str, name: str) -> Length:
     Raises
     ------
     InputError
-        If it is none.
+        If the text is not such a length.
     """
     length = read_length(argument, name=f"{name} of map {text[:60]!r}")
     if not length.number > 0:
@@ -160,4 +160,4 @@ _WORDS: dict[tuple[str, bool], Callable[[str, str], Source]] = {
     ("occlusion", False): lambda *_: Occlusion(),
     ("occlusion", True): lambda argument, text: Occlusion(_length(argument, text, "reach")),
 }
-"""What reads what stands behind the colon, by the word and whether a colon follows it."""
+"""Parsers of the argument after the colon, by the word and whether a colon follows it."""

@@ -1,14 +1,14 @@
-"""The phase of a repeating texture over a surface: where in its period it shall be, so that courses close.
+"""The phase of a repeating texture over a surface: its place in the period, chosen so that courses close.
 
-A *wave* is one generator of the sample's lattice (`upholster.elements`): cycles per exemplar pixel. The
-surface is cut into *cells*, and *links* between neighbouring cells tell how far each wave goes on from one to
-the next. `solving` finds the phases that follow all links best; `cells` makes cells and links, and tells the
+A *wave* is one generator of the sample's lattice (`upholster.elements`), in cycles per exemplar pixel. The
+surface is cut into *cells*. *Links* between neighbouring cells give the advance of each wave from one to the
+next. `solving` finds the phases that fit all links best. `cells` makes cells and links, and evaluates the
 wanted phase anywhere.
 
 References
 ----------
 F. Knöppel, K. Crane, U. Pinkall, P. Schröder: Stripe patterns on surfaces, ACM Transactions on Graphics 34,
-2015. Here the unknowns are on cells, and a wave that comes back as its opposite is solved with it, which
+2015. Here the unknowns are on cells, and a wave that returns as its opposite is solved together with it; this
 is their double cover.
 """
 

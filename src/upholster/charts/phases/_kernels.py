@@ -13,7 +13,7 @@ ComplexArray = NDArray[np.complex128]
 
 @inline
 def _top(part: IntArray, at: int) -> int:
-    # The first member of the part that `at` belongs to; the way there is made shorter.
+    # The root of the part that `at` belongs to, with path compression.
     while part[at] != at:
         part[at] = part[part[at]]
         at = part[at]
@@ -22,7 +22,7 @@ def _top(part: IntArray, at: int) -> int:
 
 @kernel
 def first_members(first: IntArray, second: IntArray, part: IntArray) -> None:
-    """Put in `part` (n,) for each of n numbers the least of those that links (first, second) join it to."""
+    """Put in `part` (n,), for each of n numbers, the lowest one connected to it by links (first, second)."""
     for i in range(len(part)):
         part[i] = i
     for e in range(len(first)):
@@ -36,7 +36,7 @@ def first_members(first: IntArray, second: IntArray, part: IntArray) -> None:
 def nearest_parts(
     firsts: IntArray, middles: FloatArray, triangles: IntArray, points: FloatArray, out: IntArray
 ) -> None:
-    """Put in `out` (m,) which part of its triangle is nearest to each point (m, 3); see `PhaseField`."""
+    """Put in `out` (m,) the part of its triangle that is nearest to each point (m, 3); see `PhaseField`."""
     for i in range(len(out)):
         triangle, least = triangles[i], np.inf
         for part in range(firsts[triangle], firsts[triangle + 1]):

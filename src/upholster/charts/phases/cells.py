@@ -1,4 +1,4 @@
-"""Phases over a charted surface: cells are pieces of it in which directions are about one."""
+"""Phases over a charted surface: cells are pieces of it with nearly constant directions."""
 
 from dataclasses import dataclass
 
@@ -19,22 +19,22 @@ from upholster.types import FloatArray, IntArray
 __all__ = ["TURN", "PhaseField", "phase_field"]
 
 TURN = 65536
-"""Units of a phase in a turn: phases are int16, and wrap as they do."""
+"""Units of a phase per turn: phases are int16, and wrap around with them."""
 
 _SIDE = 0.7
-"""Side of a cell, in periods of the fastest wave: where courses end, they do so within two."""
+"""Side of a cell, in periods of the fastest wave: courses that end do so within two cells."""
 
 _MOST_CELLS = 6000
-"""Of a surface, about: more take time, and show no more."""
+"""Approximate greatest number of cells of a surface: more take time without a visible gain."""
 
 _LONGEST = 2.5
-"""Edge of a triangle, in sides of a cell."""
+"""Longest edge of a triangle, in sides of a cell."""
 
 _JUMP = 0.5
-"""Cosine between the directions of two triangles: below they do not lie in one cell."""
+"""Cosine between the directions of two triangles below which they are not in one cell."""
 
 _HEAVIEST = 1e3
-"""Of the weights of links, which have no unit."""
+"""Upper limit of the weights of links, which have no unit."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -48,22 +48,22 @@ class PhaseField:
     waves
         (n, 2) cycles per exemplar pixel.
     firsts
-        (T + 1,) int32: the first part of each triangle; its last is before the next one's first.
+        (T + 1,) int32: the first part of each triangle; its last part precedes the next one's first.
     middles
         (parts, 3) points.
     own
-        (parts, 2, 3) exemplar pixels per model unit: down the sample's columns and along its rows.
+        (parts, 2, 3) exemplar pixels per model unit: down the sample's columns, and along its rows.
     cell
-        (parts,) int32: which cell each lies in.
+        (parts,) int32: the cell of each part.
     centres, axes
         (cells, 3) and (cells, 2, 3): means of their parts' middles and axes.
     phases
         (n, cells) complex: the phases at the centres; small near the end of a course.
     missing
         (n, links) cycles per exemplar pixel, at least 0, by which waves are stretched from a cell to the
-        next; 0 where they do not go on.
+        next; 0 where they do not continue.
     areas
-        (links,) what part of the surface lies between the two, in no unit.
+        (links,) share of the surface between the two cells, without a unit.
     """
 
     waves: FloatArray
@@ -88,7 +88,7 @@ class PhaseField:
         return np.rint(TURN * (turns - np.rint(turns))).astype(np.int64).astype(np.int16)
 
     def strain(self, share: float) -> float:
-        """Return what waves are stretched by at most on a share (0 to 1) of the surface, cycles per pixel."""
+        """Return the greatest stretch of waves on a share (0 to 1) of the surface, in cycles per pixel."""
         missing = self.missing.max(axis=0, initial=0.0)
         if not len(missing):
             return 0.0
@@ -108,21 +108,21 @@ def phase_field(
 ) -> PhaseField:
     """Find the phases that follow a surface's directions best.
 
-    Over an edge at which directions jump by quarter turns a wave goes on as its opposite or as another one;
-    where it can not, it starts anew.
+    Over an edge at which directions jump by quarter turns, a wave continues as its opposite or as another
+    wave; otherwise it starts with an independent phase.
 
     Parameters
     ----------
     surface
-        What they lie on; triangles on no chart are left out.
+        The surface; triangles on no chart are left out.
     vectors
-        (T, 3, 3), unit vectors at the triangles' corners: which way the exemplar's rows run.
+        (T, 3, 3), unit vectors at the triangles' corners: the direction of the exemplar's rows.
     scale
         Exemplar pixels per model unit.
     waves
         (n, 2) cycles per exemplar pixel.
     sizes
-        How many times as large the sample is; None: once.
+        Factors of the sample's size; None: 1.
     """
     period = 1 / float(np.sqrt((waves**2).sum(axis=1).max()))
     area = float(surface.mesh.areas[surface.chart >= 0].sum())
@@ -151,13 +151,13 @@ def phase_field(
 
 
 def _steps(surface: ChartedSurface) -> float:
-    # How many square steps triangles cover.
+    # The number of square steps that triangles cover.
     flat = surface.places[:, 1:] - surface.places[:, :1]
     return 0.5 * float(np.abs(flat[:, 0, 0] * flat[:, 1, 1] - flat[:, 0, 1] * flat[:, 1, 0]).sum())
 
 
 def _cells(surface: ChartedSurface, along: FloatArray, side: float) -> IntArray:
-    # What hangs together of squares of each chart; over a jump of directions begins another cell.
+    # Connected pieces of squares of each chart; a jump of directions starts another cell.
     rows, columns = np.floor(surface.places.mean(axis=1) / side).astype(np.int64).T
     triangle, edge = np.nonzero(surface.across > 3 * np.arange(len(along))[:, None] + 2)
     other = surface.across[triangle, edge] // 3
@@ -179,18 +179,18 @@ def _links(
     own: FloatArray,
     waves: FloatArray,
 ) -> Links:
-    # A link for each two cells that share edges.
+    # One link for every two cells that share edges.
     corners, across = surface.mesh.corners, surface.across
     triangle, edge = np.nonzero(across >= 0)
     other, back = np.divmod(across[triangle, edge], 3)
-    # All edges between two cells are one link, from the lower cell on.
+    # All edges between two cells form one link, from the lower cell.
     once = cell[triangle] < cell[other]
     triangle, edge, other, back = triangle[once], edge[once], other[once], back[once]
     a, b = cell[triangle], cell[other]
     keys, number = np.unique(a * np.int64(len(centres)) + b, return_inverse=True)
     first, second = np.divmod(keys, len(centres))
-    # The same edge as both sides read it, (down, along), is turned from one to the other. Each has its own
-    # corners: in a tile what meets lies far apart.
+    # The rotation takes an edge, as (down, along) in one side's axes, to the same edge in the other's. Each
+    # side uses its own corners: in a tile, neighbours may be far apart.
     middle, tangent = _edges(corners, triangle, edge)
     other_middle, other_tangent = _edges(corners, other, back)
     before, after = _product(own[triangle], tangent), -_product(own[other], other_tangent)
@@ -211,7 +211,7 @@ def _links(
 def _edges(
     corners: FloatArray, triangle: NDArray[np.integer], edge: NDArray[np.integer]
 ) -> tuple[FloatArray, FloatArray]:
-    # Middles of triangles' edges, and the ways along them.
+    # Midpoints of triangles' edges, and their directions.
     start, stop = corners[triangle, edge], corners[triangle, (edge + 1) % 3]
     return 0.5 * (start + stop), stop - start
 

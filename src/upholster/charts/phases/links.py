@@ -1,4 +1,4 @@
-"""Cells that meet, and what becomes of each wave from one to the next."""
+"""Cells that meet, and the continuation of each wave from one to the next."""
 
 from dataclasses import dataclass
 
@@ -10,8 +10,8 @@ from upholster.types import FloatArray, IntArray
 __all__ = ["Links", "matched_waves", "signed"]
 
 _NEAR = 0.4
-"""Of a wave's length: waves that differ by less go on in one another. Directions may then differ by 23
-degrees, about as much as where blocks are transferred."""
+"""Waves continue in one another if they differ by less than this share of their length. Directions may then
+differ by 23 degrees, about as much as where blocks are transferred."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -22,14 +22,13 @@ class Links:
     ----------
     first, second
         (E,) the cells.
-    here, there
-        (E, 2) exemplar pixels: the way from the first cell's centre to where they meet, as the first one
-        reads the exemplar, and on from there to the second cell's centre, as the second one does.
+        (E, 2) exemplar pixels: the way from the first cell's centre to the common border, in the first cell's
+        axes, and from there to the second cell's centre, in the second cell's axes.
     weights
-        (E,) length of the side over distance of the centres.
+        (E,) length of the common side over distance of the centres.
     goes_on
-        (E, 2n) int8: for each wave of the first cell (all n, then their opposites) that of the second cell
-        in which it goes on, −1 for none.
+        (E, 2n) int8: for each wave of the first cell (all n, then their opposites) the wave of the second
+        cell that continues it, −1 for none.
     """
 
     first: IntArray
@@ -46,7 +45,7 @@ def signed(waves: FloatArray) -> FloatArray:
 
 
 def matched_waves(waves: FloatArray, before: FloatArray, after: FloatArray) -> NDArray[np.int8]:
-    """Return which of the signed waves of one cell each of another's goes on in.
+    """Return the signed wave of one cell that continues each signed wave of another.
 
     Parameters
     ----------
@@ -58,7 +57,7 @@ def matched_waves(waves: FloatArray, before: FloatArray, after: FloatArray) -> N
     Returns
     -------
     ndarray
-        (E, 2n) int8: see `Links.goes_on`. A wave and its opposite go on in a wave and its opposite.
+        (E, 2n) int8: see `Links.goes_on`. A wave and its opposite continue in a wave and its opposite.
     """
     both = signed(waves)
     left, right = both @ before, both @ after  # (E, 2n, 2) cycles per step
@@ -66,7 +65,7 @@ def matched_waves(waves: FloatArray, before: FloatArray, after: FloatArray) -> N
     size = (left**2).sum(axis=2)
     nearest = away.argmin(axis=2)
     chosen = np.take_along_axis(away, nearest[..., None], axis=2)[..., 0]
-    # Each goes on in one alone, which goes on in no other.
+    # A one-to-one match: each continues in one other, which continues no other.
     back = np.take_along_axis(away.argmin(axis=1), nearest, axis=1)
     sure = (chosen <= _NEAR**2 * size) & (back == np.arange(len(both)))
     return np.where(sure, nearest, -1).astype(np.int8)

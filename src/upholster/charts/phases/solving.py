@@ -1,4 +1,4 @@
-"""The phases that follow the links between cells best."""
+"""The phases that fit the links between cells best."""
 
 from dataclasses import dataclass
 
@@ -13,32 +13,32 @@ from upholster.types import FloatArray, IntArray
 __all__ = ["PhaseSystem", "conjugate_phases", "phase_system", "smallest_phases", "solved_phases", "turned"]
 
 _HEALING = 2.0
-"""Periods over which two ends of courses that need not be cancel out. Over more, ends that stay are drawn
-together, and faults are longer: by a seventh over 3."""
+"""Periods over which two unnecessary ends of courses cancel out. Over more, the remaining ends are drawn
+together and faults are longer: by a seventh over 3."""
 
 _ROUNDS = 4
-"""How often the field is made unit and smooth again."""
+"""Rounds in which the field is normalized and smoothed again."""
 
 _TRACE = 1e-9
-"""Added to a diagonal, as a part of it, so that what is free can be solved."""
+"""Added to a diagonal, as a share of it, so that free unknowns can be solved."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class PhaseSystem:
     """The connection Laplacian of the waves.
 
-    There is an unknown for each wave in each cell; where a wave goes on in its opposite somewhere, one for
-    the opposite as well.
+    Each wave in each cell is an unknown. If a wave continues in its opposite somewhere, the opposite is an
+    unknown as well.
 
     Attributes
     ----------
     number
         (2n · cells,) int32: the unknown of each wave, then of each opposite, in each cell; −1 for those that
-        are another one's conjugate.
-    part
-        (unknowns,) int32: which unknowns hang together.
+        (2n · cells,) int32: the unknown of each wave, then of each opposite, in each cell; −1 for those that
+        are the conjugate of another unknown.
+        (unknowns,) int32: the connected part of each unknown.
     opposite
-        (unknowns,) int32: of each unknown that of the opposite wave in the same cell, −1 where there is none.
+        (unknowns,) int32: the unknown of the opposite wave in the same cell, −1 where there is none.
     mass
         (unknowns,) areas of the cells.
     pull
@@ -73,7 +73,7 @@ class PhaseSystem:
 
 
 def turned(cycles: FloatArray) -> ComplexArray:
-    """Return unit complex numbers, so many turns from 1."""
+    """Return unit complex numbers, rotated by this many turns from 1."""
     angles = 2 * np.pi * (cycles - np.rint(cycles))
     found: ComplexArray = np.cos(angles) + 1j * np.sin(angles)
     return found
@@ -82,16 +82,16 @@ def turned(cycles: FloatArray) -> ComplexArray:
 def solved_phases(links: Links, areas: FloatArray, waves: FloatArray) -> ComplexArray:
     """Return each wave's phase in each cell, (n, cells), as complex numbers.
 
-    The smallest eigenvector of the connection Laplacian (Knöppel et al. 2015, equation 7), then made unit and
-    smooth by turns, which leaves few places where courses end; at last what is missing for courses to close
-    is spread evenly. Numbers are small where a course ends.
+    Takes the smallest eigenvector of the connection Laplacian (Knöppel et al. 2015, equation 7). Alternately
+    normalizes and smooths it, which leaves few places where courses end. Finally spreads the mismatch of
+    closed courses evenly. Numbers are small where a course ends.
 
     Parameters
     ----------
     links
-        Between cells.
+        Links between cells.
     areas
-        (cells,) of the cells in square exemplar pixels, positive.
+        (cells,) areas of the cells in square exemplar pixels, positive.
     waves
         (n, 2) cycles per exemplar pixel.
     """
@@ -105,12 +105,12 @@ def solved_phases(links: Links, areas: FloatArray, waves: FloatArray) -> Complex
 
 
 def phase_system(links: Links, areas: FloatArray, waves: FloatArray) -> PhaseSystem:
-    """Return the connection Laplacian of the waves; parameters as of `solved_phases`."""
+    """Return the connection Laplacian of the waves; parameters as for `solved_phases`."""
     first, second, cycles, weights = _wave_links(links, waves, len(areas))
     top = np.empty(2 * len(waves) * len(areas), np.int32)
     first_members(first, second, top)
-    # What hangs together and its opposites are the same, conjugate: the one with the lower first member
-    # is solved, or both as one where they hang together.
+    # A connected part and the part of its opposites have conjugate solutions: only the one with the lower
+    # first member is solved. If they are connected, they are solved as one.
     opposite = np.roll(top.reshape(2, -1), 1, axis=0).reshape(-1)
     kept = top <= opposite[top]
     number = np.where(kept, np.cumsum(kept) - 1, -1).astype(np.int32)
@@ -135,7 +135,7 @@ def phase_system(links: Links, areas: FloatArray, waves: FloatArray) -> PhaseSys
 def _wave_links(
     links: Links, waves: FloatArray, cells: int
 ) -> tuple[IntArray, IntArray, FloatArray, FloatArray]:
-    # Links between waves in cells, wave · cells + cell: ends, cycles from one to the other, weights.
+    # Links between waves in cells, numbered wave · cells + cell: ends, cycles from one to the other, weights.
     both = signed(waves)
     wave, link = np.nonzero(links.goes_on.T >= 0)
     there = links.goes_on[link, wave]
@@ -154,9 +154,9 @@ def smallest_phases(system: PhaseSystem) -> ComplexArray:
 
 
 def conjugate_phases(system: PhaseSystem, psi: ComplexArray) -> ComplexArray:
-    """Return phases (unknowns,) in which each wave and its opposite are each other's conjugates.
+    """Return phases (unknowns,) in which each wave and its opposite are conjugates of each other.
 
-    An eigenvector of a part may be turned as a whole: it is turned such that this changes it least.
+    An eigenvector of a part is free up to a rotation; the rotation is chosen so that this changes it least.
     """
     count = int(system.part.max()) + 1
     both = psi * np.where(system.opposite >= 0, psi[system.opposite], 0.0)
@@ -166,15 +166,15 @@ def conjugate_phases(system: PhaseSystem, psi: ComplexArray) -> ComplexArray:
 
 
 def _as_one(system: PhaseSystem, psi: ComplexArray) -> ComplexArray:
-    # The mean of each wave and its opposite's conjugate: no solver keeps them equal to the last bit, and
-    # small differences grow where several solutions are about as good.
+    # The mean of each wave and its opposite's conjugate. No solver keeps them equal to the last bit, and
+    # small differences grow if several solutions are about equally good.
     joined: ComplexArray = 0.5 * (psi + np.conj(psi[system.opposite]))
     return np.where(system.opposite >= 0, joined, psi)
 
 
 def _evened(system: PhaseSystem, psi: ComplexArray) -> ComplexArray:
-    # The field made unit and smooth by turns: it recovers where the eigenvector is small, though no course
-    # need end there.
+    # Alternately normalizes and smooths the field: it recovers where the eigenvector is small though no
+    # course has to end there.
     rows = system.rows()
     grid = Multigrid(rows._replace(diagonal=rows.diagonal + system.pull))
     for _ in range(_ROUNDS):
@@ -184,8 +184,8 @@ def _evened(system: PhaseSystem, psi: ComplexArray) -> ComplexArray:
 
 
 def _spread(system: PhaseSystem, psi: ComplexArray) -> ComplexArray:
-    # Turns phases so that what waves are stretched by is spread evenly, as far as courses' ends allow: least
-    # squares of the turns that are missing over links; whole turns stay as they are.
+    # Turns phases so that waves' stretch is spread as evenly as the ends of courses allow: least squares of
+    # the turns that are missing over links; complete turns stay as they are.
     count = len(psi)
     missing = psi[system.first] * system.turns * np.conj(psi[system.second])
     angles = system.weights * np.arctan2(missing.imag, missing.real)

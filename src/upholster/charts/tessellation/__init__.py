@@ -1,7 +1,7 @@
 """Watertight meshes of quadrilaterals over patches.
 
-`grids` says how many quadrilaterals each chart gets, `junctions` where vertices of two charts meet, `mesh`
-puts them together.
+`grids` sets the number of quadrilaterals of each chart, `junctions` finds where vertices of two charts meet,
+and `mesh` assembles the mesh.
 """
 
 from upholster.charts.tessellation.grids import connected

@@ -1,6 +1,7 @@
-"""How many quadrilaterals each chart gets, and where its rows and columns of vertices lie.
+"""The number of quadrilaterals of each chart, and the places of its rows and columns of vertices.
 
-By texels (`even_counts`), as files for renderers have them, or as the surface bends (`bent_counts`).
+Numbers follow from texels (`even_counts`), for files for renderers, or from the surface's bends
+(`bent_counts`).
 """
 
 from collections.abc import Sequence
@@ -18,23 +19,24 @@ from upholster.types import FloatArray
 __all__ = ["EPS", "ChartGrid", "bent_counts", "chart_grids", "connected", "even_counts"]
 
 EPS = 1e-6
-"""Places on a chart's edge closer than this share of its length are one."""
+"""Places on a chart's edge closer than this share of its length count as one."""
 
 LEAST_SHARE = 4
-"""A patch gets at least this part, one in so many, of an even share of quadrilaterals each way."""
+"""A patch gets at least one part in this many of an even share of quadrilaterals, each way."""
 
 
 RING = 4
-"""A chart across so many patches or more, which may close to a ring, gets so many quadrilaterals at least."""
+"""A chart across at least this many patches may close to a ring; it gets at least this many
+quadrilaterals."""
 
 ASIDE = 0.3
-"""Steps by which a place on a triangle may be off, about."""
+"""Steps by which a place on a triangle may be off, approximately."""
 
 CHANGE = 0.45
-"""By how much of themselves steps may change over a triangle, in length or direction: 0.45 is 26°."""
+"""Greatest relative change of steps over a triangle, in length or direction: 0.45 is 26°."""
 
 SAMPLES, MOST_SAMPLED = 8, 32
-"""Intervals of each patch in which bends are looked for, and of at most so many patches."""
+"""Intervals of each patch in which bends are measured, and the greatest number of patches measured."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -45,7 +47,7 @@ class ChartGrid:
     ----------
     rows, columns
         (R + 1,) and (C + 1,) rising, in texels: 0 to the chart's height and width.
-    first, first_quad
+        Numbers of its first vertex and first quadrilateral; both are numbered row by row.
         Number of its first vertex and quadrilateral; both are numbered row by row.
     """
 
@@ -60,7 +62,7 @@ class ChartGrid:
         return len(self.rows) * len(self.columns)
 
     def breaks(self, edge: int) -> FloatArray:
-        """Return where the vertices of an edge lie along it, in texels."""
+        """Return the places of an edge's vertices along it, in texels."""
         return self.rows if edge & 1 else self.columns
 
     def ring(self, edge: int) -> NDArray[np.int64]:
@@ -74,10 +76,11 @@ class ChartGrid:
 def chart_grids(
     surface: Surface, charts: Sequence[Chart], counts: FloatArray, least: int, *, tips: bool = False
 ) -> list[ChartGrid]:
-    """Return a grid for each chart, of about `counts` intervals down and to the right, (charts, 2).
+    """Return a grid for each chart, with about `counts` intervals down and to the right, (charts, 2).
 
-    So many intervals as `least` lie in each patch, and patches end where intervals do. Where it is 0 that
-    holds only where derivatives jump. With `tips` the row beside an edge that is a point is a step high.
+    Each patch has at least `least` intervals, and patches end where intervals end. If `least` is 0, intervals
+    have to end only where derivatives jump. With `tips`, the row next to an edge that is a point is a step
+    high.
     """
     grids: list[ChartGrid] = []
     first = first_quad = 0
@@ -101,7 +104,8 @@ def chart_grids(
 def _with_tips(
     surface: Surface, chart: Chart, rows: FloatArray, columns: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    # Beside a point quadrilaterals are triangles and leave half of their row of steps bare: a thin row.
+    # Next to a point, quadrilaterals are triangles and leave half of their row of steps uncovered: keep it
+    # thin.
     out = []
     for axis, lines in enumerate((rows, columns)):
         tips = [1.0] * _is_point(surface, chart, 3 * axis)
@@ -125,12 +129,12 @@ def _is_point(surface: Surface, chart: Chart, edge: int) -> bool:
 def even_counts(
     surface: Surface, charts: Sequence[Chart], seams: Sequence[ChartSeam], quads: int
 ) -> tuple[FloatArray, int]:
-    """Share out about `quads` quadrilaterals by texels: counts and `least` as `chart_grids` takes them."""
+    """Distribute about `quads` quadrilaterals by texels: counts and `least` as `chart_grids` takes them."""
     sizes = np.array([(chart.height, chart.width) for chart in charts], np.float64)
     label = _sides_that_meet(sizes, seams)
     mean = np.bincount(label, sizes.ravel()) / np.maximum(np.bincount(label), 1)
     wanted = mean[label].reshape(-1, 2)
-    # What is exactly between two numbers rounds alike on any machine.
+    # Round, so that values exactly between two numbers round alike on any machine.
     wanted = np.round(wanted * np.sqrt(quads / wanted.prod(axis=1).sum()), 9)
     spans = np.array([(chart.s1 - chart.s0, chart.t1 - chart.t0) for chart in charts])
     wanted = np.maximum(wanted, np.minimum(spans, RING))
@@ -140,23 +144,23 @@ def even_counts(
 def bent_counts(
     surface: Surface, charts: Sequence[Chart], seams: Sequence[ChartSeam]
 ) -> tuple[FloatArray, int]:
-    """Return how many intervals each chart takes to be nearly linear: as `chart_grids` takes them.
+    """Return the number of intervals that makes each chart nearly linear: as `chart_grids` takes them.
 
-    Both the surface and the steps on it count: a plane whose parameters run unevenly is bent like a ball. A
-    triangle is fine enough if nothing on it lies farther than `ASIDE` steps from where it should be, and if
-    steps do not change by more than `CHANGE` of their length from one of its ends to the other.
+    Both the surface and the steps on it count: a plane with an uneven parametrization is bent, like a ball. A
+    triangle is fine enough if no point on it is more than `ASIDE` steps from its place, and if steps change
+    by at most `CHANGE` of their length from one of its ends to the other.
     """
     sizes = np.array([(chart.height, chart.width) for chart in charts], np.float64)
     bends = np.array([_bends(surface, chart) for chart in charts])
     label = _sides_that_meet(sizes, seams)
     most = np.zeros(len(label))
     np.maximum.at(most, label, bends.ravel())
-    # As above: what is an integer but for rounding is that.
+    # Round, as above: an integer up to rounding counts as that integer.
     return np.maximum(1.0, np.ceil(np.round(most[label], 6))).reshape(-1, 2), 0
 
 
 def _bends(surface: Surface, chart: Chart) -> tuple[float, float]:
-    """Return into how many intervals down and to the right a chart is to be cut."""
+    """Return the numbers of intervals down and to the right into which to cut a chart."""
     face = surface.faces[chart.face]
     counts = [
         SAMPLES * max(1, min(MOST_SAMPLED, ceil(high - low)))
@@ -175,7 +179,7 @@ def _bends(surface: Surface, chart: Chart) -> tuple[float, float]:
         edges = np.diff(points, axis=axis)
         second = np.linalg.norm(np.diff(edges, axis=axis), axis=2)
         lengths = np.linalg.norm(edges, axis=2)
-        # Beside a pole edges are short: there only what is seen counts.
+        # Edges next to a pole are short: there only visible errors count.
         floor = 0.1 * float(lengths.mean())
         change = second / np.maximum(np.take(lengths, range(count - 1), axis), max(floor, 1e-300))
         by_place = np.sqrt(second.max() / (8 * ASIDE * step))
@@ -186,7 +190,7 @@ def _bends(surface: Surface, chart: Chart) -> tuple[float, float]:
 
 
 def connected(count: int, pairs: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return for each of `count` things the least of those that pairs (N, 2) connect it with: (count,)."""
+    """Return for each of `count` items the lowest item connected to it by pairs (N, 2): (count,)."""
     a, b = pairs.T
     label = np.arange(count)
     while True:
@@ -201,7 +205,7 @@ def connected(count: int, pairs: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def _sides_that_meet(sizes: FloatArray, seams: Sequence[ChartSeam]) -> NDArray[np.int64]:
-    """Return one number for all sides, (charts · 2,), that meet as a whole; `sizes` (charts, 2) in texels."""
+    """Return a number for each side, (charts · 2,), equal for complete sides that meet; `sizes` in texels."""
     pairs = [
         (2 * m.chart + axis, 2 * m.other_chart + other_axis)
         for m in seams
@@ -216,7 +220,7 @@ def _sides_that_meet(sizes: FloatArray, seams: Sequence[ChartSeam]) -> NDArray[n
 def _breaks(low: float, high: float, lines: Sequence[int], wanted: float, least: int) -> FloatArray:
     """Return where about `wanted` intervals begin and end between two parameters, as shares: 0 to 1.
 
-    Lines between the two are among them, and so many intervals lie in each patch at least.
+    Lines between the two are included, and each patch has at least `least` intervals.
     """
     span = high - low
     inner = [(line - low) / span for line in lines if low + EPS < line < high - EPS]

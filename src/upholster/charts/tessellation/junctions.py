@@ -19,7 +19,7 @@ __all__ = ["Fans", "Junctions", "cell_fans", "find_junctions", "weld"]
 
 @dataclass
 class Junctions:
-    """Vertices that coincide, and vertices that the charts' grids lack.
+    """Vertices that coincide, and vertices that are missing from the charts' grids.
 
     Attributes
     ----------
@@ -28,7 +28,7 @@ class Junctions:
     pairs
         (N, 2): vertices at one position.
     chart, places
-        Of the extra vertices: (M,), (M, 2) in texels.
+        For the extra vertices: (M,), and (M, 2) in texels.
     sides
         Per (chart, edge), the extra vertices along it: (place along the edge, vertex), sorted.
     """
@@ -40,13 +40,13 @@ class Junctions:
     sides: dict[tuple[int, int], list[tuple[float, int]]] = field(default_factory=lambda: defaultdict(list))
 
     def add(self, chart: int, row: float, column: float) -> int:
-        """Make another vertex and return its number."""
+        """Add a vertex and return its number."""
         self.chart.append(chart)
         self.places.append((row, column))
         return self.first + len(self.chart) - 1
 
     def on_edge(self, chart: int, edge: int, at: float, grid: ChartGrid) -> int:
-        """Return the extra vertex at a place of an edge, made if it is new."""
+        """Return the extra vertex at a place of an edge, adding it if it is new."""
         side, height, width = self.sides[chart, edge], grid.rows[-1], grid.columns[-1]
         near = EPS * (height if edge & 1 else width)
         k = bisect_left(side, (at - near, -1))
@@ -68,11 +68,11 @@ class Fans:
 def find_junctions(
     surface: Surface, charts: Sequence[Chart], seams: Sequence[ChartSeam], grids: Sequence[ChartGrid]
 ) -> Junctions:
-    """Find which vertices coincide; where those of two sides do not match, each gets what it lacks."""
+    """Find vertices that coincide, and add the missing ones where the vertices of two sides do not match."""
     found = Junctions(first=grids[-1].first + grids[-1].vertices)
     pairs = [found.pairs, *_collapsed(surface, charts, grids)]
     for m in seams:
-        # Seams are told from either side; each is united once.
+        # Each seam is listed from both sides; it is united once.
         other = (m.other_chart, m.other_edge, min(m.other_start, m.other_stop))
         if (m.chart, m.edge, m.start) <= other:
             pairs.append(_unite(m, grids, found))
@@ -83,7 +83,7 @@ def find_junctions(
 def _collapsed(
     surface: Surface, charts: Sequence[Chart], grids: Sequence[ChartGrid]
 ) -> Iterator[NDArray[np.int64]]:
-    """Yield pairs of vertices along edges of patches that are a point."""
+    """Yield pairs of vertices along edges of patches that are points."""
     if not surface.degenerate:
         return
     for chart, grid in zip(charts, grids, strict=True):
@@ -98,7 +98,7 @@ def _collapsed(
                 surface.patch_number(chart.face, *((k, before) if edge & 1 else (before, k)))
                 for k in range(int(low + EPS), int(np.ceil(high - EPS)))
             ]
-            # How much of the edge up to each patch is no point.
+            # The length of the edge, up to each patch, that is not a point.
             sound = np.cumsum([0.0, *((patch, edge) not in surface.degenerate for patch in patches)])
             passed = np.interp(at, int(low + EPS) + np.arange(len(sound)), sound)
             point = np.flatnonzero(np.diff(passed) <= EPS)
@@ -106,14 +106,14 @@ def _collapsed(
 
 
 def _unite(m: ChartSeam, grids: Sequence[ChartGrid], found: Junctions) -> NDArray[np.int64]:
-    """Give both sides of a seam the vertices of either; return which coincide."""
+    """Give both sides of a seam the vertices of the other; return the pairs that coincide."""
     sides = (
         (m.chart, m.edge, m.start, m.stop),
         (m.other_chart, m.other_edge, m.other_start, m.other_stop),
     )
     one, other = (grids[chart].breaks(edge) for chart, edge, *_ in sides)
     if len(one) == len(other) and (m.start, m.stop) == (0.0, one[-1]):
-        # Most seams are whole sides with equal numbers of vertices.
+        # Most seams are complete sides with equal numbers of vertices.
         theirs = m.other_start + (m.other_stop - m.other_start) / one[-1] * one
         opposed = m.other_start > m.other_stop
         if np.abs(theirs - (other[::-1] if opposed else other)).max() <= EPS * other[-1]:
@@ -153,7 +153,7 @@ def _vertices_at(
 
 
 def cell_fans(found: Junctions, grids: Sequence[ChartGrid]) -> Fans:
-    """Cut cells with extra vertices on their sides into triangles round a new vertex in the middle."""
+    """Cut cells with extra vertices on their sides into triangles around a new vertex in the middle."""
     extras: dict[tuple[int, int, int], list[list[int]]] = defaultdict(lambda: [[], [], [], []])
     for (chart, edge), side in found.sides.items():
         grid = grids[chart]

@@ -32,11 +32,10 @@ Numbers = NDArray[np.floating[Any]]
 
 @dataclass(frozen=True, slots=True)
 class Mesh:
-    """Quadrilaterals over each chart, and triangles where another chart's vertices meet a side.
+    """Quadrilaterals over each chart, and triangles where another chart's vertices are on a side.
 
-    Vertices belong to one chart each. Where charts meet, vertices of several charts lie at one position, the
-    same to the bit: a closed surface gives a mesh without gaps. Polygons run counter-clockwise seen from
-    outside.
+    Each vertex belongs to one chart. Where charts meet, their vertices have exactly the same position, so a
+    closed surface gives a mesh without gaps. Polygons run counter-clockwise seen from outside.
 
     Attributes
     ----------
@@ -48,7 +47,7 @@ class Mesh:
         (V, 2) float64: (row, column) on the chart in texels, from 0 to its height and width; texel (r, c) has
         its centre at (r + ½, c + ½).
     chart
-        (V,) int32: which chart a vertex belongs to.
+        (V,) int32: the chart of each vertex.
     quads
         (Q, 4) int32: vertices of a quadrilateral; two may coincide at a degenerate edge.
     triangles
@@ -74,7 +73,7 @@ class Mesh:
         """
         halves = self.quads[:, [0, 1, 2, 0, 2, 3]].reshape(-1, 3)
         corners = np.concatenate([halves, self.triangles])
-        # only quadrilaterals at degenerate edges collapse: look closer at those whose corners coincide in x
+        # only quadrilaterals at degenerate edges collapse: check only those whose corners coincide in x
         x = self.positions[:, 0]
         a, b, c = x[corners[:, 0]], x[corners[:, 1]], x[corners[:, 2]]
         maybe = np.flatnonzero((a == b) | (b == c) | (c == a))
@@ -92,26 +91,26 @@ def tessellate(
 ) -> Mesh:
     """Cover a surface with about `quads` quadrilaterals.
 
-    They are shared out by texels: each is about as many texels high and wide as any other, so charts of one
-    size have as many. Sides that meet as a whole get equal numbers. Patches get at least a quarter of what an
-    even share would be each way, unless there are too many, and their borders are borders of quadrilaterals.
+    They are distributed by texels: each is about as many texels high and wide as any other, so charts of one
+    size have equal numbers. Complete sides that meet get equal numbers. A patch gets at least a quarter of an
+    even share each way, unless there are too many patches; its borders are borders of quadrilaterals.
 
     Parameters
     ----------
     surface
-        What is covered.
+        The surface to cover.
     charts
-        Which charts cover it; by default one a face, with a texel a patch.
+        The charts on it; by default one per face, with one texel per patch.
     seams
-        How they meet, see `upholster.charts.seams.find_seams`; found by default.
+        Where they meet, see `upholster.charts.seams.find_seams`; found by default.
     quads
-        Wanted number over the whole surface: 1 to 10,000,000.
+        Wanted number over the complete surface: 1 to 10,000,000.
 
     Returns
     -------
     Mesh
-        Watertight where charts meet. A chart's vertices come together, row by row, those of chart 0 first;
-        vertices that only T-junctions need stand at the end.
+        Watertight where charts meet. Each chart's vertices are consecutive, row by row, from chart 0 on;
+        vertices that only T-junctions need are at the end.
 
     Raises
     ------
@@ -136,14 +135,14 @@ def tessellate_by_bends(
 ) -> tuple[Mesh, NDArray[np.int64]]:
     """Cover charts with as few quadrilaterals as their bends allow, see `bent_counts`.
 
-    Each is cut into so many as `finer` says, each way.
+    Each of these is then cut into `finer` parts, each way.
 
     Returns
     -------
     Mesh
-        As of `tessellate`.
+        As for `tessellate`.
     ndarray
-        (V,) a number for each vertex, one for all those that meet.
+        (V,) a number for each vertex, equal for vertices that meet.
     """
     seams = find_seams(surface, charts)
     counts, least = bent_counts(surface, charts, seams)
@@ -183,9 +182,10 @@ def face_parameters(chart: Chart, rows: Numbers, columns: Numbers) -> tuple[Floa
 
 
 def own_patches(surface: Surface, chart: Chart) -> tuple[Face, Chart]:
-    """Return the patches that a chart lies on, as a face, and the chart as it lies there.
+    """Return the patches under a chart, as a face, and the chart on that face.
 
-    Its borders then are what these patches make them: at a crease, the face itself may take those beyond it.
+    The chart's borders are then evaluated on these patches. At a crease, the complete face may use the
+    patches beyond it instead.
     """
     face = surface.faces[chart.face]
     top, left = int(chart.s0 + EPS), int(chart.t0 + EPS)

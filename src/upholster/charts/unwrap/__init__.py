@@ -1,8 +1,8 @@
-"""Meshes laid out flat: from a `TriangleMesh` to a `MeshSurface` of islands.
+"""Flattening meshes: from a `TriangleMesh` to a `MeshSurface` of islands.
 
-`unwrapping` is the whole flow: `clusters` tells which triangles lie on one island, `pieces` what hangs
-together, `flattening` lays a piece flat, `joining` joins again what unrolls together, `kept` takes
-the islands that a file has.
+`unwrapping` is the complete process. `clusters` groups triangles into islands, `pieces` finds connected
+pieces, `flattening` flattens a piece, `joining` rejoins islands that unroll together, and `kept` takes the
+islands that a file has.
 """
 
 from upholster.charts.unwrap.unwrapping import UnwrapReport, unwrap

@@ -1,4 +1,4 @@
-"""Hot loops of clustering: triangles joined while they face much the same way, and borders made short."""
+"""Hot loops of clustering: joining triangles with similar normals, and shortening borders."""
 
 import numpy as np
 
@@ -17,12 +17,12 @@ def cluster(
     tiny: float,
     label: IntArray,
 ) -> None:
-    """Join neighbours, those first whose normals then vary least more (Ward's criterion).
+    """Join neighbours, first those whose normals' variance then increases least (Ward's criterion).
 
-    ``crossed`` (T, 3) normals of the triangles times their ``areas`` (T,). Clusters are joined while the
-    variance of their normals stays below ``most`` and the cosine between their mean normals is
-    ``least_cosine`` or more, or while one is smaller than ``tiny``. ``label`` (T,) out: a triangle of the
-    cluster.
+    ``crossed`` (T, 3) are the normals of the triangles times their ``areas`` (T,). Clusters are joined while
+    the variance of their normals stays below ``most`` and the cosine between their mean normals is at least
+    ``least_cosine``, or while one is smaller than ``tiny``. ``label`` (T,) receives a triangle of each
+    triangle's cluster.
     """
     count = len(across)
     parent = np.arange(count).astype(np.int32)
@@ -92,7 +92,7 @@ def _cosine(facing: FloatArray, a: int, b: int) -> float:
 def straighten(across: IntArray, costs: FloatArray, label: IntArray, sweeps: int) -> int:
     """Give triangles the label of a neighbour where that shortens borders; return how many changed.
 
-    ``costs`` (T, 3): what an edge on a border costs, its length times less where it is a crease.
+    ``costs`` (T, 3) are the costs of edges on a border: their lengths, reduced at creases.
     """
     changed = 0
     for sweep in range(sweeps):

@@ -1,4 +1,4 @@
-"""Hot loops of flattening: as rigid as possible, then triangles turned the right way round one by one."""
+"""Hot loops of flattening: as rigid as possible, then flipping inverted triangles back one by one."""
 
 import numpy as np
 
@@ -8,10 +8,10 @@ from upholster.types import FloatArray, IntArray
 
 @kernel
 def rest_shapes(corners: FloatArray, least: float, shapes: FloatArray) -> None:
-    """Lay each triangle in the plane by itself.
+    """Place each triangle in the plane separately.
 
-    ``corners`` (T, 3, 3), ``shapes`` (T, 3) out: with corner 0 at (0, 0), corner 1 at (length, 0) and corner
-    2 at (x, height), its length, x and height; the height is at least ``least`` of the longest edge.
+    ``corners`` (T, 3, 3). ``shapes`` (T, 3) receives length, x and height: corner 0 is at (0, 0), corner 1 at
+    (length, 0) and corner 2 at (x, height). The height is at least ``least`` times the longest edge.
     """
     for t in range(len(corners)):
         ab, ac, dot, bc = 0.0, 0.0, 0.0, 0.0
@@ -32,7 +32,7 @@ def rest_shapes(corners: FloatArray, least: float, shapes: FloatArray) -> None:
 def _jacobian(
     shape: FloatArray, a: FloatArray, b: FloatArray, c: FloatArray
 ) -> tuple[float, float, float, float]:
-    """Return how a triangle is laid: derivatives (s by x, s by y, t by x, t by y)."""
+    """Return a triangle's map to parameters: derivatives (s by x, s by y, t by x, t by y)."""
     length, x, height = shape[0], shape[1], shape[2]
     sx, tx = (b[0] - a[0]) / length, (b[1] - a[1]) / length
     return sx, (c[0] - a[0] - sx * x) / height, tx, (c[1] - a[1] - tx * x) / height
@@ -40,10 +40,10 @@ def _jacobian(
 
 @allocating_kernel
 def unfold(across: IntArray, shapes: FloatArray, vertex: IntArray, start: int, points: FloatArray) -> None:
-    """Lay a piece out triangle by triangle from one of them, each by the edge at which it is reached.
+    """Unfold a piece triangle by triangle from one of them, each over the edge at which it is reached.
 
-    ``across``, ``shapes``, ``vertex`` (N, 3) of the piece's triangles, numbered within it, ``points`` (V, 2)
-    out. Exact where the piece can be unrolled.
+    ``across``, ``shapes`` and ``vertex`` (N, 3) are those of the piece's triangles, numbered within it;
+    ``points`` (V, 2) receives the result. Exact if the piece is developable.
     """
     placed = np.zeros(len(points), np.bool_)
     seen = np.zeros(len(across), np.bool_)
@@ -98,11 +98,11 @@ def _rest_corner(shape: FloatArray, corner: int) -> tuple[float, float]:
 def relax(
     shapes: FloatArray, vertex: IntArray, points: FloatArray, rounds: int, steps: int, tolerance: float
 ) -> None:
-    """Lay a piece out as rigidly as possible (Liu et al. 2008, "A local/global approach").
+    """Flatten a piece as rigidly as possible (Liu et al. 2008, "A local/global approach").
 
-    ``shapes`` and ``vertex`` (N, 3) as for `unfold`, ``points`` (V, 2) in and out. Each round turns every
-    triangle as it best fits, then solves for the points by conjugate gradients with the diagonal as
-    preconditioner, ``steps`` at most, until residuals have fallen to ``tolerance`` of the round's first.
+    ``shapes`` and ``vertex`` (N, 3) as for `unfold`; ``points`` (V, 2) in and out. Each round finds the best
+    rotation of every triangle, then solves for the points by conjugate gradients with the diagonal as
+    preconditioner: at most ``steps``, until residuals have fallen to ``tolerance`` of the round's first.
     """
     count = len(points)
     weight = np.empty((len(vertex), 3))
@@ -129,7 +129,7 @@ def relax(
 def _turned_edges(
     shapes: FloatArray, vertex: IntArray, weight: FloatArray, points: FloatArray, residual: FloatArray
 ) -> None:
-    """Fill how the equations of the points are missed, with each triangle turned as it best fits."""
+    """Fill in the residuals of the points' equations, with each triangle in its best rotation."""
     for t in range(len(vertex)):
         a, b, c = points[vertex[t, 0]], points[vertex[t, 1]], points[vertex[t, 2]]
         sx, sy, tx, ty = _jacobian(shapes[t], a, b, c)
@@ -164,7 +164,7 @@ def _solve(
     steps: int,
     tolerance: float,
 ) -> None:
-    """Add to the points what the residual asks for: preconditioned conjugate gradients, both columns."""
+    """Add the solution for the residuals to the points: preconditioned conjugate gradients, both columns."""
     count = len(points)
     for axis in range(2):
         size, first = 0.0, 0.0
@@ -200,12 +200,12 @@ def _solve(
 
 @allocating_kernel
 def untangle(shapes: FloatArray, vertex: IntArray, points: FloatArray, least: float, sweeps: int) -> int:
-    """Move points one by one until no triangle is flipped or pressed flat; return how many still are.
+    """Move points one by one until no triangle is flipped or degenerate; return the number that still are.
 
-    Each is moved against the gradient of the symmetric Dirichlet energy of the triangles around it, in which
-    determinants at or below zero count as a small positive number (Garanzha et al. 2021, "Foldover-free maps
-    in 50 lines of code"). Only those at triangles with a determinant below ``least`` are moved, and those
-    around them.
+    Each is moved against the gradient of the symmetric Dirichlet energy of its triangles. In it, determinants
+    at or below zero count as a small positive number (Garanzha et al. 2021, "Foldover-free maps in 50 lines
+    of code"). Only points at triangles with a determinant below ``least`` are moved, and the points around
+    them.
     """
     count = len(points)
     first = np.zeros(count + 1, np.int32)
@@ -278,7 +278,7 @@ def _energy(
 def _improve(
     shapes: FloatArray, vertex: IntArray, points: FloatArray, v: int, ring: IntArray, epsilon: float
 ) -> None:
-    """Move one point to a lower energy: a Newton step by differences, halved until it is one."""
+    """Move one point to a lower energy: a Newton step by finite differences, halved until it falls."""
     step = 1e300
     for place in range(len(ring)):
         t = ring[place]
@@ -316,9 +316,9 @@ def _improve(
 
 @kernel
 def singular_values(shapes: FloatArray, corners: FloatArray, values: FloatArray) -> None:
-    """Fill how triangles are stretched: smallest (negative if flipped) and largest singular value, (T, 2).
+    """Compute how triangles are stretched: smallest (negative if flipped) and largest singular value, (T, 2).
 
-    ``corners`` (T, 3, 2) their parameters.
+    ``corners`` (T, 3, 2) are their parameters.
     """
     for t in range(len(shapes)):
         sx, sy, tx, ty = _jacobian(shapes[t], corners[t, 0], corners[t, 1], corners[t, 2])
@@ -329,9 +329,9 @@ def singular_values(shapes: FloatArray, corners: FloatArray, values: FloatArray)
 
 @allocating_kernel
 def crossings(ends: FloatArray, pairs: IntArray) -> int:
-    """Return how many pairs of segments cross that have no end in common.
+    """Return the number of pairs of segments that cross and have no common end.
 
-    ``ends`` (N, 2, 2), ``pairs`` (N, 2) the numbers of their ends. Found by cells about as wide as a segment.
+    ``ends`` (N, 2, 2); ``pairs`` (N, 2) are the numbers of their ends. Uses cells about as wide as a segment.
     """
     count = len(ends)
     low_s, low_t, high_s, high_t, mean = 1e300, 1e300, -1e300, -1e300, 0.0
@@ -391,7 +391,7 @@ def _turn(a: FloatArray, b: FloatArray, c: FloatArray) -> float:
 def _cross(one: FloatArray, other: FloatArray) -> int:
     a, b = _turn(one[0], one[1], other[0]), _turn(one[0], one[1], other[1])
     c, d = _turn(other[0], other[1], one[0]), _turn(other[0], other[1], one[1])
-    # what only touches, up to rounding, does not cross
+    # segments that only touch, up to rounding, do not cross
     edge = 1e-9 * (abs(a) + abs(b) + abs(c) + abs(d))
     apart = (a > edge and b < -edge) or (a < -edge and b > edge)
     return int(apart and ((c > edge and d < -edge) or (c < -edge and d > edge)))

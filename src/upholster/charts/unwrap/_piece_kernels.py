@@ -1,4 +1,4 @@
-"""Hot loops over the pieces into which a mesh is cut: what hangs together, and where it is cut in two."""
+"""Hot loops over the pieces into which a mesh is cut: connected components, and cutting one in two."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,10 +9,10 @@ from upholster.types import FloatArray, IntArray
 
 @allocating_kernel
 def number_pieces(across: IntArray, used: NDArray[np.bool_], piece: IntArray, order: IntArray) -> int:
-    """Give what hangs together a number, −1 where not ``used``; return how many pieces there are.
+    """Assign numbers to connected pieces, −1 where not ``used``; return the number of pieces.
 
-    ``across`` (T, 3) as `TriangleMesh.neighbours`, ``piece`` (T,) out, ``order`` (T,) out: triangles piece by
-    piece, each in the order of a search that begins at its first triangle.
+    ``across`` (T, 3) as `TriangleMesh.neighbours`. ``piece`` (T,) receives the numbers, ``order`` (T,) the
+    triangles piece by piece, each in the order of a search that begins at its first triangle.
     """
     piece[:] = -1
     count, end = 0, 0
@@ -52,10 +52,10 @@ def _join(parent: IntArray, one: int, other: int) -> None:
 
 @allocating_kernel
 def number_corners(across: IntArray, order: IntArray, vertex: IntArray) -> int:
-    """Give corners that go on from each other one number; return how many numbers there are.
+    """Assign one number to all corners that meet over edges; return how many numbers there are.
 
-    ``order`` the triangles in the order in which their corners are numbered, ``vertex`` (T, 3) out, −1 for
-    triangles that are not in it.
+    ``order`` are the triangles in the order in which their corners are numbered; ``vertex`` (T, 3) receives
+    the numbers, −1 for triangles that are not in it.
     """
     parent = np.arange(3 * len(across)).astype(np.int32)
     for triangle in range(len(across)):
@@ -81,11 +81,11 @@ def number_corners(across: IntArray, order: IntArray, vertex: IntArray) -> int:
 
 @allocating_kernel
 def halve(across: IntArray, centres: FloatArray, members: IntArray, side: IntArray) -> None:
-    """Divide a piece in two that hang together: by which of its two ends is nearer along the surface.
+    """Divide a piece into two connected halves: by which of its two ends is nearer along the surface.
 
-    ``centres`` (T, 3) of triangles, ``members`` (N,) its triangles, ``side`` (T,) −1 for them on entry, 0 or
-    1 on return, and anything else for other triangles. The ends are as far from each other as a search to
-    and fro finds.
+    ``centres`` (T, 3) of triangles, ``members`` (N,) the piece's triangles. ``side`` (T,) is −1 for them on
+    entry, 0 or 1 on return, and anything else for other triangles. The ends are as far from each other as a
+    search back and forth finds.
     """
     heap_key, heap_item = np.empty(4 * len(members) + 4), np.empty(4 * len(members) + 4, np.int32)
     far = members[0]
@@ -110,7 +110,7 @@ def halve(across: IntArray, centres: FloatArray, members: IntArray, side: IntArr
 def _spread(
     across: IntArray, centres: FloatArray, seeds: IntArray, side: IntArray, key: FloatArray, item: IntArray
 ) -> int:
-    """Give triangles with side −1 that of the nearest seed; return the farthest triangle (Dijkstra)."""
+    """Give triangles with side −1 the side of the nearest seed; return the farthest triangle (Dijkstra)."""
     size = 0
     for number in range(len(seeds)):
         size = _push(key, item, size, 0.0, 2 * seeds[number] + number)
@@ -167,7 +167,7 @@ def _pop(key: FloatArray, item: IntArray, size: int) -> int:
 
 @allocating_kernel
 def count_loops(across: IntArray, vertex: IntArray, vertices: int) -> int:
-    """Return how many loops the border of a piece has; its vertices are numbered from 0."""
+    """Return the number of loops of a piece's border; its vertices are numbered from 0."""
     parent = np.arange(vertices).astype(np.int32)
     on_border = np.zeros(vertices, np.bool_)
     for triangle in range(len(across)):
@@ -183,9 +183,9 @@ def count_loops(across: IntArray, vertex: IntArray, vertices: int) -> int:
 
 @allocating_kernel
 def number_links(ends: IntArray, group: IntArray) -> int:
-    """Give links that hang together by their ends one number; return how many numbers there are.
+    """Assign one number to all links that are connected by their ends; return how many numbers there are.
 
-    ``ends`` (N, 2), ``group`` (N,) out.
+    ``ends`` (N, 2); ``group`` (N,) receives the numbers.
     """
     most = -1
     for n in range(len(ends)):

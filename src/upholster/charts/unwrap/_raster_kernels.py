@@ -8,10 +8,10 @@ from upholster.types import FloatArray, IntArray
 
 @kernel
 def coverage(corners: FloatArray, times: IntArray) -> None:
-    """Count how many triangles lie over each sample, at (row + ½, column + ½).
+    """Count the triangles over each sample, at (row + ½, column + ½).
 
-    ``corners`` (T, 3, 2), ``times`` (rows, columns) out. A sample on a common edge counts for none or both
-    of its triangles; that is rare, and of no weight.
+    ``corners`` (T, 3, 2); ``times`` (rows, columns) receives the counts. A sample on a common edge counts for
+    neither or both of its triangles; that is rare and does not matter.
     """
     for t in range(len(corners)):
         s0, t0 = corners[t, 0, 0], corners[t, 0, 1]

@@ -1,4 +1,4 @@
-"""Which triangles lie on one island: those that face much the same way, with borders at creases."""
+"""Groups of triangles for islands: triangles with similar normals, with borders at creases."""
 
 from typing import NamedTuple
 
@@ -13,9 +13,9 @@ __all__ = ["Triangles", "clusters", "divided"]
 
 
 class _Limit(NamedTuple):
-    variance: float  # of unit normals; a cap of 65 degrees' angle has 0.3
-    cosine: float  # between the mean normals of what is joined
-    tiny: float  # share of the area below which a cluster is joined in any case
+    variance: float  # of unit normals; a spherical cap of 65 degrees has 0.3
+    cosine: float  # between the mean normals of the clusters joined
+    tiny: float  # share of the area below which a cluster is joined regardless
 
 
 _LIMITS = (
@@ -25,21 +25,21 @@ _LIMITS = (
     _Limit(0.05, 0.8, 5e-4),
     _Limit(0.01, 0.97, 0.0),
 )
-"""How like triangles of one cluster must be: at first, and where those clusters could not be laid flat."""
+"""Limits for clusters: at first, and for dividing clusters that could not be flattened."""
 _SWEEPS = 30
 _LEAST_COST = 0.02
-"""What a border costs at the sharpest crease, of its length."""
+"""Cost of a border at the sharpest crease, as a share of its length."""
 
 
 class Triangles:
-    """What clustering knows of triangles.
+    """The properties of triangles that clustering uses.
 
     Attributes
     ----------
     areas, normals, centres
         (T,), (T, 3) unit normals, (T, 3).
     costs
-        (T, 3): what it costs to cut at their edges, in model units: less at creases.
+        (T, 3): costs of cutting at their edges, in model units: less at creases.
     """
 
     def __init__(self, corners: FloatArray, areas: FloatArray, normals: FloatArray, across: IntArray) -> None:
@@ -51,12 +51,12 @@ class Triangles:
 
 
 def clusters(across: IntArray, triangles: Triangles) -> IntArray:
-    """Return which cluster each triangle belongs to, (T,) int32.
+    """Return the cluster of each triangle, (T,) int32.
 
     Parameters
     ----------
     across
-        (T, 3) as `TriangleMesh.neighbours`; nothing is joined where it is −1.
+        (T, 3) as `TriangleMesh.neighbours`; edges with −1 are not joined.
     triangles
         All of them.
     """
@@ -64,7 +64,7 @@ def clusters(across: IntArray, triangles: Triangles) -> IntArray:
 
 
 def divided(piece: Piece, triangles: Triangles, times: int) -> tuple[IntArray, int]:
-    """Divide a piece: into clusters of triangles more like each other, at last into two halves.
+    """Divide a piece: into clusters of more similar triangles, in the end into two halves.
 
     Parameters
     ----------
@@ -73,21 +73,21 @@ def divided(piece: Piece, triangles: Triangles, times: int) -> tuple[IntArray, i
     triangles
         All triangles of the mesh.
     times
-        How often the piece was divided before.
+        How often the piece was divided already.
 
     Returns
     -------
     ndarray
         (N,) int32: labels, of two values or more.
     int
-        How often its parts were divided now.
+        How often its parts have been divided after this.
     """
     for level in range(times + 1, len(_LIMITS)):
         label = _clustered(piece.across, triangles, piece.triangles, _LIMITS[level])
         if (label != label[0]).any():
             return label, level
     label = halves(piece, triangles.centres[piece.triangles]).astype(np.int32)
-    if (label == label[0]).all():  # triangles back to back have one centre: each by itself
+    if (label == label[0]).all():  # triangles back to back have the same centroid: separate them
         label = np.arange(len(label), dtype=np.int32)
     return label, len(_LIMITS)
 

@@ -1,4 +1,4 @@
-"""One piece of a mesh laid flat, and how well that went."""
+"""Flattening one piece of a mesh, and the quality of the result."""
 
 from typing import NamedTuple
 
@@ -19,37 +19,36 @@ from upholster.types import FloatArray, IntArray
 __all__ = ["Flat", "flatten", "percentile", "shapes_of", "signed_areas", "stretches"]
 
 _LEAST_HEIGHT = 1e-3
-"""Height over longest edge that a thinner triangle is taken to have, so that it can be computed with."""
+"""Least height over longest edge; thinner triangles are treated as this high so that they can be computed."""
 _FIRST_ROUNDS, _ROUNDS, _STEPS, _TOLERANCE = 3, 5, 100, 1e-2
 _HOPELESS = 0.03
-"""Share of flipped triangles after the first rounds that the others do not mend."""
+"""Share of flipped triangles after the first rounds that further rounds cannot repair."""
 _MOST_TRIANGLES = 40_000
-"""Pieces that are larger, and cannot be unrolled, take longer than their parts."""
+"""Larger pieces that cannot be unrolled take longer than their parts."""
 _SWEEPS = 40
 _LEAST_DETERMINANT = 0.05
-"""Areas that shrink below this count as flipped."""
+"""Triangles whose area shrinks below this factor count as flipped."""
 
 
 _MOST_DENSITY, _MOST_STRETCH = 2.0, 2.0
 _UNROLLED = 1.02
 _ROUNDING = 5e-4
-"""Share of samples that may fall on an edge and count for both of its triangles."""
+"""Share of samples that may be on an edge and count for both of its triangles."""
 
 
 class Flat(NamedTuple):
-    """A piece laid flat.
+    """A flattened piece.
 
     Attributes
     ----------
     parameters
-        (N, 3, 2): of its triangles' corners.
+        (N, 3, 2): the parameters of its triangles' corners.
     flipped
-        How many triangles lie the other way round or have no area.
+        Number of triangles that are inverted or have no area.
     crossings
-        How many pairs of border edges cross, or where none does, how many samples lie under several
-        triangles.
+        Number of pairs of border edges that cross, or if there is none, of samples under several triangles.
     density
-        How its area is spread: 99th percentile of (area laid)/(area in space) over the 1st.
+        Spread of its area: 99th percentile of (flattened area)/(area in space) over the 1st.
     stretch
         99th percentile of the ratio of a triangle's singular values.
     """
@@ -62,13 +61,13 @@ class Flat(NamedTuple):
 
     @property
     def good(self) -> bool:
-        """No triangle is flipped, none lies over another, and it is evenly spread."""
+        """Whether no triangle is flipped, none overlaps another, and density is even."""
         whole = self.flipped == 0 and self.crossings == 0
         return whole and self.density <= _MOST_DENSITY and self.stretch <= _MOST_STRETCH
 
 
 def shapes_of(corners: FloatArray) -> FloatArray:
-    """Lay triangles in the plane one by one, (T, 3): see `rest_shapes`.
+    """Place triangles in the plane one by one, (T, 3): see `rest_shapes`.
 
     Parameters
     ----------
@@ -83,19 +82,19 @@ def shapes_of(corners: FloatArray) -> FloatArray:
 def flatten(
     piece: Piece, corners: FloatArray, areas: FloatArray, normals: FloatArray, starts: int = 2
 ) -> Flat:
-    """Lay a piece flat, as rigidly as possible, its area as in space.
+    """Flatten a piece, as rigidly as possible, with the same area as in space.
 
-    What can be unrolled is unfolded from its middle. Otherwise it begins with the piece seen along its mean
-    normal; where that does not end well, with the unfolded piece.
+    A developable piece is unfolded from its middle. Otherwise flattening starts from the piece projected
+    along its mean normal; if that fails, from the unfolded piece.
 
     Parameters
     ----------
     piece
-        Without handles, with a border.
+        A piece without handles, with a border.
     corners, areas, normals
         (N, 3, 3) positions of its triangles' corners, (N,) areas and (N, 3) unit normals.
     starts
-        1 does without the last of the three.
+        1 omits the last of the three.
     """
     shapes = shapes_of(corners)
     unfolded = _unfolded(piece, corners, areas, shapes)
@@ -112,7 +111,7 @@ def flatten(
 
 
 def _seen(piece: Piece, corners: FloatArray, areas: FloatArray, normals: FloatArray) -> FloatArray:
-    """Return a piece's vertices as seen along its mean normal, (V, 2)."""
+    """Return a piece's vertices projected along its mean normal, (V, 2)."""
     facing = (normals * areas[:, None]).sum(axis=0)
     facing = facing / max(float(np.linalg.norm(facing)), 1e-300)
     other = np.eye(3)[int(np.argmin(np.abs(facing)))]
@@ -167,7 +166,7 @@ def _judged(piece: Piece, points: FloatArray, areas: FloatArray, shapes: FloatAr
 
 
 def _covered_twice(corners: FloatArray) -> int:
-    """Count samples under several triangles: borders that lie on each other do not cross."""
+    """Count samples under several triangles: borders that coincide do not cross."""
     side = 32 + 4 * int(np.sqrt(len(corners)))
     low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
     step = max(float((high - low).max()) / side, 1e-300)
@@ -179,7 +178,7 @@ def _covered_twice(corners: FloatArray) -> int:
 
 
 def _turned_upright(points: FloatArray, border: IntArray) -> FloatArray:
-    """Turn a piece so that its rectangle is small."""
+    """Rotate a piece so that its bounding rectangle is small."""
     edges = points[border[:, 1]] - points[border[:, 0]]
     longest = edges[np.argsort(-(edges**2).sum(axis=1), kind="stable")[:16]]
     angles = np.concatenate([np.arctan2(longest[:, 0], longest[:, 1]), np.radians(np.arange(0.0, 90.0, 3.0))])
@@ -192,7 +191,7 @@ def _turned_upright(points: FloatArray, border: IntArray) -> FloatArray:
 
 
 def signed_areas(corners: FloatArray) -> FloatArray:
-    """Return areas in parameters, (T,), positive where a triangle turns as in space.
+    """Return areas in parameters, (T,), positive where a triangle has the same orientation as in space.
 
     Parameters
     ----------
@@ -220,7 +219,7 @@ def stretches(shapes: FloatArray, corners: FloatArray) -> FloatArray:
 
 
 def percentile(values: FloatArray, weights: FloatArray, shares: tuple[float, ...]) -> list[float]:
-    """Return the values below which these shares of the weight lie; 1 for no values."""
+    """Return the values below which these shares of the weight are; 1 without values."""
     if not len(values):
         return [1.0] * len(shares)
     order = np.argsort(values, kind="stable")

@@ -1,4 +1,4 @@
-"""Islands joined again where they unroll together: a box's sides to a strip, strips of a tube to a sheet."""
+"""Rejoining islands that unroll together: a box's sides to a strip, strips of a tube to a sheet."""
 
 from functools import partial
 from typing import NamedTuple
@@ -16,22 +16,22 @@ __all__ = ["Layout", "join_islands"]
 
 _ROUNDS = 12
 _LEAST_SHARE = 0.1
-"""Of the shorter outline, that two islands must have in common."""
+"""Share of the shorter outline that two islands must have in common."""
 _MOST_MISFIT = 0.03
-"""How far borders may be apart when one island is moved to the other, of their length."""
+"""Greatest distance between borders when one island is moved to the other, as a share of their length."""
 _MOST_UNEVEN = 1.3
 _MOST_WASTE = 1.1
-"""Rectangle of the joined island over those of the two."""
+"""Greatest area of the joined island's rectangle over the sum of the two islands' rectangles."""
 _MOST_TRIANGLES = 40_000
 
 
 class Layout(NamedTuple):
-    """Islands as they are laid out; changed in place.
+    """Islands in the plane; changed in place.
 
     Attributes
     ----------
     across
-        (T, 3) int32, as `TriangleMesh.neighbours`, −1 where it is cut as well.
+        (T, 3) int32, as `TriangleMesh.neighbours`, −1 also where it is cut.
     island
         (T,) int32.
     parameters
@@ -51,14 +51,14 @@ class _Borders(NamedTuple):
 
 
 def join_islands(mesh: TriangleMesh, linked: IntArray, layout: Layout) -> None:
-    """Join neighbours while the whole lies as well as its parts and wastes no more room.
+    """Join neighbours while the result is as good as its parts and wastes no more room.
 
     Parameters
     ----------
     mesh
         The triangles.
     linked
-        (T, 3) as `TriangleMesh.neighbours`: where it is −1 nothing is joined.
+        (T, 3) as `TriangleMesh.neighbours`: edges with −1 are not joined.
     layout
         Changed in place.
     """
@@ -82,7 +82,7 @@ def join_islands(mesh: TriangleMesh, linked: IntArray, layout: Layout) -> None:
 
 
 def _borders(mesh: TriangleMesh, linked: IntArray, layout: Layout) -> _Borders:
-    """Find where islands meet so that one could be moved to the other."""
+    """Find borders along which one island could be moved to another."""
     lengths = np.linalg.norm(np.roll(mesh.corners, -1, axis=1) - mesh.corners, axis=2).ravel()
     outline = np.bincount(np.repeat(layout.island, 3), np.where(layout.across.ravel() < 0, lengths, 0.0))
     other = layout.island[linked // 3]
@@ -112,7 +112,7 @@ def _borders(mesh: TriangleMesh, linked: IntArray, layout: Layout) -> _Borders:
 
 
 def _misfits(layout: Layout, linked: IntArray, edges: IntArray, chain: IntArray, chains: int) -> FloatArray:
-    """Return how far the two sides of each border are apart at best, (chains,), relative to its length."""
+    """Return the least distance between the two sides of each border, (chains,), relative to its length."""
     here = layout.parameters[..., 0] + 1j * layout.parameters[..., 1]
     far = linked.ravel()[edges]
     z = np.concatenate([here[edges // 3, edges % 3], here[edges // 3, (edges % 3 + 1) % 3]])
@@ -132,7 +132,7 @@ def _misfits(layout: Layout, linked: IntArray, edges: IntArray, chain: IntArray,
 
 
 def _joined(mesh: TriangleMesh, linked: IntArray, layout: Layout, tries: list[IntArray]) -> list[bool]:
-    """Join what lies well joined, side by side; return which do."""
+    """Join islands whose union is good, in parallel; return which were joined."""
     across, island = layout.across.copy(), layout.island
     into = np.arange(int(island.max()) + 1)
     for edges in tries:

@@ -1,4 +1,4 @@
-"""Islands of the texture coordinates that a mesh's file has."""
+"""Islands of the texture coordinates in a mesh's file."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,22 +13,22 @@ from upholster.types import FloatArray, IntArray
 __all__ = ["kept_islands"]
 
 _SIDE = 2048
-"""Samples along the longer side, by which overlaps are measured."""
+"""Samples along the longer side, for measuring overlaps."""
 _MOST_OVERLAP = 0.01
 _MOST_SPREAD = 2.5
 _MOST_UNEVEN = 0.01
-"""Share of the area whose islands may be less even: they are left out."""
+"""Share of the area whose islands may be less even: these are left out."""
 
 
 def kept_islands(mesh: TriangleMesh, across: IntArray) -> tuple[IntArray, FloatArray]:
-    """Return the islands of a mesh's own texture coordinates, each with its area in space.
+    """Return the islands of a mesh's own texture coordinates, each scaled to its area in space.
 
     Parameters
     ----------
     mesh
-        With texture coordinates.
+        A mesh with texture coordinates.
     across
-        (T, 3) as `TriangleMesh.neighbours`: where it is −1 is a seam in any case.
+        (T, 3) as `TriangleMesh.neighbours`: edges with −1 are always seams.
 
     Returns
     -------
@@ -40,18 +40,18 @@ def kept_islands(mesh: TriangleMesh, across: IntArray) -> tuple[IntArray, FloatA
     Raises
     ------
     InputError
-        If there are none, if more than 1 % of what they cover is covered twice, or if on islands of more than
-        1 % of the area the density differs by more than 2.5 between its 1st and 99th percentile, as in
-        triangles turned over.
+        If there are no texture coordinates, if more than 1 % of the area that they cover is covered twice, or
+        if on islands with more than 1 % of the area the density's 1st and 99th percentile differ by more than
+        a factor of 2.5, as in inverted triangles.
     """
     if mesh.uv is None:
-        raise InputError("the mesh has no texture coordinates to keep; allowed: charts that are made anew")
+        raise InputError("the mesh has no texture coordinates to keep; allowed: new charts")
     corners = np.ascontiguousarray(mesh.uv[:, :, ::-1])
     overlap = _overlap(corners)
     if overlap > _MOST_OVERLAP:
         raise InputError(
             f"{overlap:.0%} of the area of the texture coordinates overlaps; allowed: {_MOST_OVERLAP:.0%}, "
-            "or charts that are made anew"
+            "or new charts"
         )
     linked = np.where(_goes_on(corners, across), across, -1).astype(np.int32)
     island, parameters = np.full(len(across), -1, np.int32), np.zeros(corners.shape)
@@ -69,13 +69,13 @@ def kept_islands(mesh: TriangleMesh, across: IntArray) -> tuple[IntArray, FloatA
         raise InputError(
             f"the density of the texture coordinates {worst}, and such islands have "
             f"{uneven / float(mesh.areas.sum()):.0%} of the area; allowed: a factor of {_MOST_SPREAD} but on "
-            f"{_MOST_UNEVEN:.0%}, or charts that are made anew"
+            f"{_MOST_UNEVEN:.0%}, or new charts"
         )
     return island, parameters
 
 
 def _goes_on(corners: FloatArray, across: IntArray) -> NDArray[np.bool_]:
-    """Return which edges have the same coordinates on either side, (T, 3)."""
+    """Return which edges have the same coordinates on both sides, (T, 3)."""
     other, edge = across // 3, across % 3
     met_first, met_last = corners[other, (edge + 1) % 3], corners[other, edge]
     same = (met_first == corners) & (met_last == np.roll(corners, -1, axis=1))
@@ -83,7 +83,7 @@ def _goes_on(corners: FloatArray, across: IntArray) -> NDArray[np.bool_]:
 
 
 def _true_to_size(corners: FloatArray, areas: FloatArray) -> FloatArray | str:
-    """Turn an island the right way round and give it its area in space; or say what is wrong with it."""
+    """Orient an island correctly and scale it to its area in space; or return what is wrong with it."""
     out: FloatArray = corners - corners.min(axis=(0, 1))
     turned = signed_areas(out)
     if turned.sum() < 0:
@@ -102,7 +102,7 @@ def _true_to_size(corners: FloatArray, areas: FloatArray) -> FloatArray | str:
 
 
 def _overlap(corners: FloatArray) -> float:
-    """Return how much of the area covered is covered before, as samples tell."""
+    """Estimate from samples the share of the covered area that is covered more than once."""
     low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
     step = max(float((high - low).max()) / _SIDE, 1e-300)
     rows, columns = (int(count) + 1 for count in (high - low) / step)

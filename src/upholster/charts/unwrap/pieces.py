@@ -1,4 +1,4 @@
-"""The pieces into which a mesh is cut: triangles that hang together, and vertices of their own."""
+"""The connected pieces into which a mesh is cut, with vertices of their own."""
 
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -13,20 +13,20 @@ __all__ = ["Piece", "halves", "pieces_of"]
 
 
 class Piece(NamedTuple):
-    """A piece by itself, its triangles and vertices numbered from 0.
+    """A single piece, with its triangles and vertices numbered from 0.
 
     Attributes
     ----------
     triangles
-        (N,) int32: which of the mesh's they are.
+        (N,) int32: their numbers in the mesh.
     across
         (N, 3) int32, as `TriangleMesh.neighbours`.
     vertex
         (N, 3) int32.
     vertices
-        How many it has.
+        Number of its vertices.
     loops
-        How many loops its border has.
+        Number of loops of its border.
     """
 
     triangles: IntArray
@@ -37,7 +37,7 @@ class Piece(NamedTuple):
 
     @property
     def handles(self) -> int:
-        """How many handles it has; with none, and a border, it can be laid flat."""
+        """Number of its handles; without handles, and with a border, it can be flattened."""
         count = len(self.across)
         edges = (3 * count + int((self.across < 0).sum())) // 2
         return (2 - self.loops - (self.vertices - edges + count)) // 2
@@ -49,14 +49,14 @@ class Piece(NamedTuple):
 
 
 def pieces_of(across: IntArray, used: NDArray[np.bool_]) -> Iterator[Piece]:
-    """Yield what hangs together of the triangles used, in the order of their first triangles.
+    """Yield the connected pieces of the triangles used, in the order of their first triangles.
 
     Parameters
     ----------
     across
-        (T, 3) int32, as `TriangleMesh.neighbours`; −1 where it is cut as well.
+        (T, 3) int32, as `TriangleMesh.neighbours`; −1 also where it is cut.
     used
-        (T,): no neighbour of one used is unused.
+        (T,): neighbours of a used triangle are used as well.
     """
     piece, order = np.empty(len(across), np.int32), np.empty(len(across), np.int32)
     count = number_pieces(across, used, piece, order)
@@ -79,14 +79,14 @@ def pieces_of(across: IntArray, used: NDArray[np.bool_]) -> Iterator[Piece]:
 
 
 def halves(piece: Piece, centres: FloatArray) -> NDArray[np.bool_]:
-    """Return which triangles of a piece make one half of it, (N,): either half hangs together.
+    """Return which triangles of a piece form one half of it, (N,): both halves are connected.
 
     Parameters
     ----------
     piece
-        With two triangles or more.
+        A piece with two triangles or more.
     centres
-        (N, 3): their centres in space.
+        (N, 3): their centroids in space.
     """
     side = np.empty(len(piece.triangles), np.int32)
     halve(piece.across, centres, np.arange(len(side), dtype=np.int32), side)

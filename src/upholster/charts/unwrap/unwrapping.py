@@ -1,4 +1,4 @@
-"""A mesh laid out flat, in islands that keep lengths as well as they can."""
+"""Flattening a mesh into islands that preserve lengths as well as possible."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -25,20 +25,20 @@ _STAGE = "unwrap"
 
 @dataclass(frozen=True)
 class UnwrapReport:
-    """How well a mesh lies flat.
+    """The quality of a flattened mesh.
 
     Attributes
     ----------
     islands
-        How many there are.
+        Number of islands.
     plain
-        How many triangles with an area lie on none because they were not chosen.
+        Number of triangles with an area that are on no island because they were not chosen.
     flat
-        How many of the chosen triangles lie on none because they have no area.
+        Number of chosen triangles that are on no island because they have no area.
     density
-        1st, 5th, 50th, 95th and 99th percentile, over the area, of (area laid flat)/(area in space).
+        1st, 5th, 50th, 95th and 99th percentile, by area, of (flattened area)/(area in space).
     stretch
-        The same of the ratio between a triangle's longest and shortest stretch.
+        The same percentiles of the ratio of a triangle's longest to its shortest stretch.
     notes
         Sentences for the user.
     """
@@ -52,7 +52,7 @@ class UnwrapReport:
 
     @property
     def spread(self) -> float:
-        """99th percentile of the density over the 1st."""
+        """99th percentile of the density over the 1st percentile."""
         return self.density[-1] / self.density[0]
 
 
@@ -64,29 +64,29 @@ def unwrap(
     chosen: NDArray[np.bool_] | None = None,
     progress: Progress | None = None,
 ) -> tuple[MeshSurface, UnwrapReport]:
-    """Lay a mesh out flat: few islands without overlaps, areas and lengths nearly as in space.
+    """Flatten a mesh: few islands without overlaps, with areas and lengths nearly as in space.
 
-    Islands are clusters of triangles that face much the same way, each laid as rigidly as possible; what
-    does not lie well is divided. Each has its area in space, and a rectangle as small as turning makes it.
-    The result is the same for any number of threads.
+    Islands are clusters of triangles with similar normals, each flattened as rigidly as possible; those that
+    do not flatten well are divided. Each has its area in space, and is rotated for the smallest rectangle.
+    The result does not depend on the number of threads.
 
     Parameters
     ----------
     mesh
         Its triangles meet at common vertices: see `upholster.geometry.triangle_mesh.welded`.
     keep_uv
-        Take the islands of its own texture coordinates. They may not overlap.
+        Whether to use the islands of its own texture coordinates. They must not overlap.
     crease
-        Edges where the surface bends by more than so many degrees, 0 to 180, are seams.
+        Edges where the surface bends by more than this many degrees, 0 to 180, are seams.
     chosen
-        (T,): the triangles to lay out; by default all.
+        (T,): the triangles to flatten; by default all.
     progress
-        ``progress("unwrap", done, total)`` is called with the number of triangles laid out.
+        ``progress("unwrap", done, total)`` is called with the number of triangles flattened.
 
     Raises
     ------
     InputError
-        For no triangle with an area, or with ``keep_uv``: no texture coordinates, or such as overlap, or
+        If no triangle has an area. With ``keep_uv``: if there are no texture coordinates, or they overlap, or
         are stretched unevenly on more than 1 % of the area.
     """
     wanted = _wanted(mesh, crease, chosen)
@@ -132,7 +132,7 @@ def _cut_at_creases(mesh: TriangleMesh, crease: float | None) -> IntArray:
 def _kept(
     mesh: TriangleMesh, across: IntArray, crease: float | None, notes: list[str]
 ) -> tuple[IntArray, FloatArray]:
-    """Take the islands of the mesh's own texture coordinates, and lay out anew the few that are uneven."""
+    """Take the islands of the mesh's own texture coordinates, and flatten again the few uneven ones."""
     island, corners = kept_islands(mesh, across)
     rest = np.flatnonzero(island < 0)
     if len(rest):
@@ -141,13 +141,13 @@ def _kept(
         island[rest] = own + island.max() + 1
         notes.append(
             f"the texture coordinates of {number_of(len(rest), 'triangle')} are too uneven to keep: "
-            "laid out anew"
+            "flattened again"
         )
     return island, corners
 
 
 def _laid_out(mesh: TriangleMesh, across: IntArray, progress: Progress | None) -> tuple[IntArray, FloatArray]:
-    """Lay all pieces flat, divide those that do not lie well until they do, and join what unrolls."""
+    """Flatten all pieces, divide those that do not flatten well until they do, and join those that unroll."""
     linked, across = across, across.copy()
     triangles = Triangles(mesh.corners, mesh.areas, mesh.flat_normals, across)
     label = clusters(across, triangles)
@@ -174,7 +174,7 @@ def _laid_out(mesh: TriangleMesh, across: IntArray, progress: Progress | None) -
 
 
 def _flattened(mesh: TriangleMesh, pieces: list[Piece]) -> list[Flat | None]:
-    """Lay pieces flat, side by side; None for those with handles or without a border."""
+    """Flatten pieces in parallel; None for those with handles or without a border."""
     out: list[Flat | None] = [None] * len(pieces)
 
     def lay(number: int) -> None:
@@ -206,7 +206,7 @@ def _report(surface: MeshSurface, notes: list[str], wanted: NDArray[np.bool_]) -
 
 
 def _notes(mesh: TriangleMesh) -> list[str]:
-    """Say what is odd about a mesh where seams may come of it."""
+    """Describe what is odd about a mesh and may cause seams."""
     ends = np.sort(np.stack([mesh.triangles, np.roll(mesh.triangles, -1, axis=1)], axis=-1), axis=-1)
     keys = (ends[..., 0].astype(np.int64) * len(mesh.positions) + ends[..., 1]).ravel()
     _, edge, uses = np.unique(keys, return_inverse=True, return_counts=True)
@@ -215,9 +215,9 @@ def _notes(mesh: TriangleMesh) -> list[str]:
     notes = []
     if several:
         notes.append(
-            f"{number_of(several, 'edge belongs', 'edges belong')} to three or more triangles: those go on "
-            "there that lie in one plane, or most nearly"
+            f"{number_of(several, 'edge belongs', 'edges belong')} to three or more triangles: those nearest "
+            "to one plane continue there"
         )
     if turned:
-        notes.append(f"at {number_of(turned, 'edge')} triangles turn different ways: texture is cut there")
+        notes.append(f"at {number_of(turned, 'edge')} triangles have opposite orientations: a seam there")
     return notes

@@ -1,9 +1,9 @@
-"""CAD models: faces as grids of rational Bézier patches, exactly, and their triangles put on them.
+"""CAD models: faces as exact grids of rational Bézier patches, with their triangles placed on them.
 
 - `spans`: splines and arcs as rational Bézier segments
-- `exact_face`: `ExactFace`, a face's patches, and its own parameters on them
+- `exact_face`: `ExactFace`, a face's patches, and the file's parameters on them
 - `exact_body`: a body's vertices on the patches, normals and areas
-- `slivers`: triangles that are all but lines are mended
+- `slivers`: repairs triangles that are almost degenerate
 """
 
 from upholster.geometry.cad.exact_body import ExactBody, exact_body

@@ -1,4 +1,4 @@
-"""Loops over the triangles of a face that are flat: their longest edge is turned, or a corner taken out."""
+"""Loops over a face's flat triangles: flipping their longest edges, or removing vertices."""
 
 from typing import Any, NamedTuple
 
@@ -11,16 +11,16 @@ from upholster.types import FloatArray, IntArray, int64
 __all__ = ["MOST_ROUND", "Corners", "flip_slivers", "remove_slivers"]
 
 MOST_ROUND = 64
-"""Triangles round a vertex that is taken out, at most."""
+"""Greatest number of triangles around a vertex that is removed."""
 
 _BETTER = 1.5
-"""Times as high must the lower of two triangles become."""
+"""Factor by which the height of the lower of two triangles must increase."""
 
 _SURE = 0.01
-"""Flatter triangles have no normal worth asking for."""
+"""The normals of flatter triangles are not reliable."""
 
 _LEAST_COSINE = 0.3
-"""Between a triangle and the face's own normals at its corners."""
+"""Least cosine between a triangle's normal and the face's normals at its corners."""
 
 
 class Corners(NamedTuple):
@@ -71,7 +71,7 @@ def _faces_right(p: FloatArray, normals: FloatArray, a: int, b: int, c: int) -> 
 
 @inline
 def _apart(p: FloatArray, a: int, b: int, c: int, d: int) -> float:
-    # How far the lines a–b and c–d pass each other.
+    # The distance at which the lines a–b and c–d pass each other.
     ux, uy, uz = p[b, 0] - p[a, 0], p[b, 1] - p[a, 1], p[b, 2] - p[a, 2]
     vx, vy, vz = p[d, 0] - p[c, 0], p[d, 1] - p[c, 1], p[d, 2] - p[c, 2]
     x, y, z = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
@@ -89,20 +89,20 @@ def flip_slivers(
     deviation: float,
     changed: NDArray[np.bool_],
 ) -> int:
-    """Turn the longest edges of flat triangles, once over all; return how many were turned.
+    """Flip the longest edges of flat triangles, in one pass; return how many were flipped.
 
     Parameters
     ----------
     corners
         The face's vertices.
     triangles, neighbours
-        (t, 3), which is changed, and as `TriangleMesh.neighbours`, which is not.
+        (t, 3), which is changed, and as in `TriangleMesh.neighbours`, which is not.
     least
-        Triangles lower than that, of their longest edge, are flat.
+        Triangles whose height over longest edge is less than this are flat.
     deviation
-        How far an edge may pass the one whose place it takes.
+        Greatest distance between an edge and the edge that it replaces.
     changed
-        (t,): which triangles are not what `neighbours` knows; those stay as they are.
+        (t,): triangles that no longer match `neighbours`; they are left as they are.
     """
     positions, normals, uv = corners
     turned = 0
@@ -144,8 +144,8 @@ def _write(triangles: IntArray, changed: NDArray[np.bool_], t: int, a: int, b: i
 def _walk_round(
     triangles: IntArray, neighbours: IntArray, changed: NDArray[np.bool_], t: int, k: int, ring: IntArray
 ) -> Any:
-    # Lists the triangles round corner k of t in `ring[0]`, and in `ring[1]` the vertices that these have at
-    # their next corners, a polygon; returns how many, 0 where they do not close.
+    # Lists the triangles around corner k of t in `ring[0]`, and the vertices at their next corners, a
+    # polygon, in `ring[1]`; returns their number, 0 if they do not close.
     count, at, corner = int64(0), int64(t), int64(k)
     while count < MOST_ROUND and not changed[at]:
         ring[0, count] = at
@@ -162,7 +162,7 @@ def _walk_round(
 
 @inline
 def _is_ear(uv: FloatArray, ring: IntArray, count: int, n: int, sign: float) -> bool:
-    # Whether a corner of a polygon can be cut off: it is convex, and no other corner lies in it.
+    # Whether a corner of a polygon can be cut off: it is convex, and contains no other corner.
     a, b, c = ring[2, (n + count - 1) % count], ring[2, n], ring[2, (n + 1) % count]
     if sign * _turned(uv, a, b, c) <= 0.0:
         return False
@@ -181,7 +181,7 @@ def _is_ear(uv: FloatArray, ring: IntArray, count: int, n: int, sign: float) -> 
 
 @inline
 def _misses(positions: FloatArray, uv: FloatArray, v: int, a: int, b: int, c: int) -> float:
-    # How far a vertex is from a triangle, where that has its parameters; 1e300 where it has not.
+    # A vertex's distance from a triangle that contains its parameters; 1e300 if the triangle does not.
     area = _turned(uv, a, b, c)
     if area == 0.0:
         return 1e300
@@ -208,8 +208,8 @@ def _fill(
     least: float,
     deviation: float,
 ) -> float:
-    # Fills the polygon of `ring[1]` by ears, the best ones first, into `ring[3:6]`; returns how flat these
-    # triangles are in all, 1e300 where it can not be done.
+    # Fills the polygon of `ring[1]` with ears, the best ones first, into `ring[3:6]`; returns how flat these
+    # triangles are in total, 1e300 if it cannot be done.
     flat, away, left, made = 0.0, 1e300, int64(count), int64(0)
     for n in range(count):
         ring[2, n] = ring[1, n]
@@ -245,16 +245,16 @@ def remove_slivers(
     changed: NDArray[np.bool_],
     ring: IntArray,
 ) -> int:
-    """Take vertices inside a face out of flat triangles, once over all; return how many went.
+    """Remove vertices of flat triangles inside a face, in one pass; return how many were removed.
 
     Parameters
     ----------
     corners, triangles, neighbours, least, changed
-        As of `flip_slivers`; the corners of triangles that vanish become −1.
+        As for `flip_slivers`; the corners of removed triangles become −1.
     deviation
-        How far a vertex may lie from the triangles that take its place.
+        Greatest distance of a vertex from the triangles that replace it.
     ring
-        (6, `MOST_ROUND`) scratch.
+        (6, `MOST_ROUND`) scratch space.
     """
     positions, normals, uv = corners
     taken = 0

@@ -1,4 +1,4 @@
-"""A body's vertices put on its exact faces, with the normals and the areas that these have."""
+"""Placing a body's vertices on its exact faces, and the exact normals and areas."""
 
 from dataclasses import dataclass
 
@@ -13,31 +13,32 @@ from upholster.types import FloatArray, IntArray
 __all__ = ["ExactBody", "exact_body"]
 
 _MENDED = 0.5
-"""Of the deviation, that triangles may move when slivers are mended."""
+"""Share of the deviation by which triangles may move when slivers are repaired."""
 
 _MOST_OFF = 10.0
-"""Of the deviation, by which Open CASCADE's vertices may miss our face: else it is taken as it has it."""
+"""Multiple of the deviation by which Open CASCADE's vertices may miss our face; beyond it, its triangles are
+used."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class ExactBody:
-    """What is exact of a body.
+    """The exact geometry of a body.
 
     Attributes
     ----------
     positions
-        (V, 3) vertices: those inside faces lie on the patches, to rounding; those on edges where Open CASCADE
-        has them, on the edge's own curve.
+        (V, 3) vertices. Those inside faces are on the patches, up to rounding; those on edges are where Open
+        CASCADE places them, on the edge's own curve.
     normals
         For each face (n, 3): unit normals at its vertices, outward.
     triangles
-        For each face (t, 3), as `FaceRecord.seen`, with as few slivers as can be.
+        For each face (t, 3), as `FaceRecord.seen`, with as few slivers as possible.
     faces
-        For each its patches; None where that failed.
+        For each face its patches; None where that failed.
     areas
-        For each its area, in the unit of the file squared: over its triangles in parameters, on the patches.
+        For each face its area, in the file's unit squared: over its triangles in parameters, on the patches.
     problems
-        For each why it failed; empty where it did not.
+        For each face why it failed; empty if it did not.
     """
 
     positions: FloatArray
@@ -49,14 +50,14 @@ class ExactBody:
 
 
 def exact_body(body: BodyRecord, deviation: float) -> ExactBody:
-    """Write a body's faces as patches and put its vertices on them.
+    """Convert a body's faces to patches and place its vertices on them.
 
     Parameters
     ----------
     body
-        With triangles, or without.
+        With or without triangles.
     deviation
-        How far triangles may lie from the faces, in the body's unit.
+        Greatest distance of triangles from the faces, in the body's unit.
     """
     positions = body.positions.copy()
     out = ExactBody(positions, [], [], [], [], [])
@@ -96,7 +97,7 @@ def _flat_area(record: FaceRecord, positions: FloatArray) -> float:
 
 
 def _own_normals(record: FaceRecord, positions: FloatArray) -> FloatArray:
-    """Return normals at a face's vertices from its triangles."""
+    """Compute normals at a face's vertices from its triangles."""
     out = np.zeros((len(record.vertices), 3))
     np.add.at(out, record.triangles.ravel(), np.repeat(_crossed(record, positions), 3, axis=0))
     return np.asarray(out / np.maximum(np.linalg.norm(out, axis=1, keepdims=True), 1e-300), np.float64)

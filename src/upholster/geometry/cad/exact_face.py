@@ -19,14 +19,14 @@ _GAUSS = np.array([[2 / 3, 1 / 6, 1 / 6], [1 / 6, 2 / 3, 1 / 6], [1 / 6, 1 / 6, 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class ExactFace:
-    """A grid of patches that is a face's surface.
+    """A face's surface as a grid of patches.
 
     Attributes
     ----------
     face
-        The patches: s runs with the file's u, t with v.
+        The patches: s increases with the file's u, t with v.
     u, v
-        How the file's parameters run over them.
+        The file's parameters along them.
     """
 
     face: Face
@@ -35,7 +35,7 @@ class ExactFace:
 
     @property
     def patches(self) -> int:
-        """How many there are."""
+        """Number of patches."""
         return self.face.rows * self.face.columns
 
     def frames(self, uv: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -50,7 +50,7 @@ class ExactFace:
         uv
             (n, 2), in the file's parameters.
         triangles
-            (t, 3) into these.
+            (t, 3) indices into these.
         """
         corners = uv[triangles]
         inside = np.einsum("gc,tcd->tgd", _GAUSS, corners)
@@ -63,16 +63,16 @@ class ExactFace:
 
 
 def exact_face(record: FaceRecord) -> ExactFace:
-    """Write a face's surface as rational Bézier patches, all that its box needs.
+    """Convert a face's surface to rational Bézier patches, as many as its box needs.
 
     Raises
     ------
     InputError
-        If it has none, or one with weights that are not positive.
+        If it has no known surface, no extent, or weights that are not positive.
     """
     surface = record.surface
     if surface is None:
-        raise InputError("its surface is of a kind that is not known")
+        raise InputError("its surface is of an unknown kind")
     u0, u1, v0, v1 = record.box
     if not (u1 > u0 and v1 > v0):
         raise InputError("it has no extent")
@@ -82,7 +82,7 @@ def exact_face(record: FaceRecord) -> ExactFace:
 
 
 Built = tuple[FloatArray, Axis, Axis]
-"""Nets (rows, columns, m + 1, n + 1, 4), and how u and v run over them."""
+"""Nets (rows, columns, m + 1, n + 1, 4), and the parameters u and v along them."""
 
 
 def _plane(surface: SurfaceRecord, u0: float, u1: float, v0: float, v1: float) -> Built:
@@ -103,7 +103,7 @@ def _extrusion(surface: SurfaceRecord, u0: float, u1: float, v0: float, v1: floa
 
 
 def _revolution(surface: SurfaceRecord, u0: float, u1: float, v0: float, v1: float) -> Built:
-    """Turn a curve round an axis: a circle's three control points for each of the curve's."""
+    """Revolve a curve around an axis: each of its control points becomes a circle's three."""
     assert surface.curve is not None  # the record's own rule
     curve = curve_segments(surface.curve, v0, v1, surface.period[1])
     u = arc_axis(u0, u1, surface.period[0])

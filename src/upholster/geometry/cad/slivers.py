@@ -1,7 +1,7 @@
-"""Triangles of a face without slivers, where they can be avoided.
+"""Removing slivers from a face's triangles where possible.
 
-A mesher that halves long triangles beside a straight edge again and again leaves some that are a thousandth
-as high as they are long. What is asked of such a triangle, its normal or how a texture lies on it, is chance.
+A mesher that halves long triangles along a straight edge again and again leaves some whose height is a
+thousandth of their length. Anything computed from such a triangle, its normal or a texture's map, is random.
 """
 
 import numpy as np
@@ -13,10 +13,10 @@ from upholster.types import FloatArray, IntArray
 __all__ = ["without_slivers"]
 
 _LEAST = 0.1
-"""Height over longest edge, below which a triangle is mended."""
+"""Height over longest edge below which a triangle is repaired."""
 
 _FEW = 0.02
-"""Faces whose triangles are all higher than that stay as they are."""
+"""Faces whose triangles are all higher than this are left as they are."""
 
 _ROUNDS = 30
 
@@ -24,18 +24,18 @@ _ROUNDS = 30
 def without_slivers(
     positions: FloatArray, normals: FloatArray, uv: FloatArray, triangles: IntArray, deviation: float
 ) -> IntArray:
-    """Return a face's triangles with edges turned and vertices inside left out, so that few are slivers.
+    """Return a face's triangles with edges flipped and inner vertices removed, so that few slivers remain.
 
-    Its border stays as it is.
+    The face's border does not change.
 
     Parameters
     ----------
     positions, normals, uv
         (n, 3), (n, 3) and (n, 2): vertices, the face's unit normals there, and their parameters.
     triangles
-        (t, 3) into these; they cover the face in its parameters once.
+        (t, 3) indices into these; they cover the face once in its parameters.
     deviation
-        How far the result may lie from what it replaces, in units of the positions.
+        Greatest distance of the result from what it replaces, in units of the positions.
     """
     out = np.ascontiguousarray(triangles, np.int32)
     if _heights(positions, out).min(initial=1.0) >= _FEW:

@@ -15,17 +15,17 @@ _EPS = 1e-9
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Axis:
-    """How a parameter of the file runs over segments, one after the other.
+    """A parameter of the file along consecutive segments.
 
     Attributes
     ----------
     breaks
         (n + 1,) rising: segment k covers from ``breaks[k]`` to ``breaks[k + 1]``.
     is_angle
-        Whether it is the angle of an arc: on a rational quadratic segment the tangent of half the angle from
-        its middle runs evenly, not the angle itself.
+        Whether it is the angle of an arc. On a rational quadratic segment, the tangent of half the angle from
+        its middle is linear, not the angle itself.
     period
-        After how much it comes to the same place; 0 for never.
+        Its period; 0 for none.
     """
 
     breaks: FloatArray
@@ -33,7 +33,7 @@ class Axis:
     period: float = 0.0
 
     def places(self, values: FloatArray) -> FloatArray:
-        """Return where values lie: k + the parameter on segment k; beyond the ends the outer ones go on."""
+        """Return each value's k + parameter on segment k; beyond the ends, the outer segments continue."""
         values, k = self._found(values)
         low, high = self.breaks[k], self.breaks[k + 1]
         if not self.is_angle:
@@ -51,7 +51,7 @@ class Axis:
         return np.asarray(0.25 / (cosine * cosine * np.tan(0.25 * (high - low))), np.float64)
 
     def _found(self, values: FloatArray) -> tuple[FloatArray, IntArray]:
-        """Return values, by whole periods near the middle of what is covered, and their segments."""
+        """Shift values by whole periods to near the middle of the range; return them and their segments."""
         if self.period:
             middle = 0.5 * float(self.breaks[0] + self.breaks[-1])
             values = values - self.period * np.round((values - middle) / self.period)
@@ -61,7 +61,7 @@ class Axis:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Segments:
-    """A curve as segments: control points (n, degree + 1, 4), homogeneous, and how its parameter runs."""
+    """A curve as segments: homogeneous control points (n, degree + 1, 4), and the parameter along them."""
 
     points: FloatArray
     axis: Axis
@@ -72,33 +72,33 @@ def spline_segments(
 ) -> tuple[FloatArray, Axis]:
     """Cut a spline into its Bézier segments.
 
-    A segment's control point k is the spline's blossom at the segment's beginning, degree − k times, and its
-    end, k times; that is what inserting the knots to full multiplicity gives.
+    A segment's control point k is the spline's blossom with the segment's start as degree − k arguments and
+    its end as k arguments. Inserting the knots to full multiplicity gives the same.
 
     Parameters
     ----------
     degree
         1 or more.
     knots
-        With their multiplicities, ``n + degree + 1`` of them, rising.
+        ``n + degree + 1`` increasing knots, repeated by multiplicity.
     poles
         (n, …) control points, homogeneous.
     low, high
-        What of it is needed.
+        The range needed.
     period
-        After how much its parameter comes to the same place; then all of it is cut.
+        The parameter's period; then the complete spline is cut.
 
     Returns
     -------
     FloatArray
         (segments, degree + 1, …).
     Axis
-        How its parameter runs over them.
+        The parameter along them.
 
     Raises
     ------
     InputError
-        If the numbers do not fit together.
+        If the numbers do not match.
 
     References
     ----------
@@ -135,7 +135,7 @@ def spline_segments(
 
 
 def arc_axis(low: float, high: float, period: float) -> Axis:
-    """Return how an angle runs over as few arcs of a quarter of a circle at most as cover low … high."""
+    """Return an angle's axis over the fewest arcs of at most a quarter circle that cover low … high."""
     count = max(1, int(np.ceil((high - low) / (0.5 * np.pi) - 1e-6)))
     return Axis(np.linspace(low, high, count + 1), True, period)
 
@@ -146,7 +146,7 @@ def curve_segments(curve: CurveRecord, low: float, high: float, period: float = 
     Raises
     ------
     InputError
-        If the range is empty, or the numbers do not fit together.
+        If the range is empty, or the numbers do not match.
     """
     if not high > low:
         raise InputError(f"a curve runs from {low:g} to {high:g}; allowed: rising")

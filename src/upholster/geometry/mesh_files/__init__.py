@@ -1,10 +1,10 @@
-"""Models as people have them: GLB, glTF, OBJ, PLY, STL, OFF and CAD files read as triangle meshes.
+"""Model files: GLB, glTF, OBJ, PLY, STL, OFF and CAD files read as triangle meshes.
 
-- `reading`: `read_model`, whatever the format; `model_file`: what it gives, parts and their names
-- `gltf`: document and buffers of a glTF file; `accessors`: arrays of them; `gltf_scene`: its meshes in place
+- `reading`: `read_model`, for all formats; `model_file`: its result, parts and their names
+- `gltf`: document and buffers of a glTF file; `accessors`: its arrays; `gltf_scene`: its meshes in the scene
 - `draco`, `meshopt`: compressed geometry
-- `obj`, `ply`, `stl`, `off`: the other formats, each a `RawModel`; `numbers`: numbers in text
-- `cad`: CAD files, which `upholster.occt` reads; `units`: those that a user can tell
+- `obj`, `ply`, `stl`, `off`: the other formats, each returns a `RawModel`; `text_numbers`: numbers in text
+- `cad`: CAD files, which `upholster.occt` reads; `units`: units that a user can name
 - `colors`: colours of vertices
 - `polygons`: quadrilaterals and polygons as triangles
 """

@@ -33,7 +33,7 @@ def decode_attributes(data: NDArray[Any], stride: int, out: NDArray[Any]) -> boo
     Returns
     -------
     bool
-        Whether the data were whole.
+        Whether the data were complete.
     """
     count = len(out) // stride
     end = len(data) - max(32, stride)
@@ -57,7 +57,7 @@ def decode_attributes(data: NDArray[Any], stride: int, out: NDArray[Any]) -> boo
 def _decode_bytes(
     data: NDArray[Any], at: int, end: int, size: int, last: int, out: NDArray[Any], to: int, stride: int
 ) -> int:
-    """Decode one byte of `size` elements; return where the data go on, -1 if they end."""
+    """Decode one byte of `size` elements; return the position after the data, -1 if they end early."""
     groups = (size + 15) // 16
     heads = at
     at += (groups + 3) // 4
@@ -66,7 +66,7 @@ def _decode_bytes(
     for group in range(groups):
         mode = (data[heads + group // 4] >> (2 * (group & 3))) & 3
         bits = 0 if mode == 0 else 1 << mode  # 0, 2, 4 or 8
-        more = at + 2 * bits  # where bytes of their own stand
+        more = at + 2 * bits  # position of bytes stored separately
         if more > end:
             return -1
         for k in range(16):
@@ -90,7 +90,7 @@ def _decode_bytes(
 
 @kernel
 def decode_indices(data: NDArray[Any], out: NDArray[Any]) -> bool:
-    """Decode mode 2, indices: from (n,) uint8 to (count,) uint32; return whether the data were whole."""
+    """Decode mode 2, indices: from (n,) uint8 to (count,) uint32; return whether the data were complete."""
     at, end = 1, len(data) - 4
     low, high = 0, 0
     for k in range(len(out)):
@@ -109,7 +109,7 @@ def decode_indices(data: NDArray[Any], out: NDArray[Any]) -> bool:
 
 @inline
 def _number(data: NDArray[Any], at: int, end: int) -> tuple[int, int]:
-    """Read a number of 7 bits a byte; return it and where the data go on, -1 if they end."""
+    """Read a number of 7 bits a byte; return it and the position after it, -1 if the data end early."""
     value = 0
     for k in range(5):
         if at >= end:
@@ -133,22 +133,22 @@ def decode_triangles(
     data
         (n,) uint8, compressed.
     edges, vertices
-        (16, 2) and (16,) of zeros, room to work in: the last edges and vertices.
+        (16, 2) and (16,) zeros, working space: the most recent edges and vertices.
     out
         (count,) uint32, filled; count is a multiple of 3.
 
     Returns
     -------
     bool
-        Whether the data were whole.
+        Whether the data were complete.
     """
     count = len(out) // 3
     end = len(data) - 16
     at = 1 + count
     if at > end:
         return False
-    following, last = 0, 0  # the next new vertex, and the last one that was written out
-    edge, vertex = 0, 0  # where the next ones are put
+    following, last = 0, 0  # the next new vertex, and the last one stored explicitly
+    edge, vertex = 0, 0  # positions for the next ones
     for k in range(count):
         code = int(data[1 + k])
         high, low = code >> 4, code & 15
@@ -224,6 +224,6 @@ def decode_triangles(
 
 @inline
 def _delta(data: NDArray[Any], at: int, end: int, last: int) -> tuple[int, int]:
-    """Read a vertex that is told by its distance from the last one; return it and where the data go on."""
+    """Read a vertex stored as its difference from the last one; return it and the position after it."""
     value, at = _number(data, at, end)
     return (last + ((value >> 1) ^ -(value & 1))) & _MASK, at

@@ -1,4 +1,4 @@
-"""Walking over rows of different lengths."""
+"""Walking over rows of varying length."""
 
 from typing import Any
 
@@ -25,16 +25,16 @@ def walk_bytes(
     data
         (n,) uint8.
     layout
-        (properties, 2): bytes of a list's count (0: no list), and of an item.
+        (properties, 2): bytes of a list's count (0 for no list), and of an item.
     big_endian
-        How counts are written.
+        Byte order of the counts.
     starts, lengths
-        (rows, properties), filled: the first byte of each property's items, and how many they are.
+        (rows, properties), filled with the first byte of each property's items, and their number.
 
     Returns
     -------
     int
-        Where the rows end; -1 if the data do first.
+        The position after the rows; -1 if the data end early.
     """
     at = 0
     for row in range(len(starts)):
@@ -66,14 +66,14 @@ def walk_numbers(
     starts: NDArray[int64],
     lengths: NDArray[int64],
 ) -> bool:
-    """Do what `walk_bytes` does over numbers that were text, all of size 1.
+    """Do the same as `walk_bytes` for numbers that were text, all of size 1.
 
     Parameters
     ----------
     values
         (n,) float64.
     rows
-        (rows + 1,) where each row begins. What is left over in a row is passed by.
+        (rows + 1,) the position at which each row begins. Extra numbers in a row are skipped.
     layout, starts, lengths
         As for `walk_bytes`.
 

@@ -1,4 +1,4 @@
-"""Cutting the ears off polygons."""
+"""Ear clipping of polygons."""
 
 from numpy.typing import NDArray
 
@@ -10,18 +10,18 @@ __all__ = ["cut_ears"]
 
 @kernel
 def cut_ears(points: FloatArray, links: NDArray[int64], triangles: NDArray[int64]) -> None:
-    """Cut a polygon (n, 2) that turns to the left into n - 2 triangles.
+    """Cut a counter-clockwise polygon (n, 2) into n - 2 triangles.
 
-    Where no ear is left, for the polygon crosses itself, the next corner is cut off.
+    If no ear is left because the polygon crosses itself, the next corner is cut off.
 
     Parameters
     ----------
     points
         (n, 2).
     links
-        (2, n), room to work in: the corner before and after each.
+        (2, n), working space: the corners before and after each.
     triangles
-        (n - 2, 3), filled with corners.
+        (n - 2, 3), filled with numbers of corners.
     """
     n = len(points)
     before, after = links[0], links[1]
@@ -54,7 +54,7 @@ def cut_ears(points: FloatArray, links: NDArray[int64], triangles: NDArray[int64
 
 @inline
 def _is_ear(points: FloatArray, after: NDArray[int64], a: int, b: int, c: int) -> bool:
-    """Return whether triangle a, b, c turns to the left and holds no other corner."""
+    """Return whether triangle a, b, c is counter-clockwise and contains no other corner."""
     if _turn(points, a, b, c) <= 0.0:
         return False
     other = after[c]

@@ -1,4 +1,4 @@
-"""Arrays of a glTF file: accessors over buffer views, sparse ones and compressed views as well.
+"""Arrays of a glTF file: accessors over buffer views, including sparse accessors and compressed views.
 
 References
 ----------
@@ -19,7 +19,7 @@ from upholster.types import FloatArray
 __all__ = ["COMPONENTS", "MAX_ELEMENTS", "Accessor", "Accessors", "as_floats"]
 
 MAX_ELEMENTS = 12_000_000
-"""Of an accessor: three vertices for each triangle of the largest mesh."""
+"""Greatest number of elements of an accessor: three vertices for each triangle of the largest mesh."""
 
 COMPONENTS: dict[int, np.dtype[Any]] = {
     5120: np.dtype("<i1"),
@@ -41,7 +41,7 @@ class Accessor:
     values
         (count, components), in the type of the file.
     normalized
-        Whether integers stand for numbers up to 1.
+        Whether integers represent numbers up to 1.
     """
 
     values: NDArray[Any]
@@ -49,7 +49,7 @@ class Accessor:
 
 
 class Accessors:
-    """Reads the accessors of a file; keeps what has been decompressed."""
+    """Reads the accessors of a file; caches decompressed views."""
 
     def __init__(self, gltf: Gltf) -> None:
         self.gltf = gltf
@@ -64,12 +64,12 @@ class Accessors:
         index
             Its number.
         widths
-            How many components an element may have.
+            Allowed numbers of components of an element.
 
         Raises
         ------
         FormatError
-            If it breaks the format, or has other elements.
+            If it violates the format, or has other elements.
         """
         entry = self.gltf.item("accessors", index)
         kind = COMPONENTS.get(entry.get("componentType", 0) if _is_plain(entry.get("componentType")) else 0)
@@ -90,7 +90,7 @@ class Accessors:
         return Accessor(values, entry.get("normalized") is True and kind.kind != "f")
 
     def count(self, index: object) -> int:
-        """Return how many elements an accessor says it has."""
+        """Return the number of elements that an accessor announces."""
         return whole(self.gltf.item("accessors", index), "count", 1, MAX_ELEMENTS)
 
     def view(self, index: object) -> NDArray[np.uint8]:
@@ -103,7 +103,7 @@ class Accessors:
         if index not in self._views:
             self._decompressed += whole(entry, "byteLength", 1, MAX_BUFFER)
             if self._decompressed > MAX_BUFFER:
-                raise FormatError(f"more than {MAX_BUFFER} bytes are compressed; allowed: as many")
+                raise FormatError(f"more than {MAX_BUFFER} bytes when decompressed; allowed: up to that")
             self._views[index] = decoded_view(self.gltf, entry, extension)
         return self._views[index]
 
@@ -121,16 +121,16 @@ class Accessors:
         return np.ndarray((count, width), kind, data, offset, (stride, kind.itemsize)).copy()
 
     def _patched(self, sparse: object, values: NDArray[Any]) -> NDArray[Any]:
-        """Put the elements in place that a sparse accessor lists."""
+        """Replace the elements that a sparse accessor lists."""
         if not isinstance(sparse, dict):
-            raise FormatError("sparse is no object")
+            raise FormatError("sparse is not an object")
         where, what = sparse.get("indices"), sparse.get("values")
         if not isinstance(where, dict) or not isinstance(what, dict):
             raise FormatError("sparse has no indices and values")
         count = whole(sparse, "count", 1, len(values))
         kind = COMPONENTS.get(where["componentType"] if _is_plain(where.get("componentType")) else 0)
         if kind is None or kind.kind != "u":
-            raise FormatError("sparse indices are of another type than whole numbers")
+            raise FormatError("sparse indices are not whole numbers")
         at = self._listed(where, count, kind, 1)[:, 0].astype(np.int64)
         if at.max() >= len(values):
             raise FormatError(f"a sparse index is {at.max()}; there are {len(values)} elements")
@@ -143,7 +143,7 @@ class Accessors:
 
 
 def as_floats(accessor: Accessor) -> FloatArray:
-    """Return an accessor's elements as numbers: normalised integers as shares of the largest one.
+    """Return an accessor's elements as floats: normalized integers as shares of the largest one.
 
     Raises
     ------

@@ -1,7 +1,7 @@
-"""CAD files as models: their triangles as a glTF scene, so that all that is done to a model is done to them.
+"""CAD files as models: their triangles become a glTF scene, so that all operations on models apply.
 
-A body is a mesh, shown by a node for each place where it stands. Its faces of one colour, one layer and one
-name are a primitive: a part.
+A body is a mesh, with a node for each of its placements. Its faces of one colour, one layer and one name form
+a primitive: a part.
 """
 
 from collections import Counter
@@ -28,10 +28,10 @@ from upholster.types import FloatArray, IntArray, Progress
 __all__ = ["CadState", "cad_scene", "cad_state", "read_cad_model"]
 
 _METRES = 0.001
-"""What is read is in millimetres, glTF in metres."""
+"""CAD files are read in millimetres, glTF is in metres."""
 
 _MOST_NAMES = 100
-"""Of faces in a body: where more have names of their own, these make no parts."""
+"""Greatest number of named faces in a body that become parts; with more, names do not make parts."""
 
 _LISTED = 5
 
@@ -52,20 +52,21 @@ def read_cad_model(
     path
         The file.
     unit
-        Length of its unit in metres, where the file itself tells none; by default a millimetre.
+        Length of its unit in metres, if the file itself states none; by default a millimetre.
     up
-        Which axis is up in it, "y" or "z"; by default z.
+        The file's upward axis, "y" or "z"; by default z.
     deviation
-        How far triangles may lie from the faces, in millimetres; by default a two-thousandth of the size.
+        Greatest distance of triangles from the faces, in millimetres; by default a two-thousandth of the
+        size.
     unique
-        Whether a shape that stands in several places is covered in each by itself.
+        Whether to cover each placement of a shape separately.
     progress
-        As of `upholster.occt.process.read_cad`.
+        As for `upholster.occt.process.read_cad`.
 
     Raises
     ------
     InputError
-        If it can not be read, or tells another unit.
+        If it cannot be read, or states another unit.
     """
     record = read_cad(
         path,
@@ -84,18 +85,18 @@ def read_cad_model(
 
 @dataclass(frozen=True, eq=False)
 class CadState:
-    """What a CAD file holds, and what can be done with it.
+    """The contents of a CAD file, and which of its faces can be covered.
 
     Attributes
     ----------
     record
-        What was read, with few triangles.
+        The contents, with few triangles.
     patches
-        How many rational Bézier patches its faces are.
+        Number of rational Bézier patches of its faces.
     plain
-        Names of the faces that can not be covered.
+        Names of the faces that cannot be covered.
     inexact
-        Names of those that are covered, but not as the file has them, with the reason.
+        Names of faces that are covered, but not exactly as in the file, with the reason.
     """
 
     record: CadRecord
@@ -105,22 +106,22 @@ class CadState:
 
 
 def cad_state(path: str, *, unit: str | None = None) -> CadState:
-    """Read what a CAD file holds.
+    """Read the contents of a CAD file.
 
     Parameters
     ----------
     path
         The file.
     unit
-        As of `upholster.geometry.mesh_files.read_model`.
+        As for `upholster.geometry.mesh_files.read_model`.
 
     Raises
     ------
     InputError
-        As there.
+        As for `read_model`.
     """
     metres = unit_in_metres(unit)
-    _ = read_bytes(path)  # it is there, and no folder
+    _ = read_bytes(path)  # checks that it exists and is not a folder
     try:
         record = read_cad(Path(path), unit=None if metres is None else 1000.0 * metres, coarse=True)
     except InputError as error:
@@ -142,7 +143,7 @@ def cad_state(path: str, *, unit: str | None = None) -> CadState:
 
 
 def cad_scene(record: CadRecord, bodies: Sequence[ExactBody], up: str) -> RawModel:
-    """Put bodies in a glTF scene and read that: as any glTF file, but in millimetres."""
+    """Put bodies in a glTF scene and read it like any glTF file, but in millimetres."""
     build = _Builder()
     nodes: list[int] = []
     faces_of: list[tuple[BodyRecord, list[int]]] = []
@@ -177,7 +178,7 @@ def cad_scene(record: CadRecord, bodies: Sequence[ExactBody], up: str) -> RawMod
 
 
 def _named(parts: Sequence[ModelPart], faces_of: Sequence[tuple[BodyRecord, list[int]]]) -> list[ModelPart]:
-    """Return parts with the names and layers of their faces as names."""
+    """Return parts named after their faces' names and layers."""
     labels, names = [], []
     for part, (body, faces) in zip(parts, faces_of, strict=True):
         face = body.faces[faces[0]]
@@ -198,7 +199,7 @@ def _named(parts: Sequence[ModelPart], faces_of: Sequence[tuple[BodyRecord, list
 
 
 def _groups(body: BodyRecord, exact: ExactBody) -> list[list[int]]:
-    """Return the faces of each part: those of one name, colour and layer."""
+    """Return the faces of each part: those with the same name, colour and layer."""
     named = len(Counter(face.name for face in body.faces)) <= _MOST_NAMES
     out: dict[tuple[str, str, str], list[int]] = {}
     for number, face in enumerate(body.faces):
@@ -209,7 +210,7 @@ def _groups(body: BodyRecord, exact: ExactBody) -> list[list[int]]:
 
 
 def _axes(body: BodyRecord, exact: ExactBody, faces: list[int], up: str) -> FloatArray:
-    """Return the axes of some faces for each of their triangles, (T, 2, 3), where the body stands first."""
+    """Return the axis of some faces for each of their triangles, (T, 2, 3), at the body's first placement."""
     place = body.places[0].matrix
     out = []
     for number in faces:
@@ -225,7 +226,7 @@ def _axes(body: BodyRecord, exact: ExactBody, faces: list[int], up: str) -> Floa
 
 
 class _Builder:
-    """A glTF document as it grows."""
+    """A glTF document under construction."""
 
     def __init__(self) -> None:
         self.json: Json = {"asset": {"version": "2.0", "generator": "upholster"}}
@@ -281,7 +282,7 @@ class _Builder:
         return self.add("accessors", entry)
 
     def _material(self, colour: str) -> int:
-        """Return a plain material of a colour, grey where there is none."""
+        """Return a plain material of a colour, grey if there is none."""
         if colour not in self._materials:
             coded = np.array([int(colour[k : k + 2], 16) if colour else 190 for k in (1, 3, 5)]) / 255.0
             linear = np.where(coded <= 0.04045, coded / 12.92, ((coded + 0.055) / 1.055) ** 2.4)
@@ -294,28 +295,28 @@ class _Builder:
 
 
 def _notes(record: CadRecord, bodies: Sequence[ExactBody]) -> list[str]:
-    """Say what the user should know of a CAD file's faces."""
+    """List what the user should know about a CAD file's faces."""
     notes = list(dict.fromkeys(record.notes))
-    notes.append(f"triangles lie within {record.deviation:.3g} mm of the faces (--deviation sets it)")
+    notes.append(f"triangles are within {record.deviation:.3g} mm of the faces (--deviation sets it)")
     if not record.unit:
-        notes.append("the file tells no unit: taken for millimetres (--unit)")
+        notes.append("the file states no unit: millimetres assumed (--unit)")
     faces = [(body, face) for body in record.bodies for face in body.faces]
     plain = [f"{body.name}: {_called(face, body)}" for body, face in faces if face.plain]
     if plain:
         listed = ", ".join(plain[:_LISTED]) + (" …" if len(plain) > _LISTED else "")
-        told = f"of {number_of(len(faces), 'face')} {len(plain)} left plain, for want of triangles"
-        notes.append(f"{told}: {listed}")
+        left = f"{len(plain)} of {number_of(len(faces), 'face')} left plain, without triangles"
+        notes.append(f"{left}: {listed}")
     near = [face.approximated for _, face in faces if face.approximated > 0]
     if near:
         notes.append(
-            f"{number_of(len(near), 'face is', 'faces are')} not rational: taken by rational surfaces "
+            f"{number_of(len(near), 'face is', 'faces are')} not rational: approximated by rational surfaces "
             f"within {max(near):.2g} mm"
         )
     failed = sum(bool(problem) for body in bodies for problem in body.problems) - len(plain)
     if failed > 0:
         notes.append(
-            f"{number_of(failed, 'face is', 'faces are')} taken from Open CASCADE's triangles, for patches "
-            "do not fit"
+            f"{number_of(failed, 'face is', 'faces are')} taken from Open CASCADE's triangles, because "
+            "patches do not fit"
         )
     return notes
 

@@ -23,7 +23,7 @@ def decoded_primitive(
     attributes
         Draco's number of each attribute by its name in glTF.
     vertices, indices
-        How many the file announces.
+        Numbers that the file announces.
 
     Returns
     -------
@@ -35,7 +35,7 @@ def decoded_primitive(
     Raises
     ------
     FormatError
-        If the data are damaged, or hold anything else than the file announces.
+        If the data are damaged, or differ from what the file announces.
     """
     import DracoPy
 
@@ -52,5 +52,5 @@ def decoded_primitive(
     if 3 * len(triangles) != indices or any(len(array) != vertices for array in chosen.values()):
         raise FormatError(f"Draco data hold {len(triangles)} triangles; announced: {indices // 3}")
     if not len(triangles) or triangles.min() < 0 or triangles.max() >= vertices:
-        raise FormatError("Draco data name vertices that are not there")
+        raise FormatError("Draco data name vertices that do not exist")
     return triangles, {name: array.reshape(vertices, -1) for name, array in chosen.items()}

@@ -1,4 +1,4 @@
-"""Polygons of files put together: cut into triangles, in the order of the file."""
+"""Cutting a file's polygons into triangles, in the order of the file."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -19,12 +19,12 @@ __all__ = ["CutFaces", "Faces", "check_corners", "cut_faces", "listed_faces", "m
 
 @dataclass(eq=False)
 class Faces:
-    """Polygons of one number of corners.
+    """Polygons with the same number of corners.
 
     Attributes
     ----------
     number
-        (P,) int64: which face of the file each is.
+        (P,) int64: the number of each face in the file.
     corners
         (P, n) int64: their vertices.
     """
@@ -35,18 +35,18 @@ class Faces:
 
 @dataclass(eq=False)
 class CutFaces:
-    """Triangles of polygons, in the order of the file.
+    """Triangles from polygons, in the order of the file.
 
     Attributes
     ----------
     triangles
         (T, 3) int32: their vertices.
     face
-        (T,) int64: the face of the file.
+        (T,) int64: their face in the file.
     group, row
-        (T,) int64: in which of the groups of `Faces` it stands, and where.
+        (T,) int64: the group of `Faces` with that face, and its row there.
     corner
-        (T, 3) int64: which of that face's corners they have.
+        (T, 3) int64: which of that face's corners they use.
     """
 
     triangles: NDArray[np.int32]
@@ -56,7 +56,7 @@ class CutFaces:
     corner: NDArray[np.int64]
 
     def of_corners(self, arrays: Sequence[NDArray[np.float64]]) -> FloatArray:
-        """Return what arrays (P, n, c), one for each group, have at the triangles' corners: (T, 3, c)."""
+        """Return the values of arrays (P, n, c), one for each group, at the triangles' corners: (T, 3, c)."""
         out = np.empty((*self.corner.shape, arrays[0].shape[2]))
         for number, array in enumerate(arrays):
             mine = self.group == number
@@ -65,12 +65,12 @@ class CutFaces:
 
 
 def listed_faces(rows: Sequence[bytes]) -> list[Faces]:
-    """Read faces as lines of a count and that many vertices; what follows on a line is left out.
+    """Read faces from lines with a count and that many vertices; the rest of a line is ignored.
 
     Raises
     ------
     FormatError, InputError
-        If a line has fewer, or a face has too few or too many corners.
+        If a line has fewer vertices, or a face has too few or too many corners.
     """
     by_sides: dict[int, tuple[list[int], list[bytes]]] = {}
     for number, row in enumerate(rows):
@@ -92,7 +92,7 @@ def listed_faces(rows: Sequence[bytes]) -> list[Faces]:
 
 def _whole(table: FloatArray) -> NDArray[np.int64]:
     if not (np.abs(table) < 2**31).all() or (table != np.floor(table)).any():
-        raise FormatError("a face names a vertex by no whole number")
+        raise FormatError("a face names a vertex by a number that is not an integer")
     return table.astype(np.int64)
 
 
@@ -108,7 +108,7 @@ def cut_faces(positions: FloatArray, groups: Sequence[Faces]) -> CutFaces:
     Raises
     ------
     FormatError, InputError
-        If there are none or too many, or they name vertices that are not there.
+        If there are none or too many, or they name vertices that do not exist.
     """
     total = sum(len(group.number) * (group.corners.shape[1] - 2) for group in groups)
     if not 1 <= total <= MAX_TRIANGLES:

@@ -25,11 +25,11 @@ __all__ = ["MAX_BUFFER", "Gltf", "Json", "numbers", "parse_gltf", "whole"]
 Json = dict[str, Any]
 
 MAX_BUFFER = 1 << 30
-"""Bytes of a buffer, and of all that is decompressed."""
+"""Greatest number of bytes of a buffer, and of all decompressed data."""
 
 _MAX_ITEMS = 1 << 20
 _MAX_OF_KIND = {"nodes": 1 << 16, "meshes": 1 << 16}
-"""Each takes work in Python, even where nothing is drawn."""
+"""Each item takes work in Python, even if nothing is drawn."""
 
 _READABLE = {
     "KHR_draco_mesh_compression",
@@ -41,17 +41,16 @@ _GEOMETRY = ("meshopt", "draco", "mesh", "compression", "quantization", "skinnin
 
 
 class Gltf:
-    """A glTF file: what its JSON says, and its bytes.
+    """A glTF file: its JSON and its bytes.
 
     Attributes
     ----------
     json
-        The document. Nothing in it has been checked but that it is an object; the methods check what they
-        return.
+        The document. It has only been checked to be an object; the methods check what they return.
     folder
-        Where files lie that it refers to.
+        The folder of the files that it refers to.
     inputs
-        Those of them that were read.
+        Those of these files that have been read.
     """
 
     def __init__(self, document: Json, binary: bytes | None, folder: Path) -> None:
@@ -68,19 +67,20 @@ class Gltf:
         Raises
         ------
         FormatError
-            If it is no list of objects, or one of more than a million; of nodes and meshes 65,536.
+            If it is not a list of objects, or has more than a million; for nodes and meshes, more than
+            65,536.
         """
         found = self.json.get(kind, [])
         known = self._checked.get(kind)
         if known is not None and known is found:
             return known
         if not isinstance(found, list):
-            raise FormatError(f"{kind} is no list of objects")
+            raise FormatError(f"{kind} is not a list of objects")
         most = _MAX_OF_KIND.get(kind, _MAX_ITEMS)
         if len(found) > most:
             raise FormatError(f"{kind} has {len(found)} items; allowed: {most}")
         if not all(isinstance(item, dict) for item in found):
-            raise FormatError(f"{kind} is no list of objects")
+            raise FormatError(f"{kind} is not a list of objects")
         self._checked[kind] = found
         return found
 
@@ -94,11 +94,11 @@ class Gltf:
         """
         found = self.items(kind)
         if type(index) is not int or not 0 <= index < len(found):
-            raise FormatError(f"{kind[:-1]} {str(index)[:20]} is not there; there are {len(found)}")
+            raise FormatError(f"{kind[:-1]} {str(index)[:20]} does not exist; there are {len(found)}")
         return found[index]
 
     def buffer(self, index: object) -> bytes:
-        """Return a buffer's bytes: those of the GLB, of a file beside it, or of a data URI.
+        """Return a buffer's bytes: from the GLB, from a separate file, or from a data URI.
 
         Raises
         ------
@@ -121,12 +121,12 @@ class Gltf:
         return self._buffers[index]
 
     def resource(self, uri: object) -> bytes:
-        """Return what a URI stands for: data in it, or a file in the document's folder.
+        """Return the data of a URI: those in the URI, or a file in the document's folder.
 
         Raises
         ------
         FormatError, InputError
-            For any other URI, data that are no base64, or a file that cannot be read or lies elsewhere.
+            For any other URI, data that are not base64, or a file that cannot be read or is elsewhere.
         """
         if not isinstance(uri, str):
             raise FormatError(f"uri is a {type(uri).__name__}; allowed: text")
@@ -138,33 +138,33 @@ class Gltf:
                 return base64.b64decode(data, validate=True)
             except (binascii.Error, ValueError):
                 raise FormatError("a data URI is no base64") from None
-        file = self._beside(uri)
+        file = self._file_of(uri)
         data_read = read_bytes(file)
         if file not in self.inputs:
             self.inputs.append(file)
         return data_read
 
-    def _beside(self, uri: str) -> Path:
+    def _file_of(self, uri: str) -> Path:
         try:
             scheme = urlsplit(uri).scheme
         except ValueError:
             scheme = "?"
         if scheme:
-            raise InputError(f"it refers to {uri[:80]!r}; allowed: files beside it, by relative names")
+            raise InputError(f"it refers to {uri[:80]!r}; allowed: files in its folder, by relative names")
         return path_inside([self.folder], unquote(uri))
 
     def images_beside(self) -> list[Path]:
-        """Return the files of images that lie in the document's folder."""
+        """Return the image files that are in the document's folder."""
         uris = [image.get("uri") for image in self.items("images")]
         names = dict.fromkeys(uri for uri in uris if isinstance(uri, str) and not uri.startswith("data:"))
         found = []
         for name in names:
             with suppress(InputError):
-                found.append(self._beside(name))
+                found.append(self._file_of(name))
         return found
 
     def view_of(self, entry: Mapping[str, Any]) -> memoryview:
-        """Return the bytes that an object with buffer, byteOffset and byteLength stands for.
+        """Return the bytes described by an object with buffer, byteOffset and byteLength.
 
         Raises
         ------
@@ -185,9 +185,9 @@ def parse_gltf(data: bytes, path: str | os.PathLike[str]) -> Gltf:
     Raises
     ------
     FormatError
-        If it breaks the format.
+        If it violates the format.
     InputError
-        If it has another version, or needs an extension to its geometry that is not known.
+        If it has another version, or needs an unknown extension for its geometry.
     """
     binary = None
     text: bytes | memoryview = data
@@ -198,15 +198,15 @@ def parse_gltf(data: bytes, path: str | os.PathLike[str]) -> Gltf:
     except (ValueError, RecursionError) as error:
         raise FormatError(f"its JSON is damaged: {error}") from None
     if not isinstance(document, dict) or not isinstance(document.get("asset"), dict):
-        raise FormatError("it is no glTF: it has no asset")
+        raise FormatError("it is not glTF: it has no asset")
     version = document["asset"].get("version")
     if not isinstance(version, str) or not version.startswith("2."):
         raise InputError(f"glTF version is {str(version)[:20]!r}; allowed: 2.0")
     required = document.get("extensionsRequired", [])
     if not isinstance(required, list):
-        raise FormatError("extensionsRequired is no list")
+        raise FormatError("extensionsRequired is not a list")
     for name in required:
-        # Other extensions are about looks, and stay as they are.
+        # Other extensions concern appearance, and stay as they are.
         about_geometry = isinstance(name, str) and any(word in name.lower() for word in _GEOMETRY)
         if about_geometry and name not in _READABLE:
             raise InputError(f"it needs the extension {name[:60]}; allowed: {', '.join(sorted(_READABLE))}")
@@ -214,7 +214,7 @@ def parse_gltf(data: bytes, path: str | os.PathLike[str]) -> Gltf:
 
 
 def _chunks(data: bytes) -> tuple[memoryview, bytes | None]:
-    """Return JSON and binary part of a GLB."""
+    """Return the JSON and the binary part of a GLB."""
     if len(data) < 20:
         raise FormatError(f"a GLB of {len(data)} bytes is cut short")
     version, length = struct.unpack_from("<II", data, 4)
@@ -237,12 +237,12 @@ def _chunks(data: bytes) -> tuple[memoryview, bytes | None]:
 
 
 def whole(entry: Mapping[str, Any], key: str, least: int, most: int, default: int | None = None) -> int:
-    """Return a whole number of an object.
+    """Return an integer of an object.
 
     Raises
     ------
     FormatError
-        If it is missing and has no default, is no whole number, or out of range.
+        If it is missing and has no default, is not an integer, or is out of range.
     """
     value = entry.get(key, default)
     if isinstance(value, float) and value.is_integer() and abs(value) < 2**53:
@@ -253,7 +253,7 @@ def whole(entry: Mapping[str, Any], key: str, least: int, most: int, default: in
 
 
 def numbers(entry: Mapping[str, Any], key: str, count: int) -> list[float] | None:
-    """Return a list of `count` finite numbers of an object; None where it is missing.
+    """Return a list of `count` finite numbers of an object; None if it is missing.
 
     Raises
     ------

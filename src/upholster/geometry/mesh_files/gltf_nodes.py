@@ -1,4 +1,4 @@
-"""Nodes of a glTF scene: where each mesh stands, how often, and how its skin is posed."""
+"""Nodes of a glTF scene: the placements of each mesh, and the poses of skins."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ __all__ = ["Stand", "stands", "vertex_matrices"]
 
 @dataclass(frozen=True, eq=False)
 class Stand:
-    """Where a mesh stands first, and how often it is shown.
+    """The first placement of a mesh, and its others.
 
     Attributes
     ----------
@@ -24,9 +24,9 @@ class Stand:
     matrix
         (4, 4), from the mesh's space to the scene's.
     joints
-        (joints, 4, 4) of a skin, likewise; None without one.
+        (joints, 4, 4) of a skin, also to the scene; None without one.
     others
-        Matrices of its other nodes.
+        Matrices of its other placements.
     """
 
     mesh: int
@@ -42,7 +42,7 @@ def stands(gltf: Gltf, accessors: Accessors) -> list[Stand]:
     Raises
     ------
     FormatError
-        If nodes form no trees, or something is not there.
+        If nodes do not form trees, or refer to items that do not exist.
     """
     nodes = gltf.items("nodes")
     parents = _parents(nodes)
@@ -70,12 +70,12 @@ def stands(gltf: Gltf, accessors: Accessors) -> list[Stand]:
 def vertex_matrices(
     stand: Stand, joints: Sequence[Accessor], weights: Sequence[Accessor], count: int
 ) -> FloatArray:
-    """Return what takes vertices to the scene, (1, 3, 4); of a skin (V, 3, 4), as the nodes pose it.
+    """Return the matrix from vertices to the scene, (1, 3, 4); for a skin (V, 3, 4), as the nodes pose it.
 
     Raises
     ------
     FormatError
-        If a joint is not there, or the numbers do not fit.
+        If a joint does not exist, or the numbers do not match.
     """
     if stand.joints is None or not joints:
         return stand.matrix[None, :3]
@@ -102,7 +102,7 @@ def _parents(nodes: list[Json]) -> list[int]:
     for number, node in enumerate(nodes):
         children = node.get("children", [])
         if not isinstance(children, list):
-            raise FormatError(f"children of node {number} are no list")
+            raise FormatError(f"children of node {number} are not a list")
         for child in children:
             if type(child) is not int or not 0 <= child < len(nodes):
                 raise FormatError(
@@ -115,7 +115,7 @@ def _parents(nodes: list[Json]) -> list[int]:
 
 
 def _matrices(nodes: list[Json], parents: list[int]) -> list[FloatArray]:
-    """Return each node's matrix to the scene, (4, 4)."""
+    """Return each node's matrix to the scene's space, (4, 4)."""
     out = [_own_matrix(node, number) for number, node in enumerate(nodes)]
     done = 0
     children: list[list[int]] = [[] for _ in nodes]
@@ -161,7 +161,7 @@ def _shown(gltf: Gltf, nodes: list[Json]) -> list[int]:
         return list(range(len(nodes)))
     roots = gltf.item("scenes", gltf.json.get("scene", 0)).get("nodes", [])
     if not isinstance(roots, list) or any(type(n) is not int or not 0 <= n < len(nodes) for n in roots):
-        raise FormatError("the scene has nodes that are not there")
+        raise FormatError("the scene has nodes that do not exist")
     order, waiting = [], list(reversed(dict.fromkeys(roots)))
     seen = set(waiting)
     while waiting:

@@ -1,4 +1,4 @@
-"""The meshes of a glTF scene as triangles: each once, where it stands first."""
+"""The meshes of a glTF scene as triangles: each once, at its first placement."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
@@ -31,7 +31,7 @@ _SCALES_DIFFER = 1.01
 
 @dataclass(eq=False)
 class _Piece:
-    """A primitive where it stands."""
+    """A primitive in the scene."""
 
     label: str
     material: str
@@ -49,13 +49,13 @@ class _Piece:
 def read_scene(gltf: Gltf) -> RawModel:
     """Read the triangles of the scene that a glTF file shows.
 
-    A mesh under several nodes is read once, at the first of them. Skins are posed as the nodes stand; morph
+    A mesh under several nodes is read once, at the first of them. Skins are posed as the nodes are; morph
     targets are not applied. Points and lines are left out.
 
     Raises
     ------
     FormatError
-        If the file breaks the format.
+        If the file violates the format.
     InputError
         If there are no triangles, or too many.
     """
@@ -81,7 +81,7 @@ def read_scene(gltf: Gltf) -> RawModel:
             if total > MAX_TRIANGLES or elements > MAX_ELEMENTS or len(pieces) > MAX_PARTS:
                 raise InputError(
                     f"it has more than {MAX_TRIANGLES} triangles, {MAX_ELEMENTS} vertices or {MAX_PARTS} "
-                    "parts; allowed: as many"
+                    "parts; allowed: up to that"
                 )
         notes += _instance_notes(gltf, stand)
     if not pieces:
@@ -92,12 +92,12 @@ def read_scene(gltf: Gltf) -> RawModel:
 def primitive_arrays(
     gltf: Gltf, accessors: Accessors, primitive: Json
 ) -> tuple[dict[str, Accessor], IntArray | None]:
-    """Return a primitive's attributes by name, and its indices (n,) where it has some; decompressed.
+    """Return a primitive's attributes by name, and its indices (n,) if it has any; decompressed.
 
     Raises
     ------
     FormatError, InputError
-        If they break the format, or cannot be decompressed.
+        If they violate the format, or cannot be decompressed.
     """
     attributes = primitive.get("attributes")
     if not isinstance(attributes, dict) or "POSITION" not in attributes:
@@ -114,7 +114,7 @@ def primitive_arrays(
     elif "indices" in primitive:
         found = accessors.read(primitive["indices"], 1).values[:, 0]
         if found.dtype.kind != "u":
-            raise FormatError("its indices are of another type than whole numbers")
+            raise FormatError("its indices are not whole numbers")
         if found.dtype.itemsize == 4 and found.max() >= 1 << 31:
             raise FormatError(f"it names vertex {found.max()}")
         indices = found.astype(np.int32)
@@ -157,7 +157,7 @@ def _piece(gltf: Gltf, accessors: Accessors, stand: Stand, number: int, primitiv
     sets = [name for name in (f"JOINTS_{n}" for n in range(8)) if name in arrays]
     weights = [name.replace("JOINTS", "WEIGHTS") for name in sets]
     if missing := set(weights) - arrays.keys():
-        raise FormatError(f"it has joints and no {min(missing)}")
+        raise FormatError(f"it has joints but no {min(missing)}")
     matrices = vertex_matrices(
         stand, [arrays[name] for name in sets], [arrays[name] for name in weights], len(raw)
     )
@@ -198,9 +198,9 @@ def _floats(arrays: dict[str, Accessor], name: str, width: int) -> FloatArray | 
 
 
 def _colors(arrays: dict[str, Accessor]) -> NDArray[np.float32] | None:
-    """Return the vertices' colours, (V, 3); what we have covered before keeps them as _COLOR_0.
+    """Return the vertices' colours, (V, 3); files that this program covered before store them as _COLOR_0.
 
-    Colours that break the format are none: nothing else depends on them.
+    Colours that violate the format are ignored: nothing else depends on them.
     """
     found = arrays.get("COLOR_0", arrays.get("_COLOR_0"))
     if found is None or found.values.shape[1] < 3:
@@ -210,7 +210,7 @@ def _colors(arrays: dict[str, Accessor]) -> NDArray[np.float32] | None:
 
 
 def _turned_normals(normals: FloatArray, matrices: FloatArray) -> FloatArray:
-    """Return normals in the scene, whatever the scales: by the matrices of cofactors."""
+    """Return normals in the scene, for any scales: transformed by the cofactor matrices."""
     a, b, c = np.moveaxis(matrices[:, :, :3], 2, 0)
     across = np.cross(b, c)
     sign = np.where((a * across).sum(axis=1) < 0, -1.0, 1.0)[:, None]
@@ -227,7 +227,7 @@ def _draco(accessors: Accessors, primitive: Json, compressed: Json) -> tuple[Int
     if not isinstance(wanted, dict) or not wanted.keys() <= known.keys() or "POSITION" not in wanted:
         raise FormatError("Draco's attributes are not those of the primitive")
     if not all(type(number) is int for number in wanted.values()):
-        raise FormatError("Draco's attributes are no whole numbers")
+        raise FormatError("Draco's attributes are not whole numbers")
     if primitive.get("mode", _TRIANGLES) != _TRIANGLES:
         raise InputError("a strip that Draco compressed is not read; allowed: lists of triangles")
     vertices, indices = accessors.count(known["POSITION"]), accessors.count(primitive.get("indices"))
@@ -236,7 +236,7 @@ def _draco(accessors: Accessors, primitive: Json, compressed: Json) -> tuple[Int
 
 
 def _names(gltf: Gltf, stand: Stand) -> tuple[str, tuple[str, ...]]:
-    """Return what a part's object is called: its node, else its mesh; and all its names."""
+    """Return the name of a part's object, its node or else its mesh; and all its names."""
     node = _text(gltf.items("nodes")[stand.node].get("name"))
     mesh = _text(gltf.items("meshes")[stand.mesh].get("name"))
     return node or mesh, tuple(name for name in dict.fromkeys((node, mesh)) if name)
@@ -262,7 +262,7 @@ def _features(gltf: Gltf, primitive: Json, arrays: dict[str, Accessor], stand: S
 
 
 def _instance_notes(gltf: Gltf, stand: Stand) -> list[str]:
-    """Say what follows from a mesh that is shown several times."""
+    """List consequences of a mesh's multiple placements."""
     label = _names(gltf, stand)[0] or f"mesh {stand.mesh}"
     notes = []
     first = abs(np.linalg.det(stand.matrix[:3, :3])) ** (1 / 3)
@@ -290,8 +290,7 @@ def _together(gltf: Gltf, pieces: Sequence[_Piece], notes: list[str]) -> RawMode
     bare = [name for piece, name in zip(pieces, names, strict=True) if piece.uv is None]
     if 0 < len(bare) < len(pieces):
         notes.append(
-            f"of {len(pieces)} parts {number_of(len(bare), 'has', 'have')} no texture coordinates: "
-            f"{', '.join(bare)[:200]}"
+            f"{len(bare)} of {len(pieces)} parts without texture coordinates: {', '.join(bare)[:200]}"
         )
     return RawModel(
         np.concatenate([piece.positions for piece in pieces]),
@@ -318,7 +317,7 @@ def _together(gltf: Gltf, pieces: Sequence[_Piece], notes: list[str]) -> RawMode
 def _all_or_none(
     arrays: Sequence[NDArray[Any] | None], counts: list[int], width: int, kind: type = np.float64
 ) -> NDArray[Any] | None:
-    """Put arrays of corners together; None if no part has any, NaN where a part has none."""
+    """Concatenate arrays of corners; None if no part has any, NaN for parts without."""
     if all(array is None for array in arrays):
         return None
     return np.concatenate(

@@ -26,7 +26,7 @@ _STRIDES = {
 
 
 def meshopt_of(entry: Json) -> Json | None:
-    """Return what a buffer view says of its compression; None where it is not compressed."""
+    """Return a buffer view's compression extension; None if it is not compressed."""
     extensions = entry.get("extensions")
     if not isinstance(extensions, dict):
         return None
@@ -41,14 +41,14 @@ def decoded_view(gltf: Gltf, entry: Json, extension: Json) -> NDArray[np.uint8]:
     gltf
         The file.
     entry, extension
-        The view, and what it says of its compression.
+        The view, and its compression extension.
 
     Raises
     ------
     FormatError
         If the data are damaged.
     InputError
-        If they are of a version, mode or filter that is not known.
+        If their version, mode or filter is not known.
     """
     mode, filter_name = extension.get("mode"), extension.get("filter", "NONE")
     if not isinstance(mode, str) or mode not in _HEADS:
@@ -67,7 +67,7 @@ def decoded_view(gltf: Gltf, entry: Json, extension: Json) -> NDArray[np.uint8]:
     data = np.frombuffer(gltf.view_of(extension), np.uint8)
     if data[0] != _HEADS[mode]:
         raise InputError(f"meshopt data begin with byte {data[0]}; allowed: {_HEADS[mode]}, version 0")
-    # All zeros take an eighth of a bit a byte, and a triangle at least a byte: no more is made room for.
+    # Zeros take at least an eighth of a bit per byte, and a triangle at least a byte: this bounds the memory.
     if count * stride > 128 * len(data):
         raise FormatError(f"{len(data)} bytes of meshopt data cannot hold {count} elements of {stride}")
     if mode == "ATTRIBUTES":
@@ -102,7 +102,7 @@ def _filtered(data: NDArray[np.uint8], name: str, stride: int) -> NDArray[np.uin
 
 
 def _octahedral(packed: NDArray[np.signedinteger]) -> NDArray[np.uint8]:
-    """Return unit vectors of octahedral coordinates (n, 4): x, y, and what 1 is; the last as it is."""
+    """Decode octahedral coordinates (n, 4) to unit vectors: x, y, and the unit; the last stays as it is."""
     one = packed[:, 2].astype(np.float32)
     x, y = packed[:, 0] / one, packed[:, 1] / one
     z = 1 - np.abs(x) - np.abs(y)
@@ -116,7 +116,7 @@ def _octahedral(packed: NDArray[np.signedinteger]) -> NDArray[np.uint8]:
 
 
 def _quaternions(packed: NDArray[np.signedinteger]) -> NDArray[np.uint8]:
-    """Return quaternions of three components (n, 4): the last tells what 1 is, and which is left out."""
+    """Decode quaternions of three components (n, 4): the last stores the unit, and which one is left out."""
     largest = packed[:, 3] & 3
     one = (packed[:, 3] | 3).astype(np.float32)
     three = packed[:, :3] / one[:, None] * np.float32(0.5**0.5)
@@ -129,7 +129,7 @@ def _quaternions(packed: NDArray[np.signedinteger]) -> NDArray[np.uint8]:
 
 
 def _rounded(values: NDArray[np.floating]) -> NDArray[np.floating]:
-    """Round halves away from 0, as C does; what is no number becomes 0."""
+    """Round halves away from 0, as C does; NaN becomes 0."""
     rounded: NDArray[np.floating] = np.nan_to_num(
         np.trunc(values + np.copysign(0.5, values)), posinf=0, neginf=0
     )

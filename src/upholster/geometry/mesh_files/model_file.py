@@ -1,4 +1,4 @@
-"""What a model's file holds: triangles, parts with their names, and where in the file they stand."""
+"""The contents of a model file: triangles, parts with their names, and the places of parts in the file."""
 
 import re
 from collections.abc import Sequence
@@ -20,28 +20,28 @@ __all__ = ["MAX_PARTS", "GltfPart", "ModelFile", "ModelPart", "chosen_parts", "n
 MAX_PARTS = 65_536
 
 _NUMBERED = re.compile(r"(.+)#([1-9][0-9]{0,5})")
-"""A name, and which of the parts of this name, in the file's order."""
+"""A name, and a number that selects one of the parts with this name, in the file's order."""
 
 _LISTED = 30
-"""Names that an error lists."""
+"""Number of names that an error lists."""
 
 
 @dataclass(frozen=True)
 class ModelPart:
-    """A part of a model: what has one material on one object.
+    """A part of a model: everything with one material on one object.
 
     Attributes
     ----------
     name
-        As users choose it; no other part of the file has it.
+        Its name for users; no other part of the file has it.
     material
-        Name of its material; empty where it has none.
+        Name of its material; empty if it has none.
     names
-        Other names that choose it: those of object, group, node and mesh.
+        Other names that select it: those of object, group, node and mesh.
     instances
-        How often the file shows it. It is covered once, where it stands first.
+        How often the file shows it. It is covered once, at its first placement.
     features
-        What it has besides: "skin", "4 morph targets", "Draco", "meshopt", "quantised", "vertex colours".
+        Other features: "skin", "4 morph targets", "Draco", "meshopt", "quantised", "vertex colours".
     """
 
     name: str
@@ -51,7 +51,7 @@ class ModelPart:
     features: tuple[str, ...] = ()
 
     def fits(self, pattern: str) -> bool:
-        """Return whether a pattern as of `fnmatch`, in any case, chooses it: by its names or its material."""
+        """Return whether a pattern, as for `fnmatch`, case-insensitive, selects it: by names or material."""
         wanted = pattern.lower()
         known = (self.name, self.material, *self.names)
         return any(fnmatchcase(name.lower(), wanted) for name in known if name)
@@ -59,7 +59,7 @@ class ModelPart:
 
 @dataclass(frozen=True, eq=False)
 class GltfPart:
-    """Where a part stands in a glTF file.
+    """The place of a part in a glTF file.
 
     Attributes
     ----------
@@ -68,7 +68,7 @@ class GltfPart:
     vertices
         (n, 3) int32: the primitive's vertices at the corners of the part's triangles, in their order.
     mirrored
-        Whether its triangles turn the other way in the file: it stands mirrored in the scene.
+        Whether its triangles have the opposite orientation in the file, because the scene mirrors it.
     """
 
     mesh: int
@@ -79,39 +79,39 @@ class GltfPart:
 
 @dataclass(frozen=True, eq=False)
 class ModelFile(Shown):
-    """A model that was read.
+    """A model that has been read.
 
     Attributes
     ----------
     path
         Its file.
     mesh
-        The triangles of the chosen parts, in the scene, z up, in the file's unit. `TriangleMesh.part` tells
-        which of `parts` each belongs to; those of a part stand together.
+        The triangles of the chosen parts, in the scene, z up, in the file's unit. `TriangleMesh.part` gives
+        the index in `parts` of each; triangles of a part are consecutive.
     parts
         The chosen parts.
     up
-        Which axis is up in the file: "y" or "z". Where it is y, the mesh has (x, -z, y).
+        The file's upward axis: "y" or "z". If it is y, the mesh has (x, -z, y).
     notes
-        What a user should know, a line each.
+        What a user should know, one line each.
     contents
-        How many the file has of what stays as it is, by kind: animations, skins, cameras …
+        Numbers of items in the file that stay as they are, by kind: animations, skins, cameras …
     inputs
-        Every file that it consists of.
+        Every file that belongs to it.
     uv
-        As `TriangleMesh.uv`, NaN for what has none; None if nothing has some. The mesh has them only if all
-        parts do.
+        As `TriangleMesh.uv`, NaN for parts that have none; None if no part has any. The mesh has them only if
+        all parts do.
     left
-        Names of the parts that are not chosen.
+        Names of the parts that were not chosen.
     gltf, gltf_parts
-        Of a glTF file: the document, and where each of the parts stands in it. A CAD file's model has them as
-        well: a document that is written from its faces.
+        For a glTF file: the document, and the place of each part in it. A CAD file's model has them as well,
+        with a document made from its faces.
     axes
-        Of a CAD file: (T, 2, 3), a point and the direction of the axis that each triangle's face has, as a
-        cylinder has one; zero where it has none.
+        For a CAD file: (T, 2, 3), a point and the direction of the axis of each triangle's face, such as a
+        cylinder's; zero for faces without an axis.
     colors
-        Red, green and blue of each triangle's corners, (T, 3, 3) float32, 0 to 1 as the file stores them; NaN
-        for what has none, None if nothing has some.
+        Red, green and blue at each triangle's corners, (T, 3, 3) float32, 0 to 1 as the file stores them; NaN
+        for parts that have none, None if no part has any.
     """
 
     path: str
@@ -133,23 +133,23 @@ class ModelFile(Shown):
         return on_a_line(self, parts)
 
     def fitting(self, patterns: Sequence[str]) -> list[int]:
-        """Return the numbers of the parts that patterns choose, as `read_model` does.
+        """Return the numbers of the parts that patterns select, as in `read_model`.
 
         Raises
         ------
         InputError
-            If a pattern chooses none: lists those that there are.
+            If a pattern selects none; lists the existing parts.
         """
         return chosen_parts(self.parts, patterns)
 
 
 def chosen_parts(parts: Sequence[ModelPart], patterns: Sequence[str]) -> list[int]:
-    """Return the numbers of the parts that at least one of the patterns chooses; ``sink#2``: the second sink.
+    """Return the numbers of the parts that at least one pattern selects; ``sink#2`` is the second sink.
 
     Raises
     ------
     InputError
-        If a pattern chooses none: lists those that there are.
+        If a pattern selects none; lists the existing parts.
     """
     chosen = set()
     for pattern in patterns:
@@ -172,12 +172,12 @@ def _fitting(parts: Sequence[ModelPart], pattern: str) -> list[int]:
 
 
 def named_parts(labels: Sequence[tuple[str, str]]) -> list[str]:
-    """Return a name for each part: its object's, with the material's where the object has several.
+    """Return a name for each part: its object's, followed by the material's if the object has several.
 
     Parameters
     ----------
     labels
-        Names of object and material, each may be empty.
+        Names of object and material; each may be empty.
     """
     materials: dict[str, set[str]] = {}
     for label, material in labels:
@@ -199,21 +199,21 @@ def named_parts(labels: Sequence[tuple[str, str]]) -> list[str]:
 
 
 def welded_within(positions: FloatArray, owner: IntArray) -> tuple[FloatArray, IntArray]:
-    """Make one vertex of all that lie at one place and belong to one object.
+    """Merge vertices at the same place that belong to the same object.
 
     Parameters
     ----------
     positions
         (V, 3).
     owner
-        (V,): the object of each.
+        (V,): the object of each vertex.
 
     Returns
     -------
     first
-        (W,) int64: one vertex of each that is left, in the order of their objects.
+        (W,) int64: an original vertex for each merged one, in the order of their objects.
     vertex
-        (V,) int32: which of them each became.
+        (V,) int32: the merged vertex of each original one.
     """
     _, place = welded(positions)
     keys = owner.astype(np.int64) * (int(place.max(initial=0)) + 1) + place

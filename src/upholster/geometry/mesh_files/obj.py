@@ -1,4 +1,4 @@
-"""Wavefront OBJ files: objects, groups and materials as parts, polygons, and what vertices have.
+"""Wavefront OBJ files: objects, groups and materials as parts, polygons, and the attributes of vertices.
 
 References
 ----------
@@ -28,7 +28,7 @@ _Counts = tuple[int, int, int]
 
 @dataclass(eq=False)
 class _Lines:
-    """The lines of a file by kind. Faces stand in runs: lines between which nothing else stands."""
+    """The lines of a file by kind. Faces form runs: consecutive lines with nothing else in between."""
 
     v: list[bytes] = field(default_factory=list)
     vt: list[bytes] = field(default_factory=list)
@@ -38,12 +38,12 @@ class _Lines:
 
 
 def read_obj(data: bytes, name: str) -> RawModel:
-    """Read an OBJ file. A part is what has one object, group and material.
+    """Read an OBJ file. Each combination of object, group and material is a part.
 
     Raises
     ------
     FormatError
-        If it breaks the format.
+        If it violates the format.
     InputError
         If it has no faces, or too many.
     """
@@ -85,7 +85,7 @@ def _by_part(
     uv: FloatArray | None,
     normals: FloatArray | None,
 ) -> RawModel:
-    """Put the triangles of each part together; only parts that have some remain."""
+    """Collect the triangles of each part; parts without any are dropped."""
     used, inverse = np.unique(part, return_inverse=True)
     part = inverse.reshape(-1).astype(np.int32)
     order = np.argsort(part, kind="stable")
@@ -111,7 +111,7 @@ def _by_part(
 
 
 def _part(label: _Label, file: str) -> tuple[str, ModelPart]:
-    """Return what a part is called before names are made unique, and the part."""
+    """Return a part's name before names are made unique, and the part."""
     solid, group, material = label
     shown = solid or group or file
     if solid and group and group not in (solid, "default"):
@@ -121,7 +121,7 @@ def _part(label: _Label, file: str) -> tuple[str, ModelPart]:
 
 
 def _sorted_lines(data: bytes) -> _Lines:
-    """Sort lines by what they begin with."""
+    """Sort lines by their first word."""
     if b"\\" in data:
         data = data.replace(b"\\\r\n", b" ").replace(b"\\\n", b" ")
     found = _Lines()
@@ -154,7 +154,7 @@ def _sorted_lines(data: bytes) -> _Lines:
 
 
 def _other_line(words: list[bytes], label: _Label, found: _Lines) -> _Label:
-    """Take a line that names something, or one of the usual kinds that is written in another way."""
+    """Process a line that names something, or a usual line in an unusual form."""
     rest = words[1] if len(words) > 1 else b""
     text = " ".join(rest.decode("utf-8", "replace").split())[:200]
     solid, group, material = label
@@ -174,7 +174,7 @@ def _other_line(words: list[bytes], label: _Label, found: _Lines) -> _Label:
 
 
 def _table(lines: list[bytes], kind: str, widths: tuple[int, ...]) -> FloatArray:
-    """Return the numbers of lines, (n, as many as all of them have)."""
+    """Return the numbers of lines, (n, as many as every line has)."""
     if not lines:
         return np.zeros((0, widths[0]))
     lines = [line.split(b"#")[0] if b"#" in line else line for line in lines]
@@ -190,7 +190,7 @@ def _table(lines: list[bytes], kind: str, widths: tuple[int, ...]) -> FloatArray
 
 
 def _read_faces(lines: _Lines, totals: _Counts) -> tuple[list[Faces], list[NDArray[np.int64]]]:
-    """Return faces by number of corners; and what their corners name of vt and vn, (P, n, 2), -1 for none."""
+    """Return faces by number of corners; and their corners' indices of vt and vn, (P, n, 2), -1 for none."""
     buckets: dict[tuple[int, int], tuple[list[int], list[bytes]]] = {}
     for number, line in enumerate(lines.f):
         if b"#" in line:
@@ -199,7 +199,7 @@ def _read_faces(lines: _Lines, totals: _Counts) -> tuple[list[Faces], list[NDArr
         if sides < 3:
             continue  # a point or a line
         form, uneven = divmod(line.count(b"/"), sides)
-        if uneven:  # what is written in several ways in one face
+        if uneven:  # corners written in several ways in one face
             line, form = _evened(line), 2
         at, texts = buckets.setdefault((sides, form), ([], []))
         at.append(number)
@@ -232,7 +232,7 @@ def _read_faces(lines: _Lines, totals: _Counts) -> tuple[list[Faces], list[NDArr
 
 
 def _numbers(texts: list[bytes], sides: int, form: int) -> NDArray[np.int64]:
-    """Return the numbers of faces (P, n, 1 to 3), 0 where one is missing."""
+    """Return the indices of faces (P, n, 1 to 3), 0 where one is missing."""
     joined = b" \n".join([*texts, b""])
     marks = joined.translate(None, b"0123456789+-").split()
     if form > 2 or (set(marks), len(marks)) != (({b"/" * form}, len(texts) * sides) if form else (set(), 0)):
@@ -240,14 +240,14 @@ def _numbers(texts: list[bytes], sides: int, form: int) -> NDArray[np.int64]:
     joined = joined.replace(b"//", b"/0/").replace(b"/ ", b"/0 ")
     values = numbers_of(joined.replace(b"/", b" "), "corners of faces")
     if len(values) != len(texts) * sides * (form + 1) or (np.abs(values) >= 1 << 31).any():
-        raise FormatError("corners of faces are written in no known way; allowed: v, v/vt, v//vn, v/vt/vn")
+        raise FormatError("corners of faces are written in an unknown way; allowed: v, v/vt, v//vn, v/vt/vn")
     if (values != np.floor(values)).any():
-        raise FormatError("corners of faces are no whole numbers")
+        raise FormatError("corners of faces are not whole numbers")
     return values.astype(np.int64).reshape(len(texts), sides, form + 1)
 
 
 def _evened(line: bytes) -> bytes:
-    """Write the corners of a face with two slashes each."""
+    """Rewrite the corners of a face with two slashes each."""
     words = [word.split(b"/") for word in line.split()]
     return b" ".join(b"/".join([part or b"0" for part in [*word, b"", b""][:3]]) for word in words)
 
@@ -257,6 +257,6 @@ def _wrong(given: NDArray[np.int64], index: NDArray[np.int64], total: int) -> in
 
 
 def _at_corners(cut: CutFaces, numbers: list[NDArray[np.int64]], table: FloatArray) -> FloatArray:
-    """Return the rows of a table that corners name, NaN where they name none: (T, 3, c)."""
+    """Return the rows of a table that corners refer to, NaN for corners without an index: (T, 3, c)."""
     padded = np.concatenate([table, np.full((1, table.shape[1]), np.nan)])
     return cut.of_corners([padded[each] for each in numbers])

@@ -25,12 +25,12 @@ _MAX_VERTICES = 3 * MAX_TRIANGLES
 
 
 def read_off(data: bytes, name: str) -> RawModel:
-    """Read an OFF file: one part, called after the file. Colours of faces are left out.
+    """Read an OFF file: one part, named after the file. Colours of faces are ignored.
 
     Raises
     ------
     FormatError
-        If it breaks the format, or is binary or of another dimension.
+        If it violates the format, or is binary or of another dimension.
     """
     lines = _COMMENT.sub(b"", data).split(b"\n")
     rows = [line for line in lines if line.strip()]
@@ -38,7 +38,7 @@ def read_off(data: bytes, name: str) -> RawModel:
     head = _HEAD.fullmatch(words[0]) if words else None
     if head is None or head[4] or head[5] or b"BINARY" in words:
         raise FormatError("it does not begin with OFF, COFF, NOFF or STOFF in text")
-    # The counts may stand on the first line or on the next.
+    # The counts may be on the first line or on the next one.
     counts, rows = (
         (words[1:], rows[1:]) if len(words) > 1 else (rows[1].split() if len(rows) > 1 else [], rows[2:])
     )
@@ -74,7 +74,7 @@ def read_off(data: bytes, name: str) -> RawModel:
 
 
 def _joined(rows: list[bytes], faces: int) -> list[bytes]:
-    """Return a line for each face: some programs break a face over several, and edges may follow."""
+    """Return one line per face: some programs break a face over several lines, and edges may follow."""
     out: list[bytes] = []
     rest = iter(rows)
     for row in rest:

@@ -38,7 +38,7 @@ _FORMATS = ("ascii", "binary_little_endian", "binary_big_endian")
 _COORDINATES = (("s", "t"), ("u", "v"), ("texture_u", "texture_v"), ("texture_s", "texture_t"))
 _COLORS = (("red", "green", "blue"), ("diffuse_red", "diffuse_green", "diffuse_blue"), ("r", "g", "b"))
 _LARGEST = {"u2": 65535.0, "f4": 1.0, "f8": 1.0}
-"""What stands for 1 in a colour of a type; 255 in the other ones."""
+"""The number for full intensity by type of colour; 255 for other types."""
 
 _MOST_ROWS = 3 * MAX_TRIANGLES
 _MOST_PROPERTIES = 1000
@@ -46,7 +46,7 @@ _MOST_PROPERTIES = 1000
 
 @dataclass
 class _Element:
-    """An element of the header: its properties by name, (type of a list's count or "", type)."""
+    """An element of the header: its properties by name, as (type of a list's count or "", type)."""
 
     name: str
     count: int
@@ -55,7 +55,7 @@ class _Element:
 
 @dataclass(eq=False)
 class _Rows:
-    """An element's rows: where the items of each property stand in the data."""
+    """An element's rows: the positions of each property's items in the data."""
 
     element: _Element
     data: NDArray[Any]
@@ -74,24 +74,24 @@ class _Rows:
         return part.view(kind).astype(np.float64).reshape(len(rows), count)
 
     def column(self, name: str) -> FloatArray:
-        """Return a property that is no list, (rows,)."""
+        """Return a property that is not a list, (rows,)."""
         return self.items(name, np.arange(len(self.starts)), 1)[:, 0]
 
     def counts(self, name: str) -> NDArray[np.int64]:
-        """Return how many items a list has in each row."""
+        """Return the number of a list's items in each row."""
         result: NDArray[np.int64] = self.lengths[:, list(self.element.properties).index(name)]
         return result
 
 
 def read_ply(data: bytes, name: str) -> RawModel:
-    """Read a PLY file: one part, called after the file. Colours of faces are left out.
+    """Read a PLY file: one part, named after the file. Colours of faces are ignored.
 
     Texture coordinates may belong to vertices or to the corners of faces.
 
     Raises
     ------
     FormatError
-        If it breaks the format.
+        If it violates the format.
     InputError
         If it has no faces.
     """
@@ -103,7 +103,7 @@ def read_ply(data: bytes, name: str) -> RawModel:
     faces = rows.get("face")
     lists = [] if faces is None else faces.element.properties.keys() & {"vertex_indices", "vertex_index"}
     if faces is None or not lists:
-        raise InputError("it has no faces; allowed: a mesh, no cloud of points")
+        raise InputError("it has no faces; allowed: a mesh, not a point cloud")
     positions = _columns(vertices, ("x", "y", "z"))
     groups = _faces(faces, min(lists))
     cut = cut_faces(positions, groups)
@@ -130,7 +130,7 @@ def read_ply(data: bytes, name: str) -> RawModel:
 
 
 def _header(data: bytes) -> tuple[str, list[_Element], bytes]:
-    """Return the format, the elements, and what follows."""
+    """Return the format, the elements, and the data after the header."""
     end = data.find(b"end_header")
     if not data.startswith(b"ply") or not 0 <= end < 1 << 20:
         raise FormatError("it does not begin with a header of PLY")
@@ -189,7 +189,7 @@ def _rows(form: str, elements: Sequence[_Element], body: bytes) -> dict[str, _Ro
                 end = walk_bytes(data, layout, order == ">", starts, lengths)
                 fits, data = end >= 0, data[max(0, end) :]
         if not fits:
-            raise FormatError(f"it has not the {element.count} rows of {element.name} that it announces")
+            raise FormatError(f"it announces {element.count} rows of {element.name}, but has fewer")
         if element.name == "face":
             break
     return found

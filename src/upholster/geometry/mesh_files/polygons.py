@@ -1,4 +1,4 @@
-"""Quadrilaterals and polygons cut into triangles, concave ones as well."""
+"""Cutting quadrilaterals and polygons into triangles, including concave ones."""
 
 from collections.abc import Sequence
 
@@ -11,24 +11,24 @@ from upholster.types import FloatArray
 __all__ = ["MAX_CORNERS", "cut_polygons"]
 
 MAX_CORNERS = 4096
-"""Of a polygon."""
+"""Greatest number of corners of a polygon."""
 
 
 def cut_polygons(positions: FloatArray, corners: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Cut polygons of one number of corners into triangles.
+    """Cut polygons with the same number of corners into triangles.
 
     Parameters
     ----------
     positions
         (V, 3).
     corners
-        (P, n) vertices of each, n from 3 on.
+        (P, n) vertices of each, n ≥ 3.
 
     Returns
     -------
     ndarray
-        (P, n - 2, 3) int64: which of its corners, 0 to n - 1, each triangle has. A convex polygon is a fan; a
-        quadrilateral is cut so that both halves face its side; another polygon has its ears cut off.
+        (P, n - 2, 3) int64: the corners of each triangle, 0 to n - 1. A convex polygon becomes a fan. A
+        quadrilateral is cut so that both halves face its side. Other polygons are cut by ear clipping.
 
     References
     ----------
@@ -46,7 +46,7 @@ def cut_polygons(positions: FloatArray, corners: NDArray[np.int64]) -> NDArray[n
 
 
 def _cut_concave(points: FloatArray, out: NDArray[np.int64]) -> None:
-    """Cut those polygons in another way that are not their fan."""
+    """Cut polygons that are not valid as fans in another way."""
     fan = out[0].copy()
     normals = _newell(points)
     concave = np.flatnonzero(~_all_face(points, fan, normals))
@@ -67,7 +67,7 @@ def _newell(points: FloatArray) -> FloatArray:
 
 
 def _all_face(points: FloatArray, triangles: NDArray[np.int64], normals: FloatArray) -> NDArray[np.bool_]:
-    """Return which polygons have no triangle that turns against their normal."""
+    """Return which polygons have no triangle with a reversed normal."""
     a, b, c = (points[:, triangles[:, k]] for k in range(3))
     against = (np.cross(b - a, c - a) * normals[:, None]).sum(axis=2)
     result: NDArray[np.bool_] = (against >= 0).all(axis=1)
@@ -75,7 +75,7 @@ def _all_face(points: FloatArray, triangles: NDArray[np.int64], normals: FloatAr
 
 
 def _ears(points: FloatArray, normal: FloatArray) -> NDArray[np.int64]:
-    """Cut the ears off one polygon, seen along its normal."""
+    """Cut one polygon by ear clipping, projected along its normal."""
     drop = int(np.abs(normal).argmax())
     kept: Sequence[int] = [(drop + 1) % 3, (drop + 2) % 3]
     flat = np.ascontiguousarray(points[:, kept])

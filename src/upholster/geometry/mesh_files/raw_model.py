@@ -1,4 +1,4 @@
-"""What the reader of each format returns: corners of triangles, before they are put together."""
+"""The result of each format's reader: corners of triangles, before they are merged."""
 
 from dataclasses import dataclass, field
 
@@ -14,34 +14,34 @@ __all__ = ["RawModel"]
 
 @dataclass(eq=False)
 class RawModel:
-    """Triangles of a file, as they stand there.
+    """Triangles as in a file.
 
     Attributes
     ----------
     positions
         (V, 3) float64, in the file's axes and unit.
     triangles
-        (T, 3) int: vertices of each, those of a part together.
+        (T, 3) int: vertices of each; triangles of a part are consecutive.
     part
-        (T,) int32: which of `parts` each belongs to.
+        (T,) int32: the index in `parts` of each triangle's part.
     parts
-        All that the file has.
+        All parts of the file.
     same
-        (V, 3) by which vertices count as one, if not by `positions`: those without the pose of a skin.
+        (V, 3) by which vertices are merged, if not by `positions`: those without the pose of a skin.
     owner
-        (V,) int32: the object of each vertex; those of two objects stay apart. By default all of one.
+        (V,) int32: the object of each vertex; vertices of two objects are not merged. By default one object.
     uv
         (T, 3, 2), v downward; None without.
     normals
         (T, 3, 3); None without. They need not be of length 1.
     colors
-        As of `ModelFile`.
+        As in `ModelFile`.
     metres
-        Length of a unit; None where the file does not tell.
+        Length of a unit; None if the file does not state it.
     up
-        Which axis is up by the format's habit.
+        The upward axis, by the format's convention.
     notes, contents, gltf, gltf_parts, axes
-        As of `ModelFile`.
+        As in `ModelFile`.
     """
 
     positions: FloatArray

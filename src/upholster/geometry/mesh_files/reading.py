@@ -1,4 +1,4 @@
-"""Reading a model, whatever its format."""
+"""Reading a model of any format."""
 
 import os
 from collections.abc import Callable, Sequence
@@ -47,37 +47,37 @@ def read_model(
 ) -> ModelFile:
     """Read a model: GLB, glTF, OBJ, PLY, STL or OFF; or a CAD model: STEP, IGES, BREP or 3DM.
 
-    Vertices at one place of one object become one; nothing else is changed, so triangles without area stay.
-    Quadrilaterals and polygons become triangles. The mesh has z up: (x, -z, y) where y is up in the file, as
-    in glTF and, by habit, in OBJ.
+    Vertices of one object at the same place are merged. Nothing else changes, so degenerate triangles stay.
+    Quadrilaterals and polygons become triangles. The mesh has z up: it has (x, -z, y) if y is up in the file,
+    as in glTF and, by convention, in OBJ.
 
     Parameters
     ----------
     path
         The file.
     parts
-        Patterns as of `fnmatch`, in any case: parts are chosen by their names, or those of their object or
-        material. By default all.
+        Patterns as for `fnmatch`, case-insensitive: they select parts by their names, or those of their
+        object or material. By default all parts.
     unit
-        What the file's unit is: "m", "dm", "cm", "mm", "km", "in", "ft". By default what the format says:
-        metres in glTF, nothing in the others.
+        The file's unit: "m", "dm", "cm", "mm", "km", "in", "ft". By default the format's: metres in glTF,
+        none in the others.
     up
-        Which axis is up in the file, "y" or "z"; by default the format's habit.
+        The file's upward axis, "y" or "z"; by default the format's convention.
     deviation
-        Of a CAD model: how far triangles may lie from its faces, as ``"0.1mm"`` or in millimetres; by default
-        a two-thousandth of its size.
+        For a CAD model: greatest distance of triangles from its faces, as ``"0.1mm"`` or in millimetres; by
+        default a two-thousandth of its size.
     unique
-        Of a CAD model: whether a shape that stands in several places is a part in each.
+        For a CAD model: whether each placement of a shape is a separate part.
     progress
         Called while a CAD model is read: with stages "faces" and "mesh", and the number of faces.
 
     Raises
     ------
     InputError
-        If the file cannot be read or needs what is not installed, has no triangles or too many, or there is
-        no such part; if `unit` or `up` is unknown.
+        If the file cannot be read or needs a package that is not installed, has no triangles or too many, or
+        there is no such part; if `unit` or `up` is unknown.
     FormatError
-        If it breaks its format.
+        If it violates its format.
     """
     name = path_text(path, "model")
     suffix = Path(name).suffix.lower()
@@ -94,11 +94,11 @@ def read_model(
     try:
         if not data:
             raise InputError("is empty; allowed: a model")
-        with np.errstate(all="ignore"):  # numbers beyond all bounds are refused by the mesh
+        with np.errstate(all="ignore"):  # the mesh refuses numbers out of range
             if suffix in CAD_SUFFIXES:
                 wanted = _millimetres(deviation)
                 raw = read_cad_model(Path(name), metres, up, wanted, unique=unique, progress=progress)
-                metres = up = None  # it is in millimetres now, and stands upright
+                metres = up = None  # it is in millimetres now, with z up
             elif suffix in (".glb", ".gltf"):
                 raw = read_scene(parse_gltf(data, name))
             else:
@@ -121,7 +121,7 @@ def _millimetres(deviation: str | float | None) -> float | None:
 def _model(
     name: str, raw: RawModel, chosen: Sequence[int] | None, metres: float | None, up: str
 ) -> ModelFile:
-    """Put the chosen parts together."""
+    """Assemble the chosen parts."""
     owner = raw.owner if len(raw.owner) else np.zeros(len(raw.positions), np.int32)
     first, vertex = welded_within(raw.positions if raw.same is None else raw.same, owner)
     triangles = vertex[raw.triangles]
@@ -172,7 +172,7 @@ def _upright(vectors: FloatArray, up: str) -> FloatArray:
 
 
 def _unit_normals(normals: FloatArray, mesh: TriangleMesh) -> FloatArray:
-    """Return normals of length 1; where there is none, the triangle's own."""
+    """Return normals of length 1; the triangle's own where a normal is missing."""
     largest = np.abs(normals).max(axis=2, keepdims=True)
     scaled = normals / largest  # so that squares stay in range
     unit: FloatArray = scaled / np.linalg.norm(scaled, axis=2, keepdims=True)

@@ -24,12 +24,12 @@ _FACET = re.compile(rb"\bendfacet\b", re.IGNORECASE)
 
 
 def read_stl(data: bytes, name: str) -> RawModel:
-    """Read an STL file: one part, called after the file.
+    """Read an STL file: one part, named after the file.
 
     Raises
     ------
     FormatError
-        If it breaks the format.
+        If it violates the format.
     """
     corners = _text_corners(data) if _is_text(data) else _binary_corners(data)
     count = len(corners)
@@ -42,7 +42,7 @@ def read_stl(data: bytes, name: str) -> RawModel:
 
 
 def _is_text(data: bytes) -> bool:
-    """Return whether a file is text: a binary one may begin with "solid", too, but has its exact length."""
+    """Return whether a file is text. A binary file may also begin with "solid", but has an exact length."""
     if len(data) >= 84 and len(data) == 84 + 50 * int.from_bytes(data[80:84], "little"):
         return False
     return data.lstrip()[:5].lower() == b"solid"

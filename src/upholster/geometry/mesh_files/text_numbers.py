@@ -1,4 +1,4 @@
-"""Numbers of text files, many at a time."""
+"""Parsing numbers of text files in bulk."""
 
 import warnings
 from collections.abc import Sequence
@@ -17,16 +17,16 @@ def numbers_of(text: bytes, what: str) -> FloatArray:
     Raises
     ------
     FormatError
-        If something in it is no finite number; `what` it should be of.
+        If something in it is not a finite number; `what` names the text.
     """
     if not text.strip():
         return np.zeros(0)
     with warnings.catch_warnings():
-        warnings.simplefilter("error")  # how NumPy tells that it stopped at something else
+        warnings.simplefilter("error")  # NumPy's sign that it stopped at something else
         try:
             found = np.fromstring(text, np.float64, sep=" ")
         except (DeprecationWarning, ValueError):
-            raise FormatError(f"{what} are no numbers: {_first_bad(text.split())}") from None
+            raise FormatError(f"{what} are not numbers: {_first_bad(text.split())}") from None
     if not np.isfinite(found).all():
         raise FormatError(f"{what} are not all finite")
     return found

@@ -1,4 +1,4 @@
-"""Units of models whose files tell none."""
+"""Units for models whose files state none."""
 
 from upholster.errors import InputError, nearest
 
@@ -14,7 +14,7 @@ def unit_in_metres(unit: str | None) -> float | None:
     Raises
     ------
     InputError
-        If it is unknown: names the nearest.
+        If it is unknown; names the nearest unit.
     """
     if unit is None:
         return None

@@ -10,7 +10,7 @@ from upholster.jit import inline, kernel
 __all__ = ["CandidateNumbers", "Features", "add_tile", "best_candidate", "tile_coefficients", "tile_table"]
 
 FRACTION_BITS = 6
-"""Fractional bits of canvases, and so of their coefficients."""
+"""Fractional bits of canvases, and therefore of their coefficients."""
 
 
 class CandidateNumbers(NamedTuple):
@@ -84,9 +84,9 @@ def add_tile(
     column: int,
     offset: int,
 ) -> int:
-    """Add the LLn and HHn of the canvas's tile at (row, column) as features; return how many there are.
+    """Add the LLn and HHn of the canvas's tile at (row, column) as features; return the number of features.
 
-    `offset` says how far the tile that they are compared with lies from a candidate's first one.
+    `offset` is the position of the tile to compare with, relative to a candidate's first tile.
     """
     for k in range(numbers.channels):
         low, high = tile_coefficients(
@@ -106,8 +106,8 @@ def best_candidate(
     """Return the candidate with the least sum of squared differences; the lowest index among equals.
 
     The first `count` features are compared. A candidate is its first tile's index in the exemplar's grid.
-    Candidates are taken in one run over the grid, the few that would wrap round its right side included but
-    not chosen: long runs are what vector units like.
+    Candidates are processed in one run over the grid. The run includes the few that would wrap around its
+    right side, which are never chosen, because long runs suit vector units.
     """
     bands, offsets, values, costs = features.bands, features.offsets, features.values, features.costs
     grid_columns, candidate_rows, candidate_columns = numbers.grid_columns, numbers.rows, numbers.columns
@@ -120,7 +120,7 @@ def best_candidate(
         for n in range(size):
             part[n] = 0
         f = 0
-        while f + 4 <= count:  # four features a pass: a quarter of the loads and stores of the sums
+        while f + 4 <= count:  # four features per pass: a quarter of the loads and stores of the sums
             a, b = table[bands[f], start + offsets[f] :], table[bands[f + 1], start + offsets[f + 1] :]
             c, d = (
                 table[bands[f + 2], start + offsets[f + 2] :],

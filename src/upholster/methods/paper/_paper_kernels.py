@@ -19,7 +19,7 @@ __all__ = ["EdgeBlocks", "SharedCharts", "lay_blocks", "lay_edge_blocks"]
 
 
 class SharedCharts(NamedTuple):
-    """Two charts, A and B, and how B lies beside A.
+    """Two charts, A and B, and the position of B relative to A.
 
     Canvases (rows, columns · channels) may be larger than the charts, whose sizes are (rows, columns).
     `labels` are those of the charts' second layer. `map_b` (6,) takes a texel of A's grid to B's grid: two
@@ -40,8 +40,8 @@ class EdgeBlocks(NamedTuple):
     """The edge blocks of one edge.
 
     `corners` (n, 2) are their first texels on A; `chosen` (n,) receives the candidates that they show. Their
-    labels are `number` on A and `number` + 1 on B, for each further block 2 more. `side` and `cell` are the
-    texels of a block and of a cell of its mask.
+    labels are `number` on A and `number` + 1 on B, and increase by 2 for each further block. `side` and
+    `cell` are the sizes in texels of a block and of a cell of its mask.
     """
 
     corners: NDArray[np.int64]
@@ -71,8 +71,8 @@ def _features(numbers: CandidateNumbers, tiles: int) -> Features:
 
 @spliced
 def _ramp(block: int, overlap: int, channels: int) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
-    # Weights (of 256) of a block's samples from the side on which it overlaps: once for each row, once for
-    # each sample of a row.
+    # Weights (of 256) of a block's samples from its overlapping side: one for each row, one for each sample
+    # of a row.
     down, right = np.empty(block, np.int32), np.empty(block * channels, np.int32)
     for i in range(block):
         down[i] = min((2 * i + 1) * 128 // overlap, 256)
@@ -103,7 +103,7 @@ def lay_blocks(
     working: NDArray[np.uint16],
     table: NDArray[np.int32],
 ) -> None:
-    """Choose and paint the blocks of some block rows of a chart, from, to, in raster order.
+    """Choose and paint the blocks of a range of block rows (from, to) of a chart, in raster order.
 
     `canvas` (rows, columns · channels) holds the chart, padded to whole tiles. `chosen` (down, across)
     receives each block's candidate, as a number of its first tile in the exemplar's grid; the very first
@@ -154,8 +154,9 @@ def _across(row: int, column: int, map_b: NDArray[np.int64]) -> tuple[int, int]:
 
 @inline
 def _seed_labels(seeds: NDArray[np.int8], size: int, along_rows: bool, is_first: bool, is_last: bool) -> None:
-    # The sides parallel to the edge stay old; the cells at the edge become new, save in the first row where
-    # the predecessor has been; where a strip ends, its end stays old but for the cells at the edge.
+    # The sides parallel to the edge stay old. The cells at the edge become new, except in the first row,
+    # which the previous block covered. Where a strip ends, its end stays old except for the cells at the
+    # edge.
     for a in range(size):
         for x in range(size):
             value = 0
@@ -171,7 +172,7 @@ def _seed_labels(seeds: NDArray[np.int8], size: int, along_rows: bool, is_first:
 
 @inline
 def _gather(charts: SharedCharts, top: int, left: int, channels: int, old: NDArray[np.uint16]) -> None:
-    # Writes to `old` what lies under an edge block now, on both sides of the edge, in A's frame.
+    # Writes to `old` the current content below an edge block, on both sides of the edge, in A's frame.
     block = old.shape[0]
     for i in range(block):
         row = top + i
@@ -198,8 +199,9 @@ def _cut_block(
     cell: int,
     scratch: CutScratch,
 ) -> None:
-    # Cuts between what is there and the match, cell by cell; the seeds are set. A cell's squared coefficient
-    # differences at levels 1 to n - 1 are, the transform being orthonormal, those of its texels.
+    # Cuts between the current content and the match, cell by cell; the seeds are set. A cell's squared
+    # coefficient differences at levels 1 to n - 1 equal those of its texels, because the transform is
+    # orthonormal.
     difference, residual = scratch.difference, scratch.residual
     side = difference.shape[0]
     half = 1 << (FRACTION_BITS - 1)
@@ -228,7 +230,7 @@ def _cut_block(
 
 @spliced
 def _between_cells(block: int, cell: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    # Between the centres of which cell and the next one each texel of a block lies, and how far (of 16).
+    # For each texel of a block, the cell before it, counted by centres, and its distance from it (of 16).
     low, part = np.empty(block, np.int64), np.empty(block, np.int64)
     for i in range(block):
         place = 16 * i + 8 - 8 * cell
@@ -259,7 +261,7 @@ def _paint_on(
     new: NDArray[np.uint16],
     weight: int,
 ) -> None:
-    # Lays one pixel of the exemplar over a texel, if there is such a texel.
+    # Blends one pixel of the exemplar over a texel, if that texel exists.
     if 0 <= row < size[0] and 0 <= column < size[1]:
         channels = new.shape[0]
         for k in range(channels):
@@ -278,9 +280,9 @@ def _label(
     mask: NDArray[np.uint8],
     number: int,
 ) -> None:
-    # Writes a block's label to the cells of a chart whose centres lie in new cells of its mask. `map_chart`
-    # takes texels of A's grid, in which the mask lies, to the chart's. Places are in 1/16 texel: texel k has
-    # its centre at 16·k + 8.
+    # Writes a block's label to the cells of a chart whose centres are in new cells of its mask. `map_chart`
+    # maps texels of A's grid, in which the mask is defined, to the chart's. Places are in 1/16 texel: texel k
+    # has its centre at 16·k + 8.
     side, cell = grid
     last = side * cell - 1
     near_row, near_column = _across(corner[0], corner[1], map_chart)
@@ -307,9 +309,9 @@ def lay_edge_blocks(
     working: NDArray[np.uint16],
     table: NDArray[np.int32],
 ) -> None:
-    """Choose, cut and paint some edge blocks, from, to, along an edge that charts A and B share.
+    """Choose, cut and paint a range of edge blocks (from, to) along an edge that charts A and B share.
 
-    A block is upright on A. What its cut leaves of it goes onto the canvases and into the labels of both
+    A block is upright on A. The part that its cut keeps goes onto the canvases and into the labels of both
     charts. `working` and `table` are as in `lay_blocks`.
     """
     channels, tile = numbers.channels, numbers.tile

@@ -1,4 +1,4 @@
-"""Equation 7 of the paper: a sample of which only large Haar coefficients are left."""
+"""Equation 7 of the paper: a sample reduced to its large Haar coefficients."""
 
 from typing import Any
 
@@ -25,19 +25,19 @@ def keep_coefficients(
     exemplar
         (H, W, C), any dtype; each channel is transformed on its own, its mean included.
     levels
-        Of the transform, 1 to 6.
+        Levels of the transform, 1 to 6.
     threshold
-        Coefficients of a smaller magnitude become zero: in units of the samples (0 to 255 for 8 bits), of the
-        orthonormal transform.
+        Coefficients of a smaller magnitude become zero. It is in units of the samples (0 to 255 for 8 bits),
+        for the orthonormal transform.
     coefficients
-        Instead: the share that stays, above 0, at most 1; the largest ones over all channels, and those as
-        large as the smallest of them.
+        Alternatively the share to keep, above 0, at most 1: the largest ones over all channels, and those
+        equal to the smallest of them.
 
     Returns
     -------
     ndarray
-        Of the exemplar's shape and dtype; integers are rounded, within their range. The exemplar itself
-        where neither is given.
+        Array of the exemplar's shape and dtype; integers are rounded, within their range. The exemplar itself
+        if neither is given.
 
     References
     ----------

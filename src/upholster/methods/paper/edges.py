@@ -1,4 +1,4 @@
-"""Shared edges along which texels of two charts meet one to one, and which can be worked on at once."""
+"""Shared edges along which texels of two charts match one to one, and sets of edges for parallel work."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ __all__ = ["Strip", "block_count", "color_classes", "strip_along"]
 
 @dataclass(frozen=True)
 class Strip:
-    """An interval of a shared edge along which edge blocks lie, half on either chart.
+    """An interval of a shared edge that edge blocks cover, half on either chart.
 
     Attributes
     ----------
@@ -49,7 +49,7 @@ class Strip:
         return self.edge_a in (1, 3)
 
     def to_b(self, row: _Texels, column: _Texels, a: Chart, b: Chart) -> tuple[_Texels, _Texels]:
-        """Return row and column in B's grid of texels of A's grid, beyond or before the edge."""
+        """Return row and column in B's grid for texels of A's grid, on either side of the edge."""
         along = row if self.along_rows else column
         depth = (-1 - row, column - a.width, row - a.height, -1 - column)[self.edge_a]
         step = along - self.start
@@ -69,7 +69,7 @@ class Strip:
     def corners(self, a: Chart, block: int, overlap: int) -> NDArray[np.int64]:
         """Return the first texels on A of its edge blocks, (n, 2).
 
-        Blocks begin at the strip's start, a step apart; the last one is moved back to end with it.
+        Blocks begin at the strip's start, one step apart; the last one is moved back to end with it.
         """
         steps = np.arange(block_count(self.length, block, overlap)) * (block - overlap)
         along = self.start + np.minimum(steps, self.length - block)
@@ -78,12 +78,12 @@ class Strip:
 
 
 def block_count(length: int, block: int, overlap: int) -> int:
-    """Return how many blocks cover so many texels, each overlapping the one before."""
+    """Return the number of blocks that cover so many texels, each overlapping the previous one."""
     return max(1, -(-(length - overlap) // (block - overlap)))
 
 
 def strip_along(edge: SharedEdge, charts: Sequence[Chart], block: int) -> Strip | None:
-    """Return the strip along a shared edge; None where texels do not meet one to one, or no block fits.
+    """Return the strip along a shared edge; None if texels do not match one to one, or no block fits.
 
     Parameters
     ----------

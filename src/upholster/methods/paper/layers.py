@@ -1,9 +1,9 @@
-"""What has been chosen as layers of a quilt: label maps, and the placements that they name.
+"""The chosen blocks as layers of a quilt: label maps, and the placements that they number.
 
-The first layer has a chart's blocks. Its cells are as wide as the overlap and moved by half a cell, so that a
-block begins at the centre of a cell that shows the one before, and its ramp ends at the next cell's centre:
-the bilinear weights of label maps are the ramps. The second layer has the edge blocks; its cells are those of
-their masks.
+The first layer has a chart's blocks. Its cells are as wide as the overlap and shifted by half a cell. So a
+block begins at the centre of a cell that shows the previous one, and its ramp ends at the next cell's
+centre: the bilinear weights of label maps are the ramps. The second layer has the edge blocks; its cells are
+those of their masks.
 """
 
 from collections.abc import Sequence
@@ -32,7 +32,7 @@ def block_layer(
     chart
         The chart.
     pixels
-        (down, across, 2) int: the first pixel (row, column) of the exemplar that each block shows; blocks lie
+        (down, across, 2) int: the first pixel (row, column) of the exemplar that each block shows; blocks are
         `block` − `overlap` texels apart.
     block, overlap
         In texels; `block` is a multiple of `overlap`.
@@ -42,7 +42,7 @@ def block_layer(
     down, across = pixels.shape[:2]
     step = block - overlap
     high, wide = label_shape(chart.height, chart.width, overlap)
-    # A cell's centre lies beyond the start of its block, at most a step.
+    # A cell's centre is after the start of its block, by one step at most.
     row, column = (
         ((cell_centres(count, overlap, half=True) // 16 - 1) // step).clip(0, blocks - 1)
         for count, blocks in ((high, down), (wide, across))
@@ -63,7 +63,7 @@ def edge_placements(
     Parameters
     ----------
     strip
-        Where they lie.
+        The strip that they cover.
     charts
         The layout.
     block
@@ -79,7 +79,7 @@ def edge_placements(
     out = np.zeros((len(corners), 2), PLACEMENT)
     m0, m1, m2, m3, m4, m5 = strip.map_to_b(charts[strip.a], charts[strip.b]).tolist()
     out["row"][:, 0], out["column"][:, 0] = (16 * corners + 8 * block).T
-    # The map takes middles of texels, 16·k + 8, to such.
+    # The map takes middles of texels, 16·k + 8, to middles of texels.
     row, column = out["row"][:, 0] - 8, out["column"][:, 0] - 8
     out["row"][:, 1] = m0 * row + m1 * column + 16 * m4 + 8
     out["column"][:, 1] = m2 * row + m3 * column + 16 * m5 + 8
@@ -90,7 +90,7 @@ def edge_placements(
 
 
 def on_cells(blocks: NDArray[np.void], layer: LabelMap, shape: tuple[int, ...]) -> Layer:
-    """Return a layer whose placements have their centres at centres of cells, as streams want them.
+    """Return a layer whose placements have their centres at centres of cells, as streams require.
 
     Blocks that show nowhere are left out. The others are sorted by their cells.
 
@@ -99,7 +99,7 @@ def on_cells(blocks: NDArray[np.void], layer: LabelMap, shape: tuple[int, ...]) 
     blocks
         (n,) of `PLACEMENT`, their centres in their middles.
     layer
-        Whose labels number them. A block's centre goes to that of its own cells which is nearest to it.
+        The layer whose labels number them. A block's centre moves to the centre of its nearest own cell.
     shape
         (height, width) of the exemplar.
     """
@@ -110,7 +110,7 @@ def on_cells(blocks: NDArray[np.void], layer: LabelMap, shape: tuple[int, ...]) 
         for count, at in zip(layer.labels.shape, (rows, columns), strict=True)
     ]
     distance = (centres[0] - blocks["row"][own]) ** 2 + (centres[1] - blocks["column"][own]) ** 2
-    order = np.lexsort((distance, own))  # of several cells as near the first
+    order = np.lexsort((distance, own))  # of several equally near cells the first
     kept = order[np.flatnonzero(np.diff(own[order], prepend=-1))]
     names, ranks = own[kept], np.empty(len(kept), np.int32)
     kept_order = np.argsort(kept)

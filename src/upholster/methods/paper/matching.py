@@ -1,4 +1,4 @@
-"""What blocks are compared by: LLn and HHn coefficients on their grid (paper, sections 4.2 and 4.3).
+"""The terms that blocks are compared by: LLn and HHn coefficients (paper, sections 4.2 and 4.3).
 
 Matching works in fixed point: samples become a *working form* of 10 bits, canvases hold it with 6 fractional
 bits, and coefficients are integer sums, so that the same seed gives the same quilt on any machine. A
@@ -20,16 +20,16 @@ __all__ = ["Candidates"]
 
 @dataclass(frozen=True)
 class Candidates:
-    """Every place on the LLn grid where a block lies inside the exemplar.
+    """Every position on the LLn grid at which a block is inside the exemplar.
 
     Attributes
     ----------
     working
         (H, W · C) uint16: the exemplar in working form, flattened.
     channels
-        C.
+        Number of channels.
     tile
-        2^n: side of the tile that one LLn coefficient stands for, in pixels.
+        2^n: side in pixels of the tile of one LLn coefficient.
     table
         (2 · C, rows · columns) int32: LLn, then HHn, of each channel, for every tile of the exemplar.
     grid
@@ -47,7 +47,7 @@ class Candidates:
 
     @classmethod
     def of(cls, exemplar: PixelArray, *, block: int, levels: int) -> "Candidates":
-        """Transform an exemplar of at least block × block pixels; what is beyond full tiles is left out."""
+        """Transform an exemplar of at least block × block pixels; pixels beyond full tiles are left out."""
         height, width, channels = exemplar.shape
         working = working_form(exemplar).reshape(height, -1)
         tile = 2**levels
@@ -58,18 +58,18 @@ class Candidates:
 
     @property
     def numbers(self) -> CandidateNumbers:
-        """What kernels know of the candidates."""
+        """The candidates' numbers for kernels."""
         return CandidateNumbers(self.channels, self.tile, self.grid[1], *self.shape)
 
     @property
     def shape(self) -> tuple[int, int]:
-        """How many candidates there are: rows, columns."""
+        """Number of candidates: rows, columns."""
         tiles = self.block // self.tile
         return self.grid[0] - tiles + 1, self.grid[1] - tiles + 1
 
     @property
     def count(self) -> int:
-        """How many candidates there are."""
+        """Number of candidates."""
         return self.shape[0] * self.shape[1]
 
     def tile_of(self, number: int) -> int:
@@ -78,5 +78,5 @@ class Candidates:
         return row * self.grid[1] + column
 
     def pixels(self, tiles: IntArray) -> NDArray[np.int64]:
-        """Return the first pixel (row, column) of candidates told by their first tiles: (…) to (…, 2)."""
+        """Return the first pixel (row, column) of candidates given by their first tiles: (…) to (…, 2)."""
         return np.stack(np.divmod(tiles.astype(np.int64), self.grid[1]), axis=-1) * self.tile

@@ -1,7 +1,7 @@
 """Method "paper": the paper's synthesis, step by step (its sections 4.1 to 4.4; our readings: docs/paper.md).
 
-Each chart is covered on its own, block by block in raster order; then *edge blocks* repair every shared edge.
-What is chosen becomes placements and label maps. The charts' texels exist here only in working form, as
+Each chart is covered separately, block by block in raster order; then *edge blocks* repair every shared edge.
+The chosen blocks become placements and label maps. The charts' texels exist here only in working form, as
 canvases to match against.
 """
 
@@ -36,16 +36,16 @@ Canvas = NDArray[np.uint16]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PaperOptions(SynthesisOptions):
-    """Options of method "paper", all settled.
+    """Options of method "paper", with all values set.
 
     Attributes
     ----------
     block
         Side of a block in texels. The paper's edge blocks are 32; 64 is the other reading of its section 4.3.
     edge_block
-        Side of an edge block in texels; None is that of a block.
+        Side of an edge block in texels; None: that of a block.
     overlap
-        Width in texels of the overlap with the block before.
+        Width in texels of the overlap with the previous block.
     """
 
     method: str = "paper"
@@ -123,7 +123,7 @@ def synthesize_paper(
 
 
 def _quilt(charts: Sequence[Chart], shape: tuple[int, ...], layers: Sequence[Sequence[Layer]]) -> Quilt:
-    # Numbers of placements go on from a chart's first layer to its second.
+    # Numbers of placements continue from a chart's first layer to its second.
     parts, labels = [], []
     for n, own in enumerate(layers):
         count, maps = 0, []
@@ -144,7 +144,7 @@ def _block_grid(chart: Chart, options: PaperOptions) -> tuple[int, int]:
 
 
 def _check_room(exemplar: PixelArray, charts: Sequence[Chart], options: PaperOptions) -> None:
-    # Raises InputError where a block or an edge block is larger than the exemplar or a chart.
+    # Raises InputError if a block or an edge block is larger than the exemplar or a chart.
     name, most = "a block", options.block
     if options.seams and options.edge_block is not None and options.edge_block > most:
         name, most = "an edge block", options.edge_block
@@ -157,7 +157,7 @@ def _check_room(exemplar: PixelArray, charts: Sequence[Chart], options: PaperOpt
 
 
 def _canvases(charts: Sequence[Chart], candidates: Candidates) -> list[Canvas]:
-    # Padded to whole tiles. All in one piece of memory, which goes back to the system in one piece.
+    # Padded to whole tiles. All in one piece of memory, which is returned to the system in one piece.
     tile = candidates.tile
     shapes = [
         (-(-chart.height // tile) * tile, -(-chart.width // tile) * tile * candidates.channels)
@@ -171,7 +171,7 @@ def _canvases(charts: Sequence[Chart], candidates: Candidates) -> list[Canvas]:
 def _cover_chart(
     canvas: Canvas, chosen: IntArray, first: int, options: PaperOptions, candidates: Candidates
 ) -> None:
-    # Few blocks a call: between two calls, Python can be interrupted.
+    # Few blocks per call: between two calls, Python can be interrupted.
     down, across = chosen.shape
     chunk = max(1, _BLOCKS_PER_CALL // across)
     for start in range(0, down, chunk):
@@ -196,15 +196,15 @@ class _Seams:
     charts
         The layout.
     strips
-        Where they lie.
+        The strip of each edge.
     blocks
-        Per strip its blocks; their labels count on from strip to strip.
+        The blocks of each strip; their labels continue from strip to strip.
     classes
-        The strips, as numbers, in classes that have no chart in common, in the order in which they are laid.
+        The strips, as numbers, in classes that have no chart in common, in the order of processing.
     labels
-        Of each chart's second layer.
+        Label map of each chart's second layer.
     candidates
-        For blocks of their size.
+        Candidates for blocks of this size.
     """
 
     charts: Sequence[Chart]
@@ -218,7 +218,7 @@ class _Seams:
     def of(
         cls, surface: Surface, charts: Sequence[Chart], options: PaperOptions, candidates: Candidates
     ) -> "_Seams":
-        """Find the edges whose texels meet one to one, and where their blocks lie."""
+        """Find the edges whose texels match one to one, and the positions of their blocks."""
         side = options.block if options.edge_block is None else options.edge_block
         cell = 2**options.levels // 2
         found = [strip_along(edge, charts, side) for edge in surface.shared]
@@ -240,14 +240,14 @@ class _Seams:
         return cls(charts, strips, blocks, classes, labels, replace(candidates, block=side))
 
     def mend(self, canvases: Sequence[Canvas], threads: int | None, progress: Progress | None) -> None:
-        """Choose and cut all edge blocks, and lay them onto canvases and labels."""
+        """Choose and cut all edge blocks, and add them to canvases and labels."""
         done = 0
 
         def report(_stage: str, count: int, _total: int) -> None:
             if progress is not None:
                 progress("seams", done + count, len(self.strips))
 
-        # Edges of one class have no chart in common: they can be repaired side by side, in any order.
+        # Edges of one class have no chart in common, so they can be repaired in parallel, in any order.
         for members in self.classes:
             tasks = [partial(self._mend_edge, n, canvases) for n in members]
             run_tasks(tasks, threads=threads, progress=report)
@@ -272,7 +272,7 @@ class _Seams:
             lay_edge_blocks(charts, blocks, members, found.numbers, found.working, found.table)
 
     def layers(self, shape: tuple[int, ...]) -> list[Layer]:
-        """Return each chart's second layer; none where there are no edge blocks at all."""
+        """Return each chart's second layer; none if there are no edge blocks at all."""
         if not self.strips:
             return []
         placed = [

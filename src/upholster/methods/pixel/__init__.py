@@ -1,7 +1,8 @@
-"""Method "pixel": every texel on its own, by its neighbourhood, from coarse to fine.
+"""Method "pixel": every texel is chosen separately, by its neighbourhood, from coarse to fine.
 
-This is what the paper compares itself with. `method` has the steps, `exemplar_levels` what a sample's pixels
-are compared by, `surface_levels` the texels on each level and what lies beyond their charts' edges.
+This is the baseline that the paper compares itself with. `method` has the steps, `exemplar_levels` the data
+by which a sample's pixels are compared, `surface_levels` the texels on each level and across their charts'
+edges.
 """
 
 from upholster.methods.pixel.method import PixelOptions, synthesize_pixel

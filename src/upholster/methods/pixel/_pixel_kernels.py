@@ -22,13 +22,13 @@ __all__ = [
 ]
 
 REACH = 2
-"""A neighbourhood is 5×5 texels without its middle: so many each way."""
+"""A neighbourhood is 5×5 texels without its middle: this many each way."""
 
 PARENT_REACH = 1
 """On the next coarser level it is 3×3."""
 
 _AT_ONCE = 16
-"""So many terms are added before a candidate is given up."""
+"""Number of terms that are added before a candidate may be abandoned."""
 
 
 class PixelLevel(NamedTuple):
@@ -36,7 +36,8 @@ class PixelLevel(NamedTuple):
 
     `planes` (flat) has the samples of LL, channel after channel, then those of the next coarser level, each
     four times, so that both have one size; at the coarsest level LL alone. `inside` (pixels) is 1 where a
-    whole neighbourhood lies in the exemplar: a candidate. `similar` (pixels, k): candidates that look alike.
+    complete neighbourhood is inside the exemplar: a candidate. `similar` (pixels, k): candidates that look
+    alike.
     """
 
     planes: NDArray[np.float32]
@@ -48,11 +49,11 @@ class PixelLevel(NamedTuple):
 
 
 class Texels(NamedTuple):
-    """The texels of a chart that are to be chosen, and how it lies in the arrays of its level.
+    """The texels of a chart that are to be chosen, and its layout in the arrays of its level.
 
-    Texel (r, c) is `first + r·stride + c`; its parent likewise. Rows go from `row` to before `end`, columns
-    from `column`, both in steps of `step`. `width` is the chart's; `lone` the pixel for a texel of which no
-    neighbour is known.
+    Texel (r, c) is `first + r·stride + c`; its parent likewise. Rows run from `row` up to but excluding
+    `end`, columns from `column`, both in steps of `step`. `width` is the chart's; `lone` is the pixel for a
+    texel without any known neighbour.
     """
 
     first: int
@@ -68,7 +69,7 @@ class Texels(NamedTuple):
 
 
 class Neighbourhood(NamedTuple):
-    """Scratch: what candidates are compared by, and those that were looked at.
+    """Scratch: the terms by which candidates are compared, and the candidates already tried.
 
     A candidate p is compared with `values[f]` at `planes[p + offsets[f]]`.
     """
@@ -100,7 +101,7 @@ def _gather(
     level: PixelLevel,
     known: Neighbourhood,
 ) -> Any:
-    # Collects the neighbours of texel `at` that are known, the nearest first; returns how many terms.
+    # Collects the known neighbours of texel `at`, the nearest first; returns the number of terms.
     count: Any = 0
     for ring in range(1, REACH + 1):
         for i in range(-ring, ring + 1):
@@ -121,7 +122,7 @@ def _gather(
 
 @inline
 def _cost(level: PixelLevel, known: Neighbourhood, count: int, pixel: int, least: Any) -> Any:
-    # The sum of squared differences, or something from `least` on.
+    # The sum of squared differences, or any value of at least `least`.
     total = np.float32(0)
     for start in range(0, count, _AT_ONCE):
         for f in range(start, min(start + _AT_ONCE, count)):
@@ -145,7 +146,7 @@ def _is_new(known: Neighbourhood, count: int, pixel: int) -> bool:
 def _best_coherent(
     sources: NDArray[np.int32], at: int, stride: int, level: PixelLevel, known: Neighbourhood, count: int
 ) -> tuple[Any, Any]:
-    # Tries the pixels that continue a neighbour's source, the texel's own, and what looks like them.
+    # Tries the pixels that continue a neighbour's source, the texel's own, and those that look like them.
     best, least, tried = int64(-1), np.float32(np.inf), int64(0)
     for place in range(9):
         i, j = (place + 4) % 9 // 3 - 1, (place + 4) % 3 - 1  # its own first
@@ -165,7 +166,7 @@ def _best_coherent(
 
 @inline
 def _best_of_all(level: PixelLevel, known: Neighbourhood, count: int, best: Any, least: Any) -> Any:
-    # Tries every candidate, a row at once; the lowest number among equals, unless `best` is as good.
+    # Tries every candidate, a row at a time; the lowest number among equals, unless `best` is as good.
     planes, offsets, values = level.planes, known.offsets, known.values
     part = known.costs[: level.width - 2 * REACH]
     for row in range(REACH, level.height - REACH):
@@ -173,7 +174,7 @@ def _best_of_all(level: PixelLevel, known: Neighbourhood, count: int, best: Any,
         for n in range(part.shape[0]):
             part[n] = 0
         f = 0
-        while f + 4 <= count:  # four terms a pass: a quarter of the loads and stores of the sums
+        while f + 4 <= count:  # four terms per pass: a quarter of the loads and stores of the sums
             a, b = planes[base + offsets[f] :], planes[base + offsets[f + 1] :]
             c, d = planes[base + offsets[f + 2] :], planes[base + offsets[f + 3] :]
             va, vb, vc, vd = values[f], values[f + 1], values[f + 2], values[f + 3]
@@ -205,8 +206,8 @@ def choose_pixels(
     """Choose the pixels of some texels of a chart, one after another, and write them to `sources`.
 
     `sources` and `parents` hold the pixels of all texels of this level and, in pixels of this level, of the
-    next coarser one (empty at the coarsest); −1 where none is known. A texel's candidates are the pixels
-    that continue its neighbours' and its own, those that look like them, and, if `full`, all. The one whose
+    next coarser one (empty at the coarsest); −1 means unknown. A texel's candidates are the pixels that
+    continue its neighbours' and its own, those that look like them, and, if `full`, all. The candidate whose
     known neighbours differ least is taken.
     """
     for row in range(chart.row, chart.end, chart.step):
@@ -251,11 +252,11 @@ def similar_pixels(
     level: PixelLevel,
     known: Neighbourhood,
 ) -> None:
-    """Fill `level.similar` for some rows of the exemplar, which is seen as a chart that shows itself.
+    """Fill `level.similar` for some rows of the exemplar, which is treated as a chart that shows itself.
 
     `pixels` and `parents` are its sources, as in `choose_pixels`. A pixel is compared with the children of
-    `among` (parents, n), pixels of this level, of its parent's row, −1 where there is none; with all where
-    `among` is empty. Candidates that look alike come in order, −1 where there are no more.
+    its parent's row in `among` (parents, n), pixels of this level, −1 for none; with all pixels if `among` is
+    empty. Candidates that look alike are in order, followed by −1.
     """
     for row in range(chart.row, chart.end):
         for column in range(chart.column, chart.width):

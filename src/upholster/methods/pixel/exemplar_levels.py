@@ -1,4 +1,4 @@
-"""The exemplar as the LL bands of a Haar transform: what texels are compared with, level by level."""
+"""The exemplar as the LL bands of a Haar transform, with which texels are compared level by level."""
 
 from collections.abc import Callable
 from functools import partial
@@ -22,7 +22,7 @@ from upholster.wavelet import dwt2, subbands
 __all__ = ["NOTHING", "doubled", "exemplar_levels", "scratch"]
 
 NOTHING = np.zeros(0, np.int32)
-"""The parents' pixels where there is no coarser level."""
+"""Stands for the parents' pixels if there is no coarser level."""
 
 _PAIRS_PER_CALL = 2**22
 
@@ -30,17 +30,17 @@ _PAIRS_PER_CALL = 2**22
 def exemplar_levels(
     exemplar: PixelArray, *, levels: int, similar: int, threads: int | None = None
 ) -> list[PixelLevel]:
-    """Return what an exemplar's pixels are compared by on each level, the finest first.
+    """Return the data by which an exemplar's pixels are compared on each level, the finest first.
 
     Parameters
     ----------
     exemplar
-        (H, W, C), at least 5·2^levels pixels each way; what is beyond whole tiles of 2^levels is left out.
+        (H, W, C), at least 5·2^levels pixels each way; pixels beyond whole tiles of 2^levels are left out.
     levels
-        Of the Haar transform: there are `levels` + 1 images, the exemplar and LL1 to LLn.
+        Levels of the Haar transform: there are `levels` + 1 images, the exemplar and LL1 to LLn.
     similar
-        How many pixels that look alike are kept for each pixel, 0 for none. At the coarsest level they are
-        the best of all, on the others the best of what lies below those of the level above.
+        Number of pixels that look alike to keep for each pixel, 0 for none. At the coarsest level they are
+        the best of all, on the others the best children of those of the level above.
     threads
         As in `upholster.parallel.run_tasks`.
 
@@ -62,7 +62,7 @@ def exemplar_levels(
 
 
 def doubled(pixels: IntArray, width: int) -> IntArray:
-    """Return for pixels of a level of `width` the first of the four of the next finer one; −1 stays."""
+    """Return for pixels of a level of `width` the first of their four on the next finer one; −1 stays."""
     first: IntArray = 4 * width * (pixels // width) + 2 * (pixels % width)
     return np.where(pixels < 0, -1, first).astype(np.int32)
 

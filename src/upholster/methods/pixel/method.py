@@ -1,9 +1,9 @@
 """Method "pixel": multi-resolution neighbourhood matching, texel by texel (our readings: docs/paper.md).
 
-A pyramid of levels is covered from coarse to fine. On the coarsest one, texels are chosen one after another
-by those of their neighbours that are there already. On each next one they begin as the children of the level
-above, and are chosen again by all their neighbours there and above. What is chosen is the pixel of the
-exemplar that a texel shows.
+A pyramid of levels is covered from coarse to fine. On the coarsest level, texels are chosen one after another
+by their neighbours that are already chosen. On each following level they start as the children of the level
+above, and are chosen again by all their neighbours there and above. The choice for a texel is the pixel of
+the exemplar that it shows.
 """
 
 from collections.abc import Callable, Sequence
@@ -28,25 +28,25 @@ from upholster.types import IntArray, PixelArray, Progress
 __all__ = ["PixelOptions", "check_sample", "synthesize_pixel"]
 
 LARGEST_SAMPLE = 512
-"""Pixels each way: every one of them is a candidate."""
+"""Pixels each way, because every one of them is a candidate."""
 
 SIMILAR = 3
-"""How many pixels that look alike are tried with each one that continues a neighbour (search "coherent")."""
+"""Number of similar pixels that are tried with each one that continues a neighbour (search "coherent")."""
 
 PASSES = {"coherent": 2, "full": 1}
 """How often all texels of a level are chosen."""
 
 APART = REACH + 1
-"""Texels so far apart, each way, are in none of each other's neighbourhoods."""
+"""Texels this far apart, each way, are in none of each other's neighbourhoods."""
 
 _PAIRS_PER_CALL = 2**22
 _COHERENT = 64
-"""Candidates that coherent search looks at costs as much as so many of full search: for sizes of tasks."""
+"""A texel of coherent search costs as much as this many candidates of full search; for sizes of tasks."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PixelOptions(SynthesisOptions):
-    """Options of method "pixel", all settled."""
+    """Options of method "pixel", with all values set."""
 
     method: str = "pixel"
 
@@ -66,17 +66,17 @@ def synthesize_pixel(
     Parameters
     ----------
     exemplar
-        (H, W, C) uint8, uint16 or float32, C at most 4: 5·2^levels to 512 pixels each way. What is beyond
-        whole tiles of 2^levels pixels is not used.
+        (H, W, C) uint8, uint16 or float32, C at most 4: 5·2^levels to 512 pixels each way. Pixels beyond
+        whole tiles of 2^levels pixels are not used.
     surface
-        The surface: neighbourhoods go on across its shared edges.
+        The surface: neighbourhoods continue across its shared edges.
     charts
         The layout.
     options
         Parameters of the method.
     seed
-        Chooses the first texel of each chart that begins on its own; the same seed gives the same quilt
-        whatever the number of threads.
+        Chooses the first texel of each chart that starts without neighbours; the same seed gives the same
+        quilt whatever the number of threads.
     threads, progress
         As in `upholster.parallel.run_tasks`; stage "texels".
 
@@ -130,13 +130,13 @@ def check_sample(shape: tuple[int, ...], levels: int) -> None:
 
 
 class _Tasks:
-    """Runs tasks, and tells how many texels of all have been chosen."""
+    """Runs tasks, and reports how many texels of all have been chosen."""
 
     def __init__(self, threads: int | None, progress: Progress | None, total: int) -> None:
         self._threads, self._progress, self._total, self._done = threads, progress, total, 0
 
     def run(self, tasks: Sequence[Callable[[], object]], texels: int) -> None:
-        """Run tasks that choose so many texels, all in all."""
+        """Run tasks that choose so many texels in total."""
 
         def report(_stage: str, count: int, all_: int) -> None:
             if self._progress is not None:
@@ -147,12 +147,13 @@ class _Tasks:
 
 
 def _total(layouts: Sequence[SurfaceLevel], passes: int) -> int:
-    # At the coarsest level, all texels are chosen one after another, and then once again.
+    # At the coarsest level, all texels are chosen one after another, and then once more.
     return sum((2 if layout is layouts[-1] else passes) * layout.texels for layout in layouts)
 
 
 def _first_texels(layout: SurfaceLevel, level: PixelLevel, seed: int, tasks: _Tasks) -> IntArray:
-    # Chooses the coarsest level's texels in raster order, chart after chart: each goes on from those before.
+    # Chooses the coarsest level's texels in raster order, chart after chart, each with the previous ones
+    # known.
     sources = np.full(layout.count, -1, np.int32)
     inside = np.flatnonzero(level.inside)
     for n, child in enumerate(np.random.SeedSequence(seed).spawn(len(layout.charts))):
@@ -180,7 +181,7 @@ def _rows_per_call(texels: int, level: PixelLevel, full: bool) -> int:
 
 
 def _children(above: IntArray, layout: SurfaceLevel, coarser: SurfaceLevel, width: int) -> IntArray:
-    # Where texels of a finer level begin: at the four pixels below their parent's.
+    # The start of texels of a finer level: the four pixels below their parent's.
     sources = np.full(layout.count, -1, np.int32)
     for n, chart in enumerate(layout.charts):
         parents = coarser.on_chart(above, n).repeat(2, axis=0).repeat(2, axis=1)
@@ -198,8 +199,8 @@ def _choose_again(
     full: bool,
     tasks: _Tasks,
 ) -> None:
-    # Texels of one class are in none of each other's neighbourhoods, and the frames stay as they are: they
-    # can be chosen side by side, in any order.
+    # Texels of one class are in none of each other's neighbourhoods, and the frames do not change, so they
+    # can be chosen in parallel, in any order.
     for first_row, first_column in np.ndindex(APART, APART):
         layout.refresh(sources)
         parts: list[Callable[[], object]] = []
@@ -231,7 +232,7 @@ def _choose(sources: IntArray, above: IntArray, texels: Texels, level: PixelLeve
 
 
 def _quilt(sources: IntArray, layout: SurfaceLevel, width: int, shape: tuple[int, ...]) -> Quilt:
-    # Each texel is a cell. Texels that lie to each other as the pixels that they show share a placement.
+    # Each texel is a cell. Texels whose relative positions equal those of their pixels share a placement.
     parts, labels = [], []
     for n in range(len(layout.charts)):
         rows, columns = np.divmod(layout.on_chart(sources, n).astype(np.int64), width)

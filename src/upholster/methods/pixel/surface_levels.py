@@ -1,4 +1,4 @@
-"""The texels of all charts on one level, each chart with a frame of texels of the charts beside it."""
+"""The texels of all charts on one level, each chart with a frame of texels from adjacent charts."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -17,19 +17,19 @@ __all__ = ["SurfaceLevel"]
 
 @dataclass(frozen=True, eq=False)
 class SurfaceLevel:
-    """Where all charts' texels of a level lie in one flat array.
+    """The layout of all charts' texels of a level in one flat array.
 
     Attributes
     ----------
     charts
-        On this level: each half as high and wide as on the finer one, rounded up.
+        Charts of this level: each half as high and wide as on the finer one, rounded up.
     firsts, strides
         Texel (r, c) of chart n is number ``firsts[n] + r·strides[n] + c``.
     count
-        Of all texels, those of the frames included.
+        Number of all texels, frames included.
     frame, beyond
-        (n,) int64: texels of frames, and the texels on other charts that lie there. Of a frame's texels
-        there are none behind a border or a degenerate edge, nor in its corners.
+        (n,) int64: texels of frames, and the texels of other charts at the same places. A frame has no texels
+        across a border or a degenerate edge, nor in its corners.
     frame_firsts
         (charts + 1,) int64: where each chart's part of `frame` begins, and where the last one ends.
     """
@@ -64,11 +64,11 @@ class SurfaceLevel:
         return cls(mine, firsts, strides, int(ends[-1]), frame, beyond, np.searchsorted(frame, ends))
 
     def refresh(self, sources: IntArray) -> None:
-        """Copy to all frames what the charts hold now."""
+        """Copy the charts' current content to all frames."""
         sources[self.frame] = sources[self.beyond]
 
     def refresh_chart(self, sources: IntArray, index: int) -> None:
-        """Copy to the frame of one chart what the charts hold now."""
+        """Copy the charts' current content to the frame of one chart."""
         own = slice(self.frame_firsts[index], self.frame_firsts[index + 1])
         sources[self.frame[own]] = sources[self.beyond[own]]
 
@@ -82,26 +82,26 @@ class SurfaceLevel:
 def _frames(
     surface: Surface, charts: Sequence[Chart], firsts: Sequence[int], strides: Sequence[int]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    # Texels of frames, and those on other charts that lie there: as many texels from the edge.
+    # Texels of frames, and the texels on other charts at the same places: equally far from the edge.
     frame, beyond = [np.zeros(0, np.int64)], [np.zeros(0, np.int64)]
     for seam in find_seams(surface, charts):
         along = np.arange(np.ceil(seam.start - 0.5), np.ceil(seam.stop - 0.5), dtype=np.float64)
         share = (along + 0.5 - seam.start) / (seam.stop - seam.start)
         met = np.floor((1 - share) * seam.other_start + share * seam.other_stop)
         for depth in range(REACH):
-            row, column = _beside(charts[seam.chart], seam.edge, along, -1 - depth)
+            row, column = _along_edge(charts[seam.chart], seam.edge, along, -1 - depth)
             frame.append(firsts[seam.chart] + row * strides[seam.chart] + column)
             other, size = seam.other_chart, charts[seam.other_chart]
-            row, column = _beside(size, seam.other_edge, met, depth)
+            row, column = _along_edge(size, seam.other_edge, met, depth)
             row, column = row.clip(0, size.height - 1), column.clip(0, size.width - 1)
             beyond.append(firsts[other] + row * strides[other] + column)
     return np.concatenate(frame), np.concatenate(beyond)
 
 
-def _beside(
+def _along_edge(
     chart: Chart, edge: int, along: FloatArray, depth: int
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    # Rows and columns of texels along an edge of a chart, so many inward from it.
+    # Rows and columns of texels along an edge of a chart, `depth` texels inward from it.
     last = (0, chart.width - 1, chart.height - 1, 0)[edge]
     across = np.full(len(along), depth if edge in (0, 3) else last - depth, np.int64)
     places = along.astype(np.int64)

@@ -52,8 +52,7 @@ class MatchImage(NamedTuple):
     several zones those of one below the other.
     `allowed` (H · W) is not 0 where a block may have its source, but the number of the zone that lies there,
     and `places` are these pixels; (0,): everywhere. `guides` (K, H · W) is what each pixel is by each of the
-    guides, and `costs` (K, 256) what a pixel pays that is off by so much. Near a zone's border a pixel pays
-    `pull` that is of another zone. `width` is that of the level.
+    guides, and `costs` (K, 256) what a pixel pays that is off by so much.
     """
 
     image: NDArray[np.int32]
@@ -64,8 +63,6 @@ class MatchImage(NamedTuple):
     places: NDArray[np.int64]
     guides: NDArray[np.uint8]
     costs: NDArray[np.int32]
-    pull: int
-    width: int
 
 
 class LayNumbers(NamedTuple):
@@ -119,9 +116,9 @@ class FramePixels(NamedTuple):
 
     `marks` tells what there is at each, see `_frame_kernels`, and `old` what is laid; `ys`, `xs` tell where
     pixels read, seen from the source. `wanted` (K, size, size) is what guides ask for, 0 where they ask
-    nothing, and `off` what is laid pays for that. `zones` (size, size) is which zone shall be there, see
-    `upholster.methods.quilt.guides.Zones`; (0, 0): there are none. `steps` (size, size) is which step of the
-    canvases lies there, −1 for none; (0, 0): nothing is asked.
+    nothing, and `off` what is laid pays for that; (0, 0): there are no guides. `zones` (size, size) is which
+    zone shall be there, see `upholster.methods.quilt.guides.Zones`; (0, 0): there are none. `steps` (size,
+    size) is which step of the canvases lies there, −1 for none; (0, 0): nothing is asked.
     """
 
     marks: NDArray[np.uint8]
@@ -143,7 +140,7 @@ class FramePixels(NamedTuple):
             np.empty(shape, np.int32),
             np.empty(shape, np.int32),
             np.zeros((guides, size, size), np.uint8),
-            np.zeros(shape if guides or zones else (0, 0), np.int32),
+            np.zeros(shape if guides else (0, 0), np.int32),
             np.zeros(shape if zones else (0, 0), np.uint8),
             np.zeros(shape if guides or zones else (0, 0), np.int64),
         )

@@ -32,9 +32,6 @@ _BIG = int64(2**60)
 _CLOSE = MISFIT // 32
 """A source drawn for a block on nothing has a misfit at most so much above the best."""
 
-_CLOSE_GUIDE = 16
-"""And is off what a guide asks for by at most so much more, of 254."""
-
 
 @inline
 def penalise_used(
@@ -124,8 +121,6 @@ def draw_fitting(
     close, least, good = int64(_CLOSE), _BIG, int64(0)
     if match.guides.shape[0]:
         close = int64(weights.phase * _CLOSE)
-        for k in range(match.guides.shape[0]):
-            close += match.costs[k, _CLOSE_GUIDE]
     for y in range(span.first_y, span.last_y + 1):
         for x in range(span.first_x, span.last_x + 1):
             cost = _misfit_at(match, numbers, weights, choice, y * numbers.width + x)

@@ -12,9 +12,6 @@ from numpy.typing import NDArray
 from upholster.charts._step_kernels import CLOSE, bounds, clamped
 from upholster.jit import inline, kernel
 from upholster.methods.quilt._block_kernels import (
-    EITHER,
-    SOURCE_COLUMN,
-    SOURCE_ROW,
     SYMMETRY,
     FramePixels,
     LayNumbers,
@@ -122,7 +119,7 @@ def nearest_steps(
 
 
 @inline
-def _ask(canvases: Canvases, match: MatchImage, records: IntArray, pixels: FramePixels) -> None:
+def _ask(canvases: Canvases, match: MatchImage, pixels: FramePixels) -> None:
     # Enters what is asked for at the frame's pixels, and what is laid there pays for it.
     size = pixels.steps.shape[0]
     for i in range(size):
@@ -130,18 +127,15 @@ def _ask(canvases: Canvases, match: MatchImage, records: IntArray, pixels: Frame
             at, off = pixels.steps[i, j], np.int32(0)
             if at < 0:
                 continue
-            owner = canvases.owners[at]
             if pixels.zones.shape[0]:
-                zone = pixels.zones[i, j] = canvases.zones[at]
-                if owner >= canvases.fixed and zone >= EITHER:
-                    source = records[owner, SOURCE_ROW] * match.width + records[owner, SOURCE_COLUMN]
-                    off += match.pull if match.allowed[source] != zone - EITHER else 0
+                pixels.zones[i, j] = canvases.zones[at]
             for k in range(pixels.wanted.shape[0]):
                 wanted = canvases.wanted[k, at]
                 pixels.wanted[k, i, j] = wanted
-                if wanted > 0 and owner >= 0:
+                if wanted > 0 and canvases.owners[at] >= 0:
                     off += match.costs[k, abs(int64(match.guides[k, canvases.sources[at]]) - int64(wanted))]
-            pixels.off[i, j] = off
+            if pixels.off.shape[0]:
+                pixels.off[i, j] = off
 
 
 @inline
@@ -221,7 +215,7 @@ def look_at_frame(
     for n in range(count):
         if found.triangles[n] >= 0:
             inside[found.triangles[n]] = 0
-    _ask(canvases, match, records, pixels)
+    _ask(canvases, match, pixels)
     laid, bare = int64(0), int64(0)
     for i in range(size):
         for j in range(size):

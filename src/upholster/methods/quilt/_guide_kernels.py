@@ -98,12 +98,9 @@ def is_barred(pixels: FramePixels, zone: int, cell: int, a: int, b: int) -> Any:
 
 @inline
 def prefer_cells(
-    match: MatchImage, numbers: LayNumbers, base: int, zone: int, pixels: FramePixels, scratch: CutScratch
+    match: MatchImage, numbers: LayNumbers, base: int, pixels: FramePixels, scratch: CutScratch
 ) -> None:
-    """Write to `balance` by how much each cell is less off if it is new, with the source at pixel `base`.
-
-    That lies in a `zone`; 0: there are none.
-    """
+    """Write to `balance` how much less each cell costs if it is new, with the source at pixel `base`."""
     across = numbers.size // numbers.cell
     for at in range(scratch.balance.shape[0]):
         scratch.balance[at] = 0
@@ -112,8 +109,6 @@ def prefer_cells(
                 if pixels.marks[i, j] & 1:
                     place = base + pixels.ys[i, j] * numbers.width + pixels.xs[i, j]
                     scratch.balance[at] += pixels.off[i, j] - _costs_of(match, pixels, place, i, j)
-                    if zone > 0 and pixels.zones[i, j] >= EITHER and pixels.zones[i, j] - EITHER != zone:
-                        scratch.balance[at] -= match.pull
 
 
 @inline

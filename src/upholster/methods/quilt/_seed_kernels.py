@@ -177,7 +177,7 @@ def cut_block(
     `covered` (size + 2, size + 2) tells what is laid on the frame and round it, `base` is the pixel that its
     centre reads. Where guides ask for something, cells prefer the side that is less off.
     """
-    across, guided = numbers.size // numbers.cell, pixels.off.shape[0] > 0
+    across, guided = numbers.size // numbers.cell, match.guides.shape[0] > 0
     zone = int64(match.allowed[base]) if pixels.zones.shape[0] else int64(0)
     _compare(match, numbers, base, pixels, scratch)
     _bar_cells(numbers, zone, pixels, scratch)
@@ -186,7 +186,7 @@ def cut_block(
     if both:
         _list_steps(across, scratch)
     if both and guided:
-        prefer_cells(match, numbers, base, zone, pixels, scratch)
+        prefer_cells(match, numbers, base, pixels, scratch)
         _cut_as_preferred(across, scratch, mask)
     elif both:
         cut_grid(scratch.residual, scratch.seeds, across, scratch.work, mask)

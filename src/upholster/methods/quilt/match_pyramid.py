@@ -118,7 +118,7 @@ def match_pyramid(
         plane = mean_boxes(np.ascontiguousarray(image[..., 0]), step)
         phases = _phases_of(parts, level, height, width)
         unasked = np.empty((0, 0), np.uint8), np.empty((0, 256), np.int32)
-        match = MatchImage(_as_pixels(image), plane, phases, shown, *_EVERYWHERE, *unasked, 0, width)
+        match = MatchImage(_as_pixels(image), plane, phases, shown, *_EVERYWHERE, *unasked)
         levels.append(MatchLevel(height, width, step, match))
     usage_step = max(4, 1 << (len(levels) - 1))
     while max(form.shape[:2]) > 64 * usage_step:

@@ -42,10 +42,6 @@ _COARSE = 24
 _LARGEST_FRAME, _SHARE = 512, 0.75
 """Pixels of a frame at most, and what part of the sample: else there is nothing to choose from."""
 
-_PULL = 0.06
-"""What a pixel of another zone pays near a zone's border, in variances of the sample: so much that the border
-does not take the shortest way, and so little that it can go round an element."""
-
 _MIRRORED = 1 << 5
 """The symmetry that mirrors left and right: columns count backwards."""
 
@@ -86,7 +82,6 @@ def planned(
         match = match._replace(
             guides=level_guides(steering.guides, numbers.level, level),
             costs=guide_costs(steering.guides, pyramid.variance),
-            pull=int(_PULL * pyramid.variance),
         )
     block = numbers.size * 2**numbers.level / scale
     weights = LayWeights(

@@ -1,8 +1,8 @@
-/** Requests to the server: each answers with what is asked for, or throws an Error with one line for people. */
+/** Requests to the server: each resolves to its answer, or throws an Error with a one-line message for the user. */
 
 const TAB = (sessionStorage.tab ??= crypto.randomUUID())
 
-/** Thrown where another tab has the session. */
+/** Thrown if another tab has the session. */
 export class TakenError extends Error {}
 
 async function asked(address, { json, ...how } = {}) {
@@ -28,12 +28,12 @@ async function asked(address, { json, ...how } = {}) {
 const post = (address, json) => asked(address, { method: 'POST', json })
 const inJson = async (answer) => (await answer).json()
 
-/** Exchange the token of the address for a cookie; what is asked for again after a reload has that. */
+/** Exchange the address's token for a cookie, which requests after a reload send. */
 export async function enter() {
   const token = location.hash.slice(1)
   if (!token) return
   history.replaceState(null, '', location.pathname)
-  await post('/enter', { token }).catch(() => {}) // it counts once; the cookie may be there
+  await post('/enter', { token }).catch(() => {}) // the token is valid once; the cookie may exist already
 }
 
 export const session = () => inJson(asked('/session'))
@@ -45,7 +45,7 @@ export const pick = (ray) => inJson(post('/pick', ray))
 export const save = (revision, targets) => inJson(post('/save', { revision, targets }))
 export const keep = (id, over) => inJson(post('/keep', { id, over }))
 
-/** Send a file; `group` is of files that belong together, none for a new one. */
+/** Send a file; `group` is the group of files that belong together, undefined for a new one. */
 export async function upload(file, name, group) {
   const address = `/blobs?name=${encodeURIComponent(name)}${group === undefined ? '' : `&group=${group}`}`
   return inJson(asked(address, { method: 'POST', body: file }))
@@ -55,7 +55,7 @@ export async function upload(file, name, group) {
 export const picture = (path, size = 160, role) =>
   `/pictures/${path.split('/').map(encodeURIComponent).join('/')}?size=${size}${role ? `&role=${role}` : ''}`
 
-/** The sample as it is read with options: a blob, its own size, and of what repeats in it width and height, or the distance of rows alone. */
+/** The sample read with options: a blob, its own size, and its repeating element: width and height, or only the distance of rows. */
 export async function prepared(path, options, size = 512) {
   const place = path.split('/').map(encodeURIComponent).join('/')
   const answer = await asked(`/prepared/${place}?size=${size}&options=${encodeURIComponent(JSON.stringify(options))}`)
@@ -64,7 +64,7 @@ export async function prepared(path, options, size = 512) {
   return { picture: await answer.blob(), width, height, element }
 }
 
-/** What is known of a revision's model and sample; null while it is not. */
+/** Facts about a revision's model and sample; null while they are not known. */
 export async function facts(revision) {
   const answer = await asked(`/facts/${revision}`)
   return answer.status === 200 ? answer.json() : null
@@ -76,8 +76,8 @@ export async function overlay(revision, kind) {
 }
 
 /**
- * Yield what comes of a revision until its last look: `{stage, done, total}`, or `{streams, isFinal, seconds}`. Ends early where another revision
- * took its place.
+ * Yield the results of a revision up to its last look: `{stage, done, total}`, or `{streams, isFinal, seconds}`. Ends early if another revision
+ * replaced it.
  */
 export async function* looks(revision, signal) {
   for (let after = 0, isFinal = false; !isFinal; ) {
@@ -86,15 +86,15 @@ export async function* looks(revision, signal) {
     if (answer.status === 204) continue
     if (answer.status === 202) yield await answer.json()
     else {
-      const told = (name) => Number(answer.headers.get(name))
-      after = told('X-Look')
-      isFinal = told('X-Final') === 1
-      yield { streams: parted(await answer.arrayBuffer()), isFinal, seconds: told('X-Seconds') }
+      const header = (name) => Number(answer.headers.get(name))
+      after = header('X-Look')
+      isFinal = header('X-Final') === 1
+      yield { streams: parted(await answer.arrayBuffer()), isFinal, seconds: header('X-Seconds') }
     }
   }
 }
 
-/** The streams in one body: their count, then each one's length and bytes. */
+/** The streams in one body: their count, then the length and bytes of each. */
 function parted(body) {
   const view = new DataView(body)
   const streams = []

@@ -1,10 +1,10 @@
-/** Controls of the panel: each has a name, one plain sentence, and the option that it stands for. */
+/** Controls of the panel: each has a name, one plain sentence, and the name of its option. */
 
 import { make } from './dom.js'
 
 let count = 0
 
-/** What stands round every control. */
+/** The frame of every control. */
 function framed({ hint, option }, ...row) {
   return make('div', { className: 'control' }, ...row, make('p', { id: `hint-${count}` }, `${hint} `, make('code', {}, option)))
 }
@@ -16,14 +16,14 @@ function labelled(text, input, shown = null) {
 }
 
 /**
- * A slider with a number beside it. `told` has label, hint, option, least, most, step, and `isLog` where each step is a factor;
- * `read` returns what is so now, `write` gets what it shall be.
+ * A slider and a number input next to it. `about` has label, hint, option, least, most, step, and `isLog` if each step is a factor;
+ * `read` returns the present value, `write` gets the new one.
  */
-export function slider(told, read, write) {
-  const { least, most, step = 'any', isLog = false } = told
+export function slider(about, read, write) {
+  const { least, most, step = 'any', isLog = false } = about
   const [toBar, fromBar] = isLog ? [Math.log, Math.exp] : [Number, Number]
   const bar = make('input', { type: 'range', min: toBar(least), max: toBar(most), step: isLog ? 'any' : step })
-  const number = make('input', { type: 'number', min: least, max: most, step: 'any', ariaLabel: told.label })
+  const number = make('input', { type: 'number', min: least, max: most, step: 'any', ariaLabel: about.label })
   const show = () => {
     const value = read()
     bar.value = toBar(value)
@@ -35,13 +35,13 @@ export function slider(told, read, write) {
     write(value)
   }
   number.onchange = () => number.value !== '' && write(Number(number.value))
-  const head = labelled(told.label, bar)
+  const head = labelled(about.label, bar)
   show()
-  return Object.assign(framed(told, head, make('div', { className: 'row' }, bar, number)), { show })
+  return Object.assign(framed(about, head, make('div', { className: 'row' }, bar, number)), { show })
 }
 
 /** A choice: `choices` are [value, text]. */
-export function choice(told, choices, read, write) {
+export function choice(about, choices, read, write) {
   const select = make('select', {}, ...choices.map(([value, text]) => make('option', { value }, text)))
   select.onchange = () => write(select.value)
   const show = () => {
@@ -49,34 +49,34 @@ export function choice(told, choices, read, write) {
     if (![...select.options].some((one) => one.value === value)) select.append(make('option', { value }, value))
     select.value = value
   }
-  const head = labelled(told.label, select)
+  const head = labelled(about.label, select)
   head.append(select)
   show()
-  return Object.assign(framed(told, head), { show })
+  return Object.assign(framed(about, head), { show })
 }
 
 /** On or off. */
-export function toggle(told, read, write) {
+export function toggle(about, read, write) {
   const box = make('input', { type: 'checkbox' })
   box.onchange = () => write(box.checked)
   const show = () => (box.checked = read())
-  const head = labelled(told.label, box)
+  const head = labelled(about.label, box)
   head.prepend(box)
   show()
-  return Object.assign(framed(told, head), { show })
+  return Object.assign(framed(about, head), { show })
 }
 
-/** A text: an empty one is none. */
-export function text(told, read, write) {
-  const input = make('input', { type: 'text', placeholder: told.placeholder ?? '', spellcheck: false })
+/** A text; an empty one is null. */
+export function text(about, read, write) {
+  const input = make('input', { type: 'text', placeholder: about.placeholder ?? '', spellcheck: false })
   input.onchange = () => write(input.value.trim() || null)
   const show = () => document.activeElement !== input && (input.value = read() ?? '')
-  const head = labelled(told.label, input)
+  const head = labelled(about.label, input)
   show()
-  return Object.assign(framed(told, head, make('div', { className: 'row' }, input)), { show })
+  return Object.assign(framed(about, head, make('div', { className: 'row' }, input)), { show })
 }
 
-/** A number with three figures, or all of its whole part. */
+/** A number with three figures, or its complete integer part. */
 export function shortened(value) {
   return Math.abs(value) >= 1000 ? String(Math.round(value)) : String(Number(Number(value).toPrecision(3)))
 }

@@ -1,4 +1,4 @@
-/** Elements in one line. */
+/** Functions that make an element in one line. */
 
 /** An element: properties, listeners by `onclick` …, attributes by `attributes`; then its children, elements or texts. */
 export function make(tag, { attributes = {}, ...properties } = {}, ...children) {
@@ -19,7 +19,7 @@ export function openDialog(heading, ...children) {
   return close
 }
 
-/** A message for the person, until it is clicked or the next one comes; null: none. */
+/** Show a message to the user until it is clicked or the next one comes; null removes it. */
 export function say(text) {
   const message = document.getElementById('message')
   message.onclick = () => (message.hidden = true)

@@ -1,8 +1,8 @@
-/** Files that are dropped, chosen or pasted: sent to the server, and put where they belong. */
+/** Files that are dropped, chosen or pasted: sent to the server and sorted by kind. */
 
 import * as api from './api.js'
 
-/** Call take(files) with [file, name] for whatever is dropped anywhere on the page, or pasted; folders with all that is in them. */
+/** Call take(files) with [file, name] for everything that is dropped anywhere on the page, or pasted; for folders with all of their files. */
 export function listenForFiles(take) {
   let depth = 0
   const holds = (event) => [...(event.dataTransfer?.types ?? [])].includes('Files')
@@ -27,7 +27,7 @@ export function listenForFiles(take) {
   })
 }
 
-/** Let a person choose files. */
+/** Let the user choose files. */
 export function chooseFiles(take) {
   const input = Object.assign(document.createElement('input'), { type: 'file', multiple: true })
   input.onchange = () => take([...input.files].map((file) => [file, file.name]), false)
@@ -52,21 +52,21 @@ const IMAGE = /\.(png|jpe?g|webp|tiff?|exr|heic|heif|avif)$/i
 const ROLE = /[_\-. ](albedo|basecolor|base_color|diffuse|color|col|normal|nrm|nor|roughness|rough|metallic|metal|ao|occlusion|height|displacement|disp|emission|opacity|orm)\b/i
 
 /**
- * Send files; returns what they are, `[{path, kind}]`: what belongs together once, a folder or maps of one material as their group's path.
+ * Send files; returns `[{path, kind}]`. Files that belong together have one entry: a folder, or the maps of a material, with their group's path.
  */
 export async function send(files, isFolder, say) {
   const found = []
   const images = files.filter(([, name]) => IMAGE.test(name))
   const isMaterial = images.length > 1 && (isFolder || images.every(([, name]) => ROLE.test(name)))
-  // A model of several files; a photo beside an OBJ alone is a sample.
+  // A model of several files; a photo dropped with only an OBJ is a sample.
   const isModel = files.some(([, name]) => COMPANION.test(name) || IN_PARTS.test(name))
   const together = isFolder || isMaterial || isModel
   let group
   for (const [file, name] of files) {
     say(`sending ${name}`)
-    const told = await api.upload(file, name, group)
-    if (together) group = told.group
-    found.push(told)
+    const stored = await api.upload(file, name, group)
+    if (together) group = stored.group
+    found.push(stored)
   }
   if (!together) return found
   const models = found.filter(({ kind }) => kind === 'model' || kind === 'project')

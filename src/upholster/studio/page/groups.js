@@ -1,4 +1,4 @@
-/** The four groups of settings: size, direction, material, variation. Defaults are right; experts unfold the rest. */
+/** The four groups of settings: size, direction, material, variation. The defaults suit most models; experts unfold the rest. */
 
 import { choice, slider, text, toggle } from './controls.js'
 import { button, make } from './dom.js'
@@ -17,7 +17,7 @@ const DIRECTIONS = [
   ['around', 'around axes (CAD)'],
 ]
 const TEXELS = [
-  ['', 'a texel for a pixel of the sample'],
+  ['', 'one texel per pixel of the sample'],
   ['250000', '0.25 million: a phone'],
   ['1000000', '1 million'],
   ['4000000', '4 million'],
@@ -25,7 +25,7 @@ const TEXELS = [
 ]
 
 /**
- * Build the groups; returns elements. Each control's `show` is called when the state or what is known of it has changed.
+ * Build the groups; returns elements. Each control's `show` is called when the state or the facts about it have changed.
  * @param {import('./store.js').Store} store
  * @param {import('./live.js').Live} live
  */
@@ -76,7 +76,7 @@ export function groups(store, live) {
         ),
         add(
           slider(
-            { label: 'Creases', hint: 'Texture starts anew at edges that turn by so many degrees.', option: '--crease', least: 1, most: 180, step: 1 },
+            { label: 'Creases', hint: 'The texture is interrupted at edges that turn by at least this many degrees.', option: '--crease', least: 1, most: 180, step: 1 },
             synthesis.read('crease', 180),
             synthesis.write('crease', 180),
           ),
@@ -87,7 +87,7 @@ export function groups(store, live) {
       'Material',
       add(
         toggle(
-          { label: 'Even light', hint: 'Takes shading of the photo out of its colours.', option: '--even-light' },
+          { label: 'Even light', hint: 'Removes the shading of the photo from its colours.', option: '--even-light' },
           () => Boolean(store.state.sample?.even_light),
           (on) => store.sample({ even_light: on || null }),
         ),
@@ -102,7 +102,7 @@ export function groups(store, live) {
       expert(
         add(
           text(
-            { label: 'Displace', hint: 'How far the highest of the relief stands out in a saved 3MF, STL or GLB.', option: '--displace', placeholder: '0.6mm' },
+            { label: 'Displace', hint: 'Height of the relief in a saved 3MF, STL or GLB.', option: '--displace', placeholder: '0.6mm' },
             writing.read('displace', ''),
             writing.write('displace', ''),
           ),
@@ -121,15 +121,15 @@ export function groups(store, live) {
       ),
       add(
         toggle(
-          { label: 'Rotate', hint: 'Parts may be turned by quarter turns, where the sample has no up.', option: '--rotate' },
+          { label: 'Rotate', hint: 'Parts may be rotated by quarter turns. For samples without an up.', option: '--rotate' },
           synthesis.read('rotate', false),
           synthesis.write('rotate', false),
         ),
       ),
       expert(
         add(seed(store)),
-        penalty('Evenness', 'evenness', 'How much it costs to use a part of the sample more than others.'),
-        penalty('Variety', 'variety', 'How much it costs to repeat a part near where it was used.'),
+        penalty('Evenness', 'evenness', 'Cost of using a part of the sample more often than others.'),
+        penalty('Variety', 'variety', 'Cost of repeating a part near where it was used.'),
         add(
           text(
             { label: 'Block', hint: 'Side of a block in pixels of the sample, 8 to 512.', option: '--block', placeholder: 'by itself' },
@@ -142,12 +142,12 @@ export function groups(store, live) {
   ]
 }
 
-/** The width of the sample on the model, round what was settled for it. */
+/** The width of the sample on the model; the slider starts at the present width. */
 function size(store, live) {
-  const told = { label: 'Width of the sample', hint: 'How wide the whole sample is on the model.', option: '--sample-size' }
+  const about = { label: 'Width of the sample', hint: 'Width of the whole sample on the model.', option: '--sample-size' }
   const input = make('input', { type: 'text', className: 'short', ariaLabel: 'Width of the sample', spellcheck: false })
-  const bar = make('input', { type: 'range', min: -1, max: 1, step: 0.01, ariaLabel: told.label })
-  let middle = null // of the bar: what was settled when it was not moved
+  const bar = make('input', { type: 'range', min: -1, max: 1, step: 0.01, ariaLabel: about.label })
+  let middle = null // of the slider: the width when it was not moved
   const width = () => lengths.read(store.state.sample?.size, live.facts?.unit) ?? live.facts?.sample_size ?? null
   const write = (value, key) => {
     const { element_size: _, sample_size: __, ...others } = store.state.synthesis
@@ -174,16 +174,16 @@ function size(store, live) {
   const control = make(
     'div',
     { className: 'control' },
-    make('div', { className: 'row' }, make('label', {}, told.label)),
+    make('div', { className: 'row' }, make('label', {}, about.label)),
     make('div', { className: 'row' }, bar, input),
-    make('p', {}, `${told.hint} `, make('code', {}, told.option)),
+    make('p', {}, `${about.hint} `, make('code', {}, about.option)),
   )
   return Object.assign(control, { show })
 }
 
 function elementSize(store) {
   return text(
-    { label: 'Size of an element', hint: 'Of what repeats, a brick or a plank, instead.', option: '--element-size', placeholder: '21cm' },
+    { label: 'Size of an element', hint: 'Size of a brick or a plank in the sample, instead of its width.', option: '--element-size', placeholder: '21cm' },
     () => store.state.synthesis.element_size,
     (value) => {
       const { sample_size: _, ...others } = store.state.synthesis
@@ -195,8 +195,8 @@ function elementSize(store) {
 
 function unit(reading) {
   const units = ['', 'm', 'cm', 'mm', 'in', 'ft'].map((name) => [name, name || 'as the file says'])
-  const told = { label: 'Unit of the model', hint: 'What one unit of the file is.', option: '--unit' }
-  return choice(told, units, reading.read('unit', ''), reading.write('unit', ''))
+  const about = { label: 'Unit of the model', hint: 'What one unit of the file is.', option: '--unit' }
+  return choice(about, units, reading.read('unit', ''), reading.write('unit', ''))
 }
 
 /** Whether a direction is an angle. */
@@ -215,7 +215,7 @@ function direction(store) {
 function angle(store) {
   const asked = () => store.state.synthesis.direction
   const control = slider(
-    { label: 'Angle', hint: 'In degrees, from where rows would run by themselves.', option: '--direction DEG', least: 0, most: 360, step: 1 },
+    { label: 'Angle', hint: 'In degrees, from the default direction of rows.', option: '--direction DEG', least: 0, most: 360, step: 1 },
     () => (isAngle(asked()) ? Number(asked()) : 0),
     (value) => store.option('synthesis', 'direction', String(value)),
   )

@@ -1,4 +1,4 @@
-/** Shows the state while it changes: every change is told to the server, and what comes of it is seen. */
+/** Shows the state while it changes: sends every change to the server and shows the results. */
 
 import * as api from './api.js'
 
@@ -19,14 +19,14 @@ const STAGES = {
  * Events: `revision` {revision, command, python, notes}; `facts` {facts}; `look` {isFinal, seconds}; `problem` {error}; `status` {text, busy}.
  */
 export class Live extends EventTarget {
-  /** What the server told of what is shown; null before its last look, and while a change is under way. */
+  /** The server's answer for the state that is shown; null before its last look, and during a change. */
   shown = null
-  /** What the server told of the last state that it took. */
-  told = null
+  /** The server's answer for the last state that it accepted. */
+  answer = null
   facts = null
   /** The streams that are shown. */
   streams = []
-  #final = null // the same, while a change is under way as well
+  #final = null // the same, but kept during a change
   #store
   #viewer
   #wanted = false // the state has changed since it was sent
@@ -61,13 +61,13 @@ export class Live extends EventTarget {
     this.shown = null
     this.#say('working', true)
     try {
-      this.told = await api.change(this.#store.state)
+      this.answer = await api.change(this.#store.state)
     } catch (error) {
       this.#fail(error)
       return
     }
-    this.#tell('revision', this.told)
-    if (!this.#wanted) this.#follow(this.told.revision, this.#abort.signal)
+    this.#emit('revision', this.answer)
+    if (!this.#wanted) this.#follow(this.answer.revision, this.#abort.signal)
   }
 
   async #follow(revision, signal) {
@@ -78,8 +78,8 @@ export class Live extends EventTarget {
         else {
           if (!(await this.#viewer.replace(...one.streams)) || signal.aborted) return
           this.streams = one.streams
-          this.#tell('look', one)
-          this.shown = this.#final = one.isFinal ? this.told : null
+          this.#emit('look', one)
+          this.shown = this.#final = one.isFinal ? this.answer : null
           this.#say(one.isFinal ? '' : 'getting sharper', !one.isFinal)
           this.#learn(revision, signal)
         }
@@ -93,21 +93,21 @@ export class Live extends EventTarget {
     const facts = await api.facts(revision).catch(() => null)
     if (!facts || signal.aborted) return
     this.facts = facts
-    this.#tell('facts', { facts })
+    this.#emit('facts', { facts })
   }
 
-  /** What was shown before stays, and can be saved. */
+  /** The previous look stays, and can be saved. */
   #fail(error) {
     this.shown = this.#final
     this.#say('', false)
-    this.#tell('problem', { error })
+    this.#emit('problem', { error })
   }
 
   #say(text, busy) {
-    this.#tell('status', { text, busy })
+    this.#emit('status', { text, busy })
   }
 
-  #tell(type, detail) {
+  #emit(type, detail) {
     this.dispatchEvent(Object.assign(new Event(type), detail))
   }
 }

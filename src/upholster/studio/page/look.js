@@ -1,12 +1,12 @@
-/** What is drawn over the model, and what is known of it. */
+/** Lines drawn over the model, and facts about it. */
 
 import * as api from './api.js'
 import { button, make, openDialog, say } from './dom.js'
 
 const KINDS = [
-  ['direction', 'Directions', 'Which way the rows of the sample run.', [0.9, 0.35, 0.02]],
-  ['seams', 'Charts', 'Where the parts of the texture meet. Nobody should see them without these lines.', [0.13, 0.4, 1]],
-  ['density', 'Density', 'All squares have as many texels.', [0.03, 0.55, 0.12]],
+  ['direction', 'Directions', 'Direction of the rows of the sample.', [0.9, 0.35, 0.02]],
+  ['seams', 'Charts', 'Where the parts of the texture meet. Without these lines they should be invisible.', [0.13, 0.4, 1]],
+  ['density', 'Density', 'All squares have the same number of texels.', [0.03, 0.55, 0.12]],
   ['singular', 'Singular points', 'Where no direction is right, as at the poles of a globe.', [0.8, 0, 0.25]],
 ]
 
@@ -14,10 +14,10 @@ const KINDS = [
 export function looking(live, viewer) {
   const on = new Set()
   const draw = async (kind, color) => {
-    if (!live.told) return
-    const { revision } = live.told
+    if (!live.answer) return
+    const { revision } = live.answer
     const segments = await api.overlay(revision, kind).catch(() => null)
-    if (on.has(kind) && revision === live.told.revision) viewer.overlay(kind, segments, color)
+    if (on.has(kind) && revision === live.answer.revision) viewer.overlay(kind, segments, color)
   }
   const boxes = KINDS.map(([kind, label, hint, color]) => {
     const box = make('input', { type: 'checkbox' })
@@ -29,15 +29,15 @@ export function looking(live, viewer) {
     }
     return make('div', { className: 'control' }, make('label', { className: 'row' }, box, label), make('p', {}, hint))
   })
-  // Lines of what was before are not those of what is now.
+  // The lines of the previous state do not fit the new one.
   live.addEventListener('revision', () => on.forEach((kind) => viewer.overlay(kind, null)))
   live.addEventListener('look', ({ isFinal }) => isFinal && KINDS.forEach(([kind, , , color]) => on.has(kind) && draw(kind, color)))
 
   const facts = make('dl', { className: 'facts' })
-  live.addEventListener('facts', ({ facts: told }) => {
-    const lines = [['texels', told.texels.toLocaleString('en')], ...Object.entries(told.settled ?? {})]
+  live.addEventListener('facts', ({ facts: known }) => {
+    const lines = [['texels', known.texels.toLocaleString('en')], ...Object.entries(known.settled ?? {})]
     facts.replaceChildren(...lines.flatMap(([name, text]) => [make('dt', {}, name), make('dd', {}, String(text))]))
-    facts.append(...(told.notes ?? []).flatMap((note) => [make('dt', {}, 'note'), make('dd', {}, note)]))
+    facts.append(...(known.notes ?? []).flatMap((note) => [make('dt', {}, 'note'), make('dd', {}, note)]))
   })
   return make(
     'section',
@@ -46,7 +46,7 @@ export function looking(live, viewer) {
     comparing(live, viewer),
     ...boxes,
     atlas(live),
-    make('details', {}, make('summary', {}, 'What was found'), facts),
+    make('details', {}, make('summary', {}, 'Details'), facts),
   )
 }
 
@@ -68,7 +68,7 @@ function atlas(live) {
   return make('div', { className: 'control' }, open, make('p', {}, 'All charts side by side in one image. ', make('code', {}, '-o atlas:texture.png')))
 }
 
-/** Two variants under a slider: what was kept, and what is shown now. */
+/** Two variants under a slider: the kept one and the present one. */
 function comparing(live, viewer) {
   const line = make('input', { type: 'range', min: 0, max: 1, step: 0.001, value: 0.5, ariaLabel: 'Now to the left, kept to the right', hidden: true })
   line.className = 'wipe'
@@ -78,7 +78,7 @@ function comparing(live, viewer) {
     const isOn = !line.hidden
     if (!isOn && !live.streams.length) return
     line.hidden = isOn
-    keep.textContent = isOn ? 'Keep this to compare' : 'Compare no more'
+    keep.textContent = isOn ? 'Keep this to compare' : 'Stop comparing'
     viewer.wipe = isOn ? null : Number(line.value)
     await viewer.compare(...(isOn ? [] : live.streams))
   })

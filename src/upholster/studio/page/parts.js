@@ -5,7 +5,7 @@ import { make } from './dom.js'
 
 const BASE = '' // the sample of all other parts
 
-/** Build the list; returns an element. `samples()` returns what there is to choose from, `[{path, name}]`. */
+/** Build the list; returns an element. `samples()` returns the samples to choose from, `[{path, name}]`. */
 export function parts(store, live, viewer, samples) {
   const list = make('ul', { className: 'parts' })
   const element = make(
@@ -84,13 +84,13 @@ export function parts(store, live, viewer, samples) {
     if ([...event.dataTransfer.types].includes('application/x-upholster-sample')) event.preventDefault()
   })
   viewer.addEventListener('drop', async (event) => {
-    const told = event.dataTransfer.getData('application/x-upholster-sample')
-    if (!told) return
+    const dragged = event.dataTransfer.getData('application/x-upholster-sample')
+    if (!dragged) return
     event.preventDefault()
     const { left, top } = viewer.getBoundingClientRect()
     const part = known.length > 1 ? await partAt(event.clientX - left, event.clientY - top) : null
-    if (part) assign(part, JSON.parse(told))
-    else store.sample({ source: JSON.parse(told) })
+    if (part) assign(part, JSON.parse(dragged))
+    else store.sample({ source: JSON.parse(dragged) })
   })
   return element
 }

@@ -1,4 +1,4 @@
-/** The dialog that saves: every kind of file, each made as it is looked at, with its size; the project; the words that make the same. */
+/** The dialog that saves: every kind of file, made while the dialog is open, with its size; the project; the equivalent commands. */
 
 import * as api from './api.js'
 import { button, make, openDialog } from './dom.js'
@@ -6,9 +6,9 @@ import { button, make, openDialog } from './dom.js'
 const KINDS = [
   ['glb', 'GLB', 'for the web, Blender, engines'],
   ['usdz', 'USDZ', 'for iPhone and iPad'],
-  ['obj', 'OBJ', 'with its texture beside it'],
+  ['obj', 'OBJ', 'with its texture in a file of its own'],
   ['3mf', '3MF', 'for printers, in relief'],
-  ['uph', 'Stream', 'any part of it is a whole model'],
+  ['uph', 'Stream', 'any first part of it is a complete model'],
   ['html', 'Page', 'viewer and model in one file'],
   ['png', 'Picture', 'of the model'],
   ['atlas', 'Texture', 'the atlas as an image'],
@@ -16,11 +16,11 @@ const KINDS = [
 
 const amount = (bytes) => (bytes < 1e6 ? `${Math.max(1, Math.round(bytes / 1e3))} kB` : `${(bytes / 1e6).toPrecision(3)} MB`)
 
-/** Open the dialog for what is shown: `told` is what the server told of it, `canKeep` whether it may write files itself. */
-export function openSave(told, canKeep) {
-  const { name, revision } = told
+/** Open the dialog for the model shown: `answer` is the server's answer for it, `canKeep` whether the server may write files itself. */
+export function openSave(answer, canKeep) {
+  const { name, revision } = answer
   let isOpen = true
-  const rows = [...KINDS, ['project', 'Project', 'to go on later, here or by command']].map(([kind, label, hint]) => {
+  const rows = [...KINDS, ['project', 'Project', 'to continue later, here or on the command line']].map(([kind, label, hint]) => {
     const size = make('td', { className: 'number' }, '…')
     const get = make('td', {}, '')
     const target = kind === 'project' ? 'project' : kind === 'atlas' ? `atlas:${name}_texture.png` : `${name}.${kind}`
@@ -37,8 +37,8 @@ export function openSave(told, canKeep) {
   const close = openDialog(
     'Save',
     make('table', {}, make('tbody', {}, ...rows.map(({ row }) => row))),
-    words('The same as a command', told.command),
-    words('The same in Python', told.python),
+    words('The same as a command', answer.command),
+    words('The same in Python', answer.python),
     make('div', { className: 'end' }, button('Close', () => close())),
   )
   document.getElementById('dialog').addEventListener('close', () => (isOpen = false), { once: true })
@@ -67,7 +67,7 @@ function keeper(id) {
   const own = button('Put in folder', async () => {
     try {
       await api.keep(id, own.textContent.startsWith('Replace'))
-      own.textContent = 'There it is'
+      own.textContent = 'Done'
     } catch (error) {
       own.textContent = 'Replace it'
       own.title = error.message

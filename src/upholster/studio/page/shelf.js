@@ -1,4 +1,4 @@
-/** What there is to choose from: samples, models and surfaces, shipped ones and those that were dropped. */
+/** The shelf of samples, models and surfaces to choose from: included ones and dropped ones. */
 
 import * as api from './api.js'
 import { button, make } from './dom.js'
@@ -47,7 +47,7 @@ export function shelf(store, { samples, models, surfaces }, actions) {
     if (!kept[kind].some((one) => isSame(one.path, path))) kept[kind].push({ path, name })
     show()
   }
-  // What the state names may have been dropped before a reload.
+  // The state's sample and model may have been dropped before a reload.
   if (store.state.sample?.source) add({ path: store.state.sample.source }, 'sample')
   if (store.state.model && !surfaces.some(({ name }) => name === store.state.model)) add({ path: store.state.model }, 'model')
   show()

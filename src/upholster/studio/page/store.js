@@ -1,12 +1,12 @@
-/** The state of the page: a project, as its file has it, and what it was before. */
+/** The state of the page: a project, in the form of its file, and its earlier states. */
 
-const MOST = 200 // states that can be gone back to
+const MOST = 200 // states that can be undone
 
 const EMPTY = { upholster: 1, model: null, sample: null, materials: {}, reading: {}, synthesis: {}, writing: {}, seed: 0 }
 
 /**
- * Events: `change`, after anything has changed. A state is never changed itself: `set` puts another in its place. What follows within a second
- * under the same `key`, as from a slider that moves, is one step to undo.
+ * Events: `change`, after anything has changed. A state is never modified: `set` replaces it. Changes within a second under the same
+ * `key`, as from a slider that moves, are undone in one step.
  */
 export class Store extends EventTarget {
   #states
@@ -14,7 +14,7 @@ export class Store extends EventTarget {
   #key = null
   #time = 0
 
-  /** @param {object | null} state as the server has it; the steps before it come from this tab's memory, if they lead there */
+  /** @param {object | null} state as the server has it; earlier states come from this tab's memory, if they lead to it */
   constructor(state) {
     super()
     const kept = JSON.parse(sessionStorage.history ?? 'null')
@@ -27,7 +27,7 @@ export class Store extends EventTarget {
     return this.#states[this.#at]
   }
 
-  /** Whether there is something to show. */
+  /** Whether the state is complete enough to show. */
   get isWhole() {
     const { model, sample, materials } = this.state
     return Boolean(model && (sample || Object.keys(materials).length))
@@ -41,7 +41,7 @@ export class Store extends EventTarget {
     return this.#at < this.#states.length - 1
   }
 
-  /** Change some of the state's own entries; undefined takes one out. */
+  /** Change some of the state's own entries; undefined removes one. */
   set(entries, key = null) {
     const state = Object.fromEntries(Object.entries({ ...this.state, ...entries }).filter(([, value]) => value !== undefined))
     if (JSON.stringify(state) === JSON.stringify(this.state)) return
@@ -53,16 +53,16 @@ export class Store extends EventTarget {
     this.#states.splice(0, this.#states.length - MOST)
     this.#at = this.#states.length - 1
     ;[this.#key, this.#time] = [key, now]
-    this.#tell()
+    this.#emit()
   }
 
-  /** Change an option of one kind, `reading`, `synthesis` or `writing`; null or undefined: its default again. */
+  /** Change an option of one kind, `reading`, `synthesis` or `writing`; null or undefined restores its default. */
   option(kind, name, value) {
     const { [name]: _, ...others } = this.state[kind]
     this.set({ [kind]: value === null || value === undefined ? others : { ...others, [name]: value } }, `${kind}.${name}`)
   }
 
-  /** Change what is told of the sample. */
+  /** Change some of the sample's entries. */
   sample(entries, key = null) {
     const changed = Object.entries({ ...this.state.sample, ...entries }).filter(([, value]) => value !== null && value !== undefined)
     this.set({ sample: Object.fromEntries(changed) }, key)
@@ -80,14 +80,14 @@ export class Store extends EventTarget {
     if (!this.#states[this.#at + by]) return
     this.#at += by
     this.#key = null
-    this.#tell()
+    this.#emit()
   }
 
-  #tell() {
+  #emit() {
     try {
       sessionStorage.history = JSON.stringify({ states: this.#states, at: this.#at })
     } catch {
-      delete sessionStorage.history // full: a reload finds the state, and no steps before it
+      delete sessionStorage.history // full: a reload finds the state, and no earlier ones
     }
     this.dispatchEvent(new Event('change'))
   }

@@ -17,17 +17,17 @@ const light = document.getElementById('light')
 
 async function start() {
   await api.enter()
-  let told
+  let given
   try {
-    told = await api.session()
+    given = await api.session()
   } catch (error) {
     if (!(error instanceof api.TakenError)) throw error
     return askToTake(error.message)
   }
-  build(told)
+  build(given)
 }
 
-/** Another tab has the session: ask whether this one shall have it. */
+/** Another tab has the session: ask whether this one should take it over. */
 function askToTake(message) {
   const take = async () => {
     await api.take()
@@ -36,8 +36,8 @@ function askToTake(message) {
   openDialog('The studio is open in another tab', make('p', {}, message), make('div', { className: 'end' }, button('Work here', take, { className: 'main' })))
 }
 
-function build(told) {
-  const store = new Store(told.state)
+function build(given) {
+  const store = new Store(given.state)
   const live = new Live(store, viewer)
   const status = (text, busy = false) => {
     light.textContent = text
@@ -47,9 +47,9 @@ function build(told) {
     if (error instanceof api.TakenError) askToTake(error.message)
     else say(error.message)
   }
-  const dropped = { sample: [...told.samples], model: [...told.models] }
+  const dropped = { sample: [...given.samples], model: [...given.models] }
 
-  /** Put what was dropped where it belongs. */
+  /** Use dropped files as models, samples or projects. */
   const use = async (files, isFolder) => {
     try {
       for (const { path, kind } of await send(files, isFolder, (text) => status(text, true))) await place(path, kind)
@@ -65,14 +65,14 @@ function build(told) {
       return store.set(state)
     }
     const of = kind === 'model' ? 'model' : 'sample'
-    if (kind === 'other') throw new Error(`${path.split('/').at(-1)} is no image, material, model or project`)
-    if (of === 'sample') for (const one of [path].flat()) await api.source(one) // or it is refused
+    if (kind === 'other') throw new Error(`${path.split('/').at(-1)} is not an image, material, model or project`)
+    if (of === 'sample') for (const one of [path].flat()) await api.source(one) // throws if it is not allowed
     dropped[of].push({ path })
     chooser.add({ path }, of)
     if (of === 'model') store.set({ model: path, materials: {}, reading: {} })
     else store.set({ sample: { source: path } })
   }
-  const chooser = shelf(store, told, {
+  const chooser = shelf(store, given, {
     sample: (path) => store.set({ sample: { ...store.state.sample, source: path, crop: undefined, rectify: undefined, use: undefined } }),
     model: (path) => store.set({ model: path, materials: {}, reading: {}, sample: store.state.sample && { ...store.state.sample, size: undefined } }),
     files: () => chooseFiles(use),
@@ -80,7 +80,7 @@ function build(told) {
   })
   const panel = document.getElementById('panel')
   panel.append(chooser, parts(store, live, viewer, () => dropped.sample), ...groups(store, live), looking(live, viewer))
-  bar(store, live, told)
+  bar(store, live, given)
   listenForFiles(use)
 
   live.addEventListener('status', ({ text, busy }) => status(text, busy))
@@ -98,10 +98,10 @@ function build(told) {
 }
 
 /** Undo, redo, save. */
-function bar(store, live, told) {
+function bar(store, live, given) {
   const undo = button('Undo', () => store.undo(), { title: 'Ctrl+Z' })
   const redo = button('Redo', () => store.redo(), { title: 'Ctrl+Y' })
-  const save = button('Save', () => live.shown && openSave(live.shown, told.save_to), {
+  const save = button('Save', () => live.shown && openSave(live.shown, given.save_to), {
     className: 'main',
     title: 'Ctrl+S',
   })

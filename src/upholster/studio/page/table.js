@@ -1,10 +1,10 @@
-/** The sample table: what of a photo is the sample, seen from the front, evenly lit, and how large it is. */
+/** The sample table: which part of a photo is the sample, seen from the front and evenly lit, and its size. */
 
 import { button, make, openDialog } from './dom.js'
 
 const SVG = 'http://www.w3.org/2000/svg'
-const INSET = 0.12 // of the photo: where corners and crop begin
-const WAIT = 250 // milliseconds until what was changed is shown prepared
+const INSET = 0.12 // initial margin of corners and crop, as a share of the photo
+const WAIT = 250 // milliseconds from a change until the sample is prepared again
 
 const clamp = (x, most) => Math.min(Math.max(x, 0), most)
 const drawn = (tag, attributes) => {
@@ -72,7 +72,7 @@ function handled(image, size, points, names, shape, onmove) {
   return Object.assign(element, { show })
 }
 
-/** A picture as large as there is room, and not distorted. */
+/** A picture that fills the room, not distorted. */
 function framed(image, aspect) {
   const element = make('div', { className: 'handled' }, image)
   element.style.inlineSize = `min(100%, calc(50vh * ${aspect}))`
@@ -82,8 +82,8 @@ function framed(image, aspect) {
 /**
  * Open the table.
  * @param {object} given `picture`, the photo's address; `width` and `height` of the photo; `options` of the sample so far; `preview(options)`
- *   resolves to the sample as it is read with options, see `api.prepared`; `hints` resolves to what would help, see `api.hints`
- * @returns {Promise<object | null>} what the sample's options shall be: `rectify`, `crop`, `even_light`, `size`; null: as they were
+ *   resolves to the sample read with options, see `api.prepared`; `hints` resolves to suggestions, see `api.hints`
+ * @returns {Promise<object | null>} the sample's new options: `rectify`, `crop`, `even_light`, `size`; null: unchanged
  */
 export function openTable({ picture, width, height, options, preview, hints }) {
   const inner = [INSET * width, INSET * height, (1 - INSET) * width, (1 - INSET) * height]
@@ -92,7 +92,7 @@ export function openTable({ picture, width, height, options, preview, hints }) {
   const box = [[x, y], [x + w, y + h]] // prettier-ignore
   let mode = options.rectify ? 'corners' : options.crop ? 'crop' : 'whole'
   let light = Boolean(options.even_light)
-  let isMoved = Boolean(options.rectify) // whether corners are where the person has put them
+  let isMoved = Boolean(options.rectify) // whether the user has moved the corners
   const line = [[200, 500], [800, 500]] // prettier-ignore
   let prepared = null // width and height of the sample as it is read
 
@@ -117,38 +117,38 @@ export function openTable({ picture, width, height, options, preview, hints }) {
   const image = make('img', { alt: 'The sample as it is read', draggable: false })
   const wrong = make('p', { className: 'wrong' })
   const found = make('figcaption', {})
-  let [timer, asked, isOwn] = [0, 0, false] // whether the line is where the person has put it
-  let isShown = Promise.resolve() // the sample as it is chosen now
+  let [timer, asked, isOwn] = [0, 0, false] // whether the user has moved the line
+  let isShown = Promise.resolve() // the sample with the present options
   const showPrepared = async () => {
     const number = ++asked
     try {
-      const told = await preview(read(chosen()))
+      const answer = await preview(read(chosen()))
       if (number !== asked) return
       URL.revokeObjectURL(image.src)
-      image.src = URL.createObjectURL(told.picture)
-      prepared = [told.width, told.height]
-      ruler.style.inlineSize = `min(100%, calc(50vh * ${told.width / told.height}))`
+      image.src = URL.createObjectURL(answer.picture)
+      prepared = [answer.width, answer.height]
+      ruler.style.inlineSize = `min(100%, calc(50vh * ${answer.width / answer.height}))`
       wrong.textContent = ''
-      layLine(told)
+      layLine(answer)
     } catch (error) {
       if (number === asked) wrong.textContent = error.message
     }
   }
-  /** Along one element, where something repeats; the person may know how long that is. */
+  /** Lay the line along one repeating element, if there is one; the user may know its length. */
   const layLine = ({ element, width, height }) => {
     const [across, down] = element
     found.textContent = !element.length
-      ? 'The sample: draw the line across something that you know.'
+      ? 'The sample: draw the line across something whose length you know.'
       : down
-        ? `It repeats every ${Math.round(across)} × ${Math.round(down)} pixels. The line is as long as one element is wide.`
-        : `Its rows are ${Math.round(across)} pixels apart. The line goes from one to the next.`
+        ? `It repeats every ${Math.round(across)} × ${Math.round(down)} pixels. The line spans the width of one element.`
+        : `Its rows are ${Math.round(across)} pixels apart. The line spans the distance from one to the next.`
     if (!isOwn && element.length) {
       const half = Math.min(480, (500 * across) / (down ? width : height))
       if (down) line.splice(0, 2, [500 - half, 500], [500 + half, 500])
       else line.splice(0, 2, [500, 500 - half], [500, 500 + half])
       ruler.show()
     }
-    tellSize()
+    showSize()
   }
   const show = () => {
     clearTimeout(timer)
@@ -161,7 +161,7 @@ export function openTable({ picture, width, height, options, preview, hints }) {
 
   // The size: a line across something whose length is known.
   const length = make('input', { type: 'text', placeholder: '21cm', ariaLabel: 'Length of what the line crosses', className: 'short' })
-  const told = make('span', { className: 'value' })
+  const sizeText = make('span', { className: 'value' })
   const size = () => {
     const found = /^\s*([0-9.]+)\s*(mm|cm|dm|m|in|ft)?\s*$/.exec(length.value)
     if (!found || !prepared) return null
@@ -169,12 +169,12 @@ export function openTable({ picture, width, height, options, preview, hints }) {
     const across = Math.hypot(((b[0] - a[0]) / 1000) * prepared[0], ((b[1] - a[1]) / 1000) * prepared[1])
     return across > 0 ? `${Number(((Number(found[1]) * prepared[0]) / across).toPrecision(4))}${found[2] ?? ''}` : null
   }
-  const tellSize = () => (told.textContent = size() ? `the sample is ${size()} wide` : '')
-  length.oninput = tellSize
+  const showSize = () => (sizeText.textContent = size() ? `the sample is ${size()} wide` : '')
+  length.oninput = showSize
   const ruler = handled(image, [1000, 1000], line, ['One end of the line', 'Other end of the line'], (points) => points, (n, place) => {
     line[n] = place
     isOwn = true
-    tellSize()
+    showSize()
   })
 
   const modes = [['whole', 'Whole photo'], ['crop', 'A part'], ['corners', 'Four corners']].map(([value, text]) => {
@@ -190,14 +190,14 @@ export function openTable({ picture, width, height, options, preview, hints }) {
     const line = make('p', {}, `${text} `, button(name, () => (line.remove(), act())))
     advice.append(line)
   }
-  hints.then((told) => {
-    if (told.corners && !isMoved) {
-      corners.splice(0, 4, ...told.corners)
+  hints.then((found) => {
+    if (found.corners && !isMoved) {
+      corners.splice(0, 4, ...found.corners)
       if (mode === 'corners') showPhoto()
       else advise('The photo was taken at an angle, it seems.', 'Use four corners', () => modes[2].click())
     }
-    if (told.light > told.uneven && !light) advise(`The light varies by a factor of ${told.light.toFixed(1)}.`, 'Even light', () => evenly.click())
-  }, () => {}) // what is wrong with the photo is told below it
+    if (found.light > found.uneven && !light) advise(`The light varies by a factor of ${found.light.toFixed(1)}.`, 'Even light', () => evenly.click())
+  }, () => {}) // errors of the photo are shown below it
 
   showPhoto()
   show()
@@ -213,10 +213,10 @@ export function openTable({ picture, width, height, options, preview, hints }) {
       make(
         'div',
         { className: 'table' },
-        make('figure', {}, left, make('figcaption', {}, 'The photo: drag corners to something that is a rectangle, as a door or a few bricks.')),
+        make('figure', {}, left, make('figcaption', {}, 'The photo: drag the corners to something rectangular, such as a door or a few bricks.')),
         make('figure', {}, ruler, found, wrong),
       ),
-      make('div', { className: 'row' }, 'This line is', length, 'long:', told),
+      make('div', { className: 'row' }, 'This line is', length, 'long:', sizeText),
       make(
         'div',
         { className: 'end' },
