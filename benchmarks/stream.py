@@ -7,7 +7,7 @@ import numpy as np
 
 import upholster
 from benchmarks.measure import EXEMPLAR, Results, one_pixel_a_texel
-from upholster.export import write_glb
+from upholster.export import PagedMesh, write_glb
 from upholster.image import encode_image
 from upholster.levels import texels_psnr
 from upholster.options import WriteOptions
@@ -105,7 +105,7 @@ def _against_glb(
     reached = min(wanted, _atlas_psnr(atlas, high))
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "ring.glb"
-        write_glb(path, model.mesh, model.uv, atlas, texture="webp", quality=high)
+        write_glb(path, PagedMesh(model.mesh, model.uv, atlas), texture="webp", quality=high)
         size = path.stat().st_size
     short, long = 64, len(data)
     while short < long:

@@ -32,7 +32,7 @@ from benchmarks.codec_peers import psnr
 from benchmarks.measure import EXEMPLAR
 from benchmarks.tables import write_table
 from benchmarks.web import covered_ring
-from upholster.export import write_glb
+from upholster.export import PagedMesh, write_glb
 from upholster.options import WriteOptions
 from upholster.stream import StreamDecoder
 
@@ -104,7 +104,7 @@ def _write_ring(chromium: Any, folder: Path) -> str:
     with serve_files(folder) as line:
         quads = _quads_shown(chromium, line.address)
     model = replace(model, options=WriteOptions(quads=quads, padding=2))
-    write_glb(folder / "large.glb", model.mesh, model.uv, model.atlas.pixels, texture="png")
+    write_glb(folder / "large.glb", PagedMesh(model.mesh, model.uv, model.atlas.pixels), texture="png")
     _make_small(folder / "large.glb", folder / "ring.glb")
 
     decoder = StreamDecoder()

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from upholster.charts.directions._kernels import nearest_triangles
 from upholster.charts.maps import MapGround, SurfaceMap, parse_map, region, softened
-from upholster.charts.maps.ground import located
+from upholster.charts.maps.map_ground import triangles_at_steps
 from upholster.errors import InputError
 from upholster.image.masks import Used
 from upholster.methods.quilt.guides import EITHER, Again, Guide, Rectangle, as_guide
@@ -246,7 +246,7 @@ def region_again(wanted: SurfaceMap, ground: MapGround, seed: int) -> Again:
         As `SurfaceMap.values`; if nothing of the surface lies in it.
     """
     # Steps off the surface are outside, but nothing of them stays.
-    surface = [triangles >= 0 for triangles in located(ground.charted)]
+    surface = [triangles >= 0 for triangles in triangles_at_steps(ground.charted)]
     stays = tuple(
         _spread((on & ~own).view(np.uint8), _BLENDED, np.maximum) > 0
         for own, on in zip(region(wanted, ground), surface, strict=True)

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from upholster.charts.charted import ChartedSurface
 from upholster.charts.maps import MapGround
 from upholster.charts.phases import PhaseField, phase_field
-from upholster.charts.sizes import SizeField
+from upholster.charts.size_map import SizeField
 from upholster.elements import Lattice, find_lattice
 from upholster.errors import InputError
 from upholster.image.masks import Used
@@ -21,10 +21,10 @@ from upholster.methods.guidance import (
     regions_held,
     zones_on,
 )
+from upholster.methods.quilt.exemplar_structure import block_size
 from upholster.methods.quilt.guides import Again, Steering, Zones, cropped
 from upholster.methods.quilt.phases import WantedPhases
 from upholster.methods.quilt.sizes import block_side
-from upholster.methods.quilt.structure import block_size
 from upholster.methods.quilt.usable import largest_block, usable_side
 from upholster.options import SynthesisOptions
 from upholster.types import FloatArray, PixelArray

@@ -17,7 +17,7 @@ __all__ = [
     "TRIANGLES",
     "VERTICES",
     "WRONG",
-    "Mesh",
+    "CodedMesh",
     "Origin",
 ]
 
@@ -35,7 +35,7 @@ OPEN, BORDER = -1, -2
 """In place of a twin: an edge of the front; one without a triangle beyond."""
 
 
-class Mesh(NamedTuple):
+class CodedMesh(NamedTuple):
     """A mesh as far as it is coded, in coded order; corner 3·t + k is corner k of triangle t.
 
     An edge is named by the corner of a coded triangle that begins it. Those with no triangle beyond are the

@@ -16,7 +16,7 @@ from upholster.stream._mesh_arrays import (
     TRIANGLES,
     VERTICES,
     WRONG,
-    Mesh,
+    CodedMesh,
     Origin,
 )
 from upholster.stream._mesh_number_kernels import (
@@ -38,13 +38,13 @@ too, the one after; none; a triangle with another known vertex."""
 
 
 @inline
-def _can_close(mesh: Mesh, gate: int, beside: int, beyond: int) -> bool:
+def _can_close(mesh: CodedMesh, gate: int, beside: int, beyond: int) -> bool:
     # Whether one triangle can close the gate and the edge beside it, to whose other side lies `beyond`.
     return bool(mesh.twins[beside] == OPEN and beside != gate and beyond != gate)
 
 
 @inline
-def _next_gate(mesh: Mesh) -> int:
+def _next_gate(mesh: CodedMesh) -> int:
     # Take the open edge that was added last; −1 if there is none.
     counts = mesh.counts
     while counts[STACKED] > 0:
@@ -56,7 +56,7 @@ def _next_gate(mesh: Mesh) -> int:
 
 
 @inline
-def _add(mesh: Mesh, edge: int) -> None:
+def _add(mesh: CodedMesh, edge: int) -> None:
     # An edge of a new triangle comes to the front.
     mesh.leaving[mesh.vertices[next_corner(edge)]] = edge
     mesh.stack[mesh.counts[STACKED]] = edge
@@ -64,17 +64,17 @@ def _add(mesh: Mesh, edge: int) -> None:
 
 
 @inline
-def _link(mesh: Mesh, before: int, after: int) -> None:
+def _link(mesh: CodedMesh, before: int, after: int) -> None:
     mesh.after[before], mesh.before[after] = after, before
 
 
 @inline
-def _glue(mesh: Mesh, edge: int, other: int) -> None:
+def _glue(mesh: CodedMesh, edge: int, other: int) -> None:
     mesh.twins[edge], mesh.twins[other] = other, edge
 
 
 @inline
-def _enter(mesh: Mesh, origin: Origin, encoding: bool, source: int) -> None:
+def _enter(mesh: CodedMesh, origin: Origin, encoding: bool, source: int) -> None:
     # A further triangle, whose vertices are known; `source` is an encoder's corner that is its first.
     t = mesh.counts[TRIANGLES]
     mesh.counts[TRIANGLES] = t + 1
@@ -88,7 +88,12 @@ def _enter(mesh: Mesh, origin: Origin, encoding: bool, source: int) -> None:
 
 @shared
 def _new_vertex(
-    coder: BitCoder, mesh: Mesh, origin: Origin, beside: tuple[int, int, int], encoding: bool, source: int
+    coder: BitCoder,
+    mesh: CodedMesh,
+    origin: Origin,
+    beside: tuple[int, int, int],
+    encoding: bool,
+    source: int,
 ) -> int:
     # A new vertex, at the fourth corner of a parallelogram; `beside`: its edge's ends and the vertex across.
     v, p, left = mesh.counts[VERTICES], mesh.positions, mesh.position_leftovers
@@ -114,14 +119,14 @@ def _new_vertex(
 
 
 @inline
-def _known_vertex(coder: BitCoder, mesh: Mesh, origin: Origin, encoding: bool, source: int) -> int:
+def _known_vertex(coder: BitCoder, mesh: CodedMesh, origin: Origin, encoding: bool, source: int) -> int:
     last = int64(mesh.counts[VERTICES] - 1)
     wanted = int64(origin.number[source]) if encoding else int64(0)
     return int(code_within(coder, mesh, VERTEX, last, (int64(0), last), encoding, wanted))
 
 
 @shared
-def _code_start(coder: BitCoder, mesh: Mesh, origin: Origin, encoding: bool) -> None:
+def _code_start(coder: BitCoder, mesh: CodedMesh, origin: Origin, encoding: bool) -> None:
     # A triangle that the front does not lead to; the new front runs round it the other way.
     first = int64(3 * mesh.counts[TRIANGLES])
     at = int64(0)
@@ -153,7 +158,7 @@ def _across(origin: Origin, gate: int) -> int:
 
 
 @inline
-def _choose(mesh: Mesh, origin: Origin, gate: int, across: int) -> int:
+def _choose(mesh: CodedMesh, origin: Origin, gate: int, across: int) -> int:
     # An encoder's choice: what lies beyond the gate.
     if across < 0:
         return NONE
@@ -169,7 +174,7 @@ def _choose(mesh: Mesh, origin: Origin, gate: int, across: int) -> int:
 
 
 @inline
-def _code_operation(coder: BitCoder, mesh: Mesh, gate: int, encoding: bool, wanted: int) -> int:
+def _code_operation(coder: BitCoder, mesh: CodedMesh, gate: int, encoding: bool, wanted: int) -> int:
     place = 8 * int64(mesh.degrees[mesh.vertices[next_corner(gate)]])
     found = 0
     while found < KNOWN and code_flag(coder, mesh, place + found, encoding, wanted > found):
@@ -178,7 +183,7 @@ def _code_operation(coder: BitCoder, mesh: Mesh, gate: int, encoding: bool, want
 
 
 @shared
-def _advance(mesh: Mesh, gate: int, closing: tuple[bool, bool], jump: int) -> None:
+def _advance(mesh: CodedMesh, gate: int, closing: tuple[bool, bool], jump: int) -> None:
     # Put the edges beyond a new triangle in the place of those that it closes.
     first = int64(mesh.twins[gate])
     left, right = int64(mesh.before[gate]), int64(mesh.after[gate])
@@ -203,7 +208,7 @@ def _advance(mesh: Mesh, gate: int, closing: tuple[bool, bool], jump: int) -> No
 
 
 @shared
-def _code_gate(coder: BitCoder, mesh: Mesh, origin: Origin, gate: int, encoding: bool) -> None:
+def _code_gate(coder: BitCoder, mesh: CodedMesh, origin: Origin, gate: int, encoding: bool) -> None:
     vertices = mesh.vertices
     across = _across(origin, gate) if encoding else 0
     operation = _code_operation(
@@ -244,7 +249,9 @@ def _code_gate(coder: BitCoder, mesh: Mesh, origin: Origin, gate: int, encoding:
 
 
 @kernel
-def code_triangles(coder: BitCoder, mesh: Mesh, origin: Origin, encoding: bool, start: int, stop: int) -> Any:
+def code_triangles(
+    coder: BitCoder, mesh: CodedMesh, origin: Origin, encoding: bool, start: int, stop: int
+) -> Any:
     """Code triangles up to, not including, `stop`, and the vertices that are new with them."""
     while mesh.counts[TRIANGLES] < stop and mesh.counts[STATUS] == 0:
         gate = _next_gate(mesh)

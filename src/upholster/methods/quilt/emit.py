@@ -14,7 +14,13 @@ from numpy.typing import NDArray
 
 from upholster.methods.quilt._block_kernels import BLOCK_COLUMNS, SOURCE_COLUMN, SOURCE_ROW, SYMMETRY
 from upholster.methods.quilt._emit_kernels import SettledArrays, ShownCells, settle_placements
-from upholster.methods.quilt._label_kernels import KEPT, fill_labels, label_beyond, label_cells, list_sheets
+from upholster.methods.quilt._label_map_kernels import (
+    KEPT,
+    fill_labels,
+    label_beyond,
+    label_cells,
+    list_sheets,
+)
 from upholster.methods.quilt._sheet_kernels import FIT, MOST_SHEETS
 from upholster.methods.quilt.laying import Drawn, LayPlan
 from upholster.parallel import run_tasks

@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.charts._mesh_kernels import corner_lists
+from upholster.charts._mesh_sampling_kernels import corner_lists
 from upholster.charts._step_kernels import StepGrid, locate_steps
 from upholster.charts.charted import ChartedSurface
 from upholster.charts.directions._kernels import corner_fans
+from upholster.charts.mesh_warp_fields import triangle_frames
 from upholster.charts.subdivision import Subdivided, subdivided
-from upholster.charts.warp_fields import triangle_frames
 from upholster.methods.quilt._frame_kernels import KEPT_SHEET, Canvases, bound_places
 from upholster.methods.quilt._lay_kernels import Ground
 from upholster.methods.quilt._sheet_kernels import FieldArrays

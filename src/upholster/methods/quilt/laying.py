@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from upholster.charts.charted import ChartedSurface
 from upholster.charts.mesh_layout import GUTTER
-from upholster.charts.sizes import SizeField
+from upholster.charts.size_map import SizeField
 from upholster.charts.subdivision import subdivided_in
 from upholster.elements._joint_kernels import measure_distances
 from upholster.methods.quilt._block_kernels import (

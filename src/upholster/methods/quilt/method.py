@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.charts.charted import ChartedSurface
-from upholster.charts.sizes import SizeField
+from upholster.charts.size_map import SizeField
 from upholster.elements import Lattice, find_joints
 from upholster.errors import InputError
 from upholster.image.masks import Used
@@ -21,9 +21,9 @@ from upholster.methods.quilt.emit import LabelPiece, emitted_quilt, label_pieces
 from upholster.methods.quilt.guides import Asked, Rectangle, Steering, cropped, guide_costs, level_guides
 from upholster.methods.quilt.laying import LayPlan, ParcelBlocks, draw_parcel, lay_parcel
 from upholster.methods.quilt.match_pyramid import MatchPyramid, SamplePart, match_pyramid
-from upholster.methods.quilt.options import QuiltOptions
 from upholster.methods.quilt.parcels import MOST_WHOLE, Parcels
 from upholster.methods.quilt.phases import WantedPhases
+from upholster.methods.quilt.quilt_options import QuiltOptions
 from upholster.methods.quilt.usable import allowed_places, level_with_room, used_level
 from upholster.parallel import check_running, run_tasks, thread_count
 from upholster.quilt.model import Quilt

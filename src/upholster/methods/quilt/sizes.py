@@ -4,7 +4,7 @@ import numpy as np
 
 from upholster.charts.charted import ChartedSurface
 from upholster.charts.phases import PhaseField
-from upholster.methods.quilt.structure import block_size
+from upholster.methods.quilt.exemplar_structure import block_size
 from upholster.stages import stage
 from upholster.types import FloatArray, PixelArray
 

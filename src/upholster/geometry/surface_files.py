@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from upholster.errors import FormatError, InputError, nearest
+from upholster.formats import SURFACE_SUFFIXES, input_kind
 from upholster.geometry.face import Face
 from upholster.geometry.joining import join_patches
 from upholster.geometry.orientation import pointing_outward
@@ -17,7 +18,7 @@ from upholster.geometry.patch import MAX_DEGREE, RationalPatch
 from upholster.geometry.surface import MAX_PATCHES, Surface
 from upholster.types import FloatArray
 
-__all__ = ["MAX_FILE_BYTES", "SURFACE_SUFFIXES", "read_bpt", "read_nets", "read_surface", "write_nets"]
+__all__ = ["MAX_FILE_BYTES", "read_bpt", "read_nets", "read_surface", "write_nets"]
 
 MAX_FILE_BYTES = 128 * 2**20
 MAX_POINTS = 2**20
@@ -34,10 +35,9 @@ def read_surface(path: PathLike) -> Surface:
     InputError, FormatError
         If the suffix is unknown, the file cannot be read, or its content is outside what is allowed.
     """
-    name = os.fspath(path).lower()
-    for suffix, read in _READERS.items():
-        if name.endswith(suffix):
-            return read(path)
+    kind = input_kind(os.fspath(path))
+    if kind is not None and kind.holds == "patches":
+        return _READERS[kind.name](path)
     raise InputError(
         f"surface {str(path)!r} has an unknown suffix; allowed: files of {', '.join(SURFACE_SUFFIXES)}, a "
         "model of .glb, .gltf, .obj, .ply, .stl, .off, .step, .iges, .brep or .3dm, or a built-in surface, "
@@ -338,9 +338,5 @@ def _short(value: object) -> str:
     return text if len(text) <= 40 else text[:37] + "..."
 
 
-_READERS: dict[str, Callable[[PathLike], Surface]] = {
-    ".json": read_nets,
-    ".bpt": read_bpt,
-    ".bpt.txt": read_bpt,
-}
-SURFACE_SUFFIXES = tuple(_READERS)
+_READERS: dict[str, Callable[[PathLike], Surface]] = {"nets": read_nets, "patch list": read_bpt}
+"""Readers by the names of `upholster.formats.INPUTS`."""

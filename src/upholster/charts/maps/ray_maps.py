@@ -13,9 +13,9 @@ from embreex.rtcore_scene import EmbreeScene
 from numpy.typing import NDArray
 
 from upholster.charts.maps.coarse import CLASSES, SurfacePoints, coarse_cells, spread_over_steps
-from upholster.charts.maps.ground import AtSteps, MapGround
+from upholster.charts.maps.map_ground import AtSteps, MapGround
+from upholster.charts.maps.map_source import Source
 from upholster.charts.maps.shapes import length_on
-from upholster.charts.maps.source import Source
 from upholster.geometry import TriangleMesh
 from upholster.lengths import Length
 from upholster.parallel import check_cancelled

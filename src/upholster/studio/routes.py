@@ -28,8 +28,8 @@ from upholster.geometry import SURFACES
 from upholster.image.source import read_source, source_parts
 from upholster.server.browser import open_in_browser
 from upholster.server.guard import AddedHeaders, Guard, failed
-from upholster.server.running import allowed_hosts, listen, run
-from upholster.studio.entry import Entry
+from upholster.server.serving import allowed_hosts, listen, run_until_stopped
+from upholster.studio.entry import SessionGate
 from upholster.studio.folder import Folder, file_kind
 from upholster.studio.worker import Worker
 
@@ -287,7 +287,9 @@ class Studio:
                 shutil.copyfile(source, written.path(target))
 
 
-def make_studio(studio: Studio, *, hosts: Sequence[str] = ("127.0.0.1", "localhost")) -> tuple[Guard, Entry]:
+def make_studio(
+    studio: Studio, *, hosts: Sequence[str] = ("127.0.0.1", "localhost")
+) -> tuple[Guard, SessionGate]:
     """Return a session's ASGI application, and the middleware that guards its entry."""
     page = Path(__file__).parent / "page"
 
@@ -319,7 +321,7 @@ def make_studio(studio: Studio, *, hosts: Sequence[str] = ("127.0.0.1", "localho
         ],
         exception_handlers={InputError: _refused, Exception: failed},
     )
-    entry = Entry(AddedHeaders(app, {"cache-control": "no-store"}))
+    entry = SessionGate(AddedHeaders(app, {"cache-control": "no-store"}))
     return Guard(entry, policy=_POLICY, hosts=hosts), entry
 
 
@@ -352,7 +354,7 @@ def run_studio(
             page = f"{address}#{entry.token}"
             listening(page, browser and open_in_browser(page))
 
-        run(app, listener, ready)
+        run_until_stopped(app, listener, ready)
 
 
 async def _body(request: Request) -> dict[str, Any]:

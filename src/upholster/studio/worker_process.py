@@ -22,7 +22,7 @@ from typing import Any
 
 import numpy as np
 
-from upholster.coverings import Covering, settled
+from upholster.coverings import Covering, settled_values
 from upholster.elements import find_lattice
 from upholster.errors import CancelledError, InputError, UpholsterError
 from upholster.formats import split_name
@@ -43,7 +43,7 @@ from upholster.studio import words
 from upholster.studio.overlays import segments
 from upholster.types import FloatArray
 
-__all__ = ["run"]
+__all__ = ["serve_pipe"]
 
 _LOOK = 10_000
 """Number of texels that Python paints for a look: the page paints its own."""
@@ -57,7 +57,7 @@ _QUIET = 0.1
 """Seconds between two progress messages of the same stage."""
 
 
-def run(pipe: Connection, folder: str, most_bytes: int) -> None:
+def serve_pipe(pipe: Connection, folder: str, most_bytes: int) -> None:
     """Serve a pipe until it is closed: the process's main function."""
     with suppress(ImportError, OSError, ValueError):
         import resource
@@ -166,7 +166,7 @@ class _Work:
             found: dict[str, Any] = {
                 "sample_size": None if scale is None else scale.sample_size,
                 "texels": sum(each.texels for each in coverings),
-                "settled": settled(coverings),
+                "settled": settled_values(coverings),
                 "notes": notes + [note for each in coverings for note in each.notes()],
                 "parts": [],
                 "unit": None,

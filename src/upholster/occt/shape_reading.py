@@ -32,6 +32,7 @@ from OCP.XCAFDoc import (
     XCAFDoc_ShapeTool,
 )
 
+from upholster.formats import input_kind
 from upholster.occt.records import CadRecord
 
 __all__ = ["Leaf", "UnreadableError", "read_shapes"]
@@ -80,16 +81,17 @@ def read_shapes(path: Path, unit: float | None) -> tuple[CadRecord, list[Leaf]]:
     UnreadableError
         If it cannot be read.
     """
-    suffix = path.suffix.lower()
-    if suffix in (".brep", ".brp"):
+    kind = input_kind(path.name)
+    name = "" if kind is None else kind.name
+    if name == "BREP":
         return _brep(path, unit)
-    if suffix == ".3dm":
+    if name == "3DM":
         from upholster.occt.rhino import read_rhino
 
         return read_rhino(path, unit)
     if unit is not None:
         raise UnreadableError("states its unit itself; allowed: --unit with .brep, and .3dm without one")
-    return _exchange(path, is_step=suffix in (".step", ".stp"))
+    return _exchange(path, is_step=name == "STEP")
 
 
 def _brep(path: Path, unit: float | None) -> tuple[CadRecord, list[Leaf]]:

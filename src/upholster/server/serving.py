@@ -14,7 +14,7 @@ from upholster.errors import InputError
 from upholster.server.connections import Connection
 from upholster.server.guard import LOCAL_HOSTS
 
-__all__ = ["allowed_hosts", "listen", "run", "serving"]
+__all__ = ["allowed_hosts", "listen", "run_until_stopped", "serving"]
 
 _MOST_CONNECTIONS = 1024
 _BACKLOG = 512
@@ -53,7 +53,7 @@ def allowed_hosts(host: str, listener: socket.socket) -> Sequence[str]:
     return [*LOCAL_HOSTS, host, bound] if bound == "::1" or bound.startswith("127.") else ["*"]
 
 
-def run(app: ASGIApp, listener: socket.socket, listening: Callable[[str], None]) -> None:
+def run_until_stopped(app: ASGIApp, listener: socket.socket, listening: Callable[[str], None]) -> None:
     """Run an application until Ctrl-C (or SIGTERM).
 
     The process is assumed to be the server's own: the processes it starts import nothing from the working

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from upholster.charts.charted import charted_surface
 from upholster.charts.creases import CREASE
 from upholster.geometry import AnySurface
-from upholster.measure.cuts import check_painted, sampled
+from upholster.measure.cuts import check_measured, sampled
 from upholster.measure.places import SeamPlaces
 from upholster.measure.samples import Window, coded
 from upholster.measure.seams import MeanDifference
@@ -100,7 +100,7 @@ def mesh_seams(
         If a chart names a face that the surface does not have, or the charts of the texels or the shape of
         the exemplar are not the quilt's.
     """
-    check_painted(quilt, texels, exemplar)
+    check_measured(quilt, texels, exemplar)
     charted = charted_surface(surface, quilt.charts)
     found = SeamPlaces.of(charted, crease=crease, least=least, by_normals=by_normals)
     if found is None:

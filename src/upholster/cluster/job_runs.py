@@ -63,7 +63,7 @@ class Run:
     dashboard
         The address of Dask's dashboard; empty if there is none.
     outcomes
-        What comes of the jobs, in the order in which they end.
+        Outcomes of the jobs, in the order in which they end.
     """
 
     dashboard: str
@@ -241,7 +241,7 @@ def _client(distributed: Any, workers: int | None, scheduler: str | None, retrie
             n_workers=workers or os.cpu_count() or 1,
             threads_per_worker=1,
             processes=True,
-            preload=["upholster.cluster.worker"],
+            preload=["upholster.cluster.dask_worker"],
             local_directory=folder,
             dashboard_address="127.0.0.1:0",
             silence_logs=logging.CRITICAL,

@@ -8,7 +8,8 @@ import numpy as np
 from upholster.export.pbr import DATA_QUALITY
 from upholster.formats import UDIM
 from upholster.image import write_image
-from upholster.image.material import COLORS, as_depth
+from upholster.image.numbers import as_depth
+from upholster.image.roles import COLORS
 from upholster.types import PixelArray
 
 __all__ = ["map_companion", "write_map"]

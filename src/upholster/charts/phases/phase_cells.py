@@ -7,12 +7,12 @@ from numpy.typing import NDArray
 
 from upholster.charts._multigrid_kernels import ComplexArray
 from upholster.charts.charted import ChartedSurface
+from upholster.charts.mesh_warp_fields import triangle_frames
 from upholster.charts.phases._kernels import first_members, nearest_parts
 from upholster.charts.phases.links import Links, matched_waves
-from upholster.charts.phases.solving import solved_phases, turned
-from upholster.charts.sizes import SizeField
+from upholster.charts.phases.phase_solving import solved_phases, unit_phases
+from upholster.charts.size_map import SizeField
 from upholster.charts.subdivision import subdivided
-from upholster.charts.warp_fields import triangle_frames
 from upholster.stages import stage
 from upholster.types import FloatArray, IntArray
 
@@ -230,7 +230,7 @@ def _strains(links: Links, waves: FloatArray, phases: ComplexArray) -> tuple[Flo
         on = np.flatnonzero(links.goes_on[:, wave] >= 0)
         next_one = links.goes_on[on, wave]
         cycles = links.here[on] @ waves[wave] + (links.there[on] * both[next_one]).sum(axis=1)
-        gone_on = phases[wave, links.first[on]] * turned(cycles)
+        gone_on = phases[wave, links.first[on]] * unit_phases(cycles)
         missing[wave, on] = np.abs(_turns(psi[next_one, links.second[on]] * np.conj(gone_on))) / away[on]
     return missing, links.weights * away**2
 

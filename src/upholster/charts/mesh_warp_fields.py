@@ -8,7 +8,7 @@ unit of length.
 
 import numpy as np
 
-from upholster.charts._mesh_kernels import fill_nodes, splat_matrices, square_axes
+from upholster.charts._mesh_sampling_kernels import fill_nodes, splat_matrices, square_axes
 from upholster.charts.charted import ChartedSurface
 from upholster.geometry import TriangleMesh
 from upholster.quilt.placement import SYMMETRIES

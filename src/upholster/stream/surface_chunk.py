@@ -14,7 +14,7 @@ from upholster.limits import Limits
 from upholster.quilt import Chart
 from upholster.stream.byte_reader import ByteReader, unzigzag, varint, zigzag
 from upholster.stream.mesh_code import pack_mesh, parse_mesh, precision_of
-from upholster.stream.seams import pack_seams, parse_seams
+from upholster.stream.seam_code import pack_seams, parse_seams
 from upholster.types import FloatArray
 
 __all__ = ["MAX_POINTS", "NAMED", "pack_surface", "parse_surface"]

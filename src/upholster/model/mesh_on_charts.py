@@ -11,10 +11,10 @@ from upholster.model.tangents import unit_across
 from upholster.quilt.chart import Chart
 from upholster.types import FloatArray
 
-__all__ = ["charted_mesh", "charted_tangents"]
+__all__ = ["charted_tangents", "mesh_on_charts"]
 
 
-def charted_mesh(surface: MeshSurface, charts: Sequence[Chart]) -> Mesh:
+def mesh_on_charts(surface: MeshSurface, charts: Sequence[Chart]) -> Mesh:
     """Return a mesh's own triangles, with places on its charts.
 
     Parameters

@@ -10,8 +10,8 @@ from upholster.errors import FormatError, InputError
 from upholster.quilt import Chart
 from upholster.quilt.warp_field import MOST_OCTAVES, MOST_SHEAR, OCTAVE, WarpField, node_count
 from upholster.stream import _node_kernels as kernels
+from upholster.stream.bit_coder import BitReader, BitWriter
 from upholster.stream.byte_reader import ByteReader, varint
-from upholster.stream.coder import BitReader, BitWriter
 
 __all__ = ["MAX_NODES", "FieldCode", "FieldDecoder", "pack_fields"]
 

@@ -2,7 +2,7 @@
 
 from abc import ABC, abstractmethod
 
-from upholster.charts.maps.ground import AtSteps, MapGround
+from upholster.charts.maps.map_ground import AtSteps, MapGround
 
 __all__ = ["Source"]
 

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.charts.maps._map_kernels import look_up
-from upholster.charts.maps.ground import AtSteps, MapGround, Steps
-from upholster.charts.maps.source import Source
+from upholster.charts.maps.map_ground import AtSteps, MapGround, Steps
+from upholster.charts.maps.map_source import Source
 from upholster.errors import InputError
 from upholster.geometry import Surface
 from upholster.image import alpha_channel, read_image

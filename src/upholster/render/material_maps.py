@@ -8,15 +8,16 @@ from numpy.typing import ArrayLike, NDArray
 
 from upholster.errors import InputError
 from upholster.image.color import to_linear
-from upholster.image.material import DEFAULT_ROUGHNESS, to_unit
+from upholster.image.numbers import to_unit
+from upholster.image.roles import DEFAULT_ROUGHNESS, MAP_ROLES
 from upholster.render._material_kernels import SurfaceMaps
 from upholster.render.environment import lamps
-from upholster.render.texture import MipPyramid, averaged_down, build_pyramid
+from upholster.render.texture import MipPyramid, averaged_down, build_mip_pyramid
 from upholster.types import FloatArray, PixelArray
 
 __all__ = ["SHOWN", "build_maps", "checked_maps"]
 
-SHOWN = ("normal", "roughness", "metallic", "ao", "emission")
+SHOWN = tuple(role.name for role in MAP_ROLES.values() if role.gltf and role.name != "albedo")
 """Roles that pictures show, besides base colour and opacity."""
 
 
@@ -29,7 +30,7 @@ def checked_maps(
     """Return the shown maps, and tangents, (0, 3) without a normal map; or raise `InputError`."""
     shown = {role: part for role, part in (maps or {}).items() if role in SHOWN}
     for role, part in shown.items():
-        channels = (3,) if role == "normal" else (1, 3) if role == "emission" else (1,)
+        channels = MAP_ROLES[role].channels
         shape = None if texture is None else texture.shape[:2]
         if part.ndim != 3 or part.shape[2] not in channels or part.shape[:2] != shape:
             raise InputError(
@@ -64,9 +65,9 @@ def build_maps(
     axes, normal_scale
         See `SurfaceMaps`.
     first, last, threads
-        As for `upholster.render.texture.build_pyramid`.
+        As for `upholster.render.texture.build_mip_pyramid`.
     """
-    none = build_pyramid(None)
+    none = build_mip_pyramid(None)
     detail = glow = none
 
     def pyramid(work: "partial[NDArray[np.float32]]", parts: Mapping[str, PixelArray]) -> MipPyramid:

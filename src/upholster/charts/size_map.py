@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from upholster.charts._mesh_kernels import distances_over_edges
+from upholster.charts._mesh_sampling_kernels import distances_over_edges
 from upholster.charts.charted import ChartedSurface, on_longer_steps
 from upholster.charts.directions import NUMBER
 from upholster.charts.maps import MapGround, SurfaceMap, parse_map

@@ -9,7 +9,7 @@ from upholster.jit import allocating_kernel, inline
 from upholster.stream._bit_kernels import MISSING, BitCoder, begin, told, undo
 from upholster.types import int64
 
-__all__ = ["LABEL_COUNTERS", "Named", "code_labels"]
+__all__ = ["LABEL_COUNTERS", "NamedPlacements", "code_labels"]
 
 _CONTEXTS, _PLAIN_BITS = 256, 20
 _NONE, _PLAIN = 6, 7
@@ -18,7 +18,7 @@ _NONE, _PLAIN = 6, 7
 LABEL_COUNTERS = _CONTEXTS * _PLAIN + _PLAIN_BITS
 
 
-class Named(NamedTuple):
+class NamedPlacements(NamedTuple):
     """What the labels of a map may be: the layer, its first placement, and how many it has."""
 
     layer: int
@@ -65,7 +65,7 @@ def _is(coder: BitCoder, place: int, context: int, encoding: bool, bit: bool) ->
 
 
 @inline
-def _plain_label(coder: BitCoder, named: Named, encoding: bool, label: int) -> int:
+def _plain_label(coder: BitCoder, named: NamedPlacements, encoding: bool, label: int) -> int:
     bits, found = int64(0), int64(0)
     while (named.total - 1) >> bits:
         bits += 1
@@ -82,7 +82,7 @@ def _code_label(
     coder: BitCoder,
     labels: NDArray[np.int32],
     nearest: NDArray[np.int32],
-    named: Named,
+    named: NamedPlacements,
     i: int,
     j: int,
     encoding: bool,
@@ -110,7 +110,7 @@ def code_labels(
     coder: BitCoder,
     labels: NDArray[np.int32],
     nearest: NDArray[np.int32],
-    named: Named,
+    named: NamedPlacements,
     start: int,
     stop: int,
     encoding: bool,

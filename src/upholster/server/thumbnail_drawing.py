@@ -20,7 +20,7 @@ from upholster.model import tessellate
 from upholster.options import WriteOptions
 from upholster.refining import received_exemplar
 from upholster.render import render
-from upholster.server.pages import THUMBNAIL_SIZE
+from upholster.server.html_pages import THUMBNAIL_SIZE
 from upholster.shown import number_of
 from upholster.stream import StreamDecoder
 from upholster.textured import TexturedModel

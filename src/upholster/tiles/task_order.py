@@ -10,7 +10,7 @@ from upholster._version import __version__
 from upholster.errors import InputError, StoppedError
 from upholster.parallel import TaskPool
 from upholster.quilt.model import Quilt
-from upholster.tiles.places import Place
+from upholster.tiles.storage import Place
 from upholster.tiles.task_files import array_bytes, read_array, read_chart
 from upholster.tiles.work import (
     TileWork,

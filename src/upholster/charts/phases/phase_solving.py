@@ -10,7 +10,14 @@ from upholster.charts.phases._kernels import first_members
 from upholster.charts.phases.links import Links, signed
 from upholster.types import FloatArray, IntArray
 
-__all__ = ["PhaseSystem", "conjugate_phases", "phase_system", "smallest_phases", "solved_phases", "turned"]
+__all__ = [
+    "PhaseSystem",
+    "conjugate_phases",
+    "phase_system",
+    "smallest_phases",
+    "solved_phases",
+    "unit_phases",
+]
 
 _HEALING = 2.0
 """Periods over which two unnecessary ends of courses cancel out. Over more, the remaining ends are drawn
@@ -72,7 +79,7 @@ class PhaseSystem:
         return hermitian(len(self.mass), self.first, self.second, values, self.diagonal)
 
 
-def turned(cycles: FloatArray) -> ComplexArray:
+def unit_phases(cycles: FloatArray) -> ComplexArray:
     """Return unit complex numbers, rotated by this many turns from 1."""
     angles = 2 * np.pi * (cycles - np.rint(cycles))
     found: ComplexArray = np.cos(angles) + 1j * np.sin(angles)
@@ -127,7 +134,7 @@ def phase_system(links: Links, areas: FloatArray, waves: FloatArray) -> PhaseSys
         mass * (signed(waves)[wave] ** 2).sum(axis=1) / _HEALING**2,
         number[first[on]],
         number[second[on]],
-        turned(cycles[on]),
+        unit_phases(cycles[on]),
         weights[on],
     )
 
@@ -162,7 +169,7 @@ def conjugate_phases(system: PhaseSystem, psi: ComplexArray) -> ComplexArray:
     both = psi * np.where(system.opposite >= 0, psi[system.opposite], 0.0)
     sums = [np.bincount(system.part, system.mass * of, count) for of in (both.real, both.imag)]
     half = np.arctan2(sums[1], sums[0]) / (4 * np.pi)
-    return _as_one(system, psi * turned(-half)[system.part])
+    return _as_one(system, psi * unit_phases(-half)[system.part])
 
 
 def _as_one(system: PhaseSystem, psi: ComplexArray) -> ComplexArray:
@@ -193,7 +200,7 @@ def _spread(system: PhaseSystem, psi: ComplexArray) -> ComplexArray:
     weights = -system.weights.astype(np.complex128)
     rows = hermitian(count, system.first, system.second, weights, system.diagonal * (1 + _TRACE))
     by = solve(Multigrid(rows), right.astype(np.complex128), np.zeros(count, np.complex128), tolerance=1e-3)
-    return _as_one(system, psi * turned(by.real / (2 * np.pi)))
+    return _as_one(system, psi * unit_phases(by.real / (2 * np.pi)))
 
 
 def _unit(psi: ComplexArray) -> ComplexArray:

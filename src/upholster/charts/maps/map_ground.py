@@ -17,7 +17,7 @@ from upholster.quilt.chart import Chart
 from upholster.stages import stage
 from upholster.types import FloatArray, IntArray
 
-__all__ = ["AtSteps", "MapGround", "Steps", "located", "over_steps"]
+__all__ = ["AtSteps", "MapGround", "Steps", "over_steps", "triangles_at_steps"]
 
 _BAND = 1 << 17
 """Approximate number of steps in a batch."""
@@ -85,7 +85,7 @@ AtSteps = Callable[[Steps], NDArray[Any]]
 
 
 @stage
-def located(charted: ChartedSurface, *, threads: int | None = None) -> tuple[IntArray, ...]:
+def triangles_at_steps(charted: ChartedSurface, *, threads: int | None = None) -> tuple[IntArray, ...]:
     """Return the triangle that contains the centre of each chart's steps, (height, width) int32.
 
     For steps off the surface, up to three quarters of a step away, it is the nearest triangle; beyond, −1.
@@ -119,7 +119,7 @@ def over_steps(
     threads
         As in `upholster.parallel.run_tasks`.
     """
-    triangles = located(charted, threads=threads)
+    triangles = triangles_at_steps(charted, threads=threads)
     out = tuple(np.full(each.shape, nothing) for each in triangles)
 
     def band(number: int, top: int, bottom: int) -> None:

@@ -7,11 +7,17 @@ from html import escape
 from urllib.parse import quote
 
 from upholster._version import __version__
-from upholster.server.catalogue import Entry
+from upholster.server.catalogue import ListedStream
 
 __all__ = [
-    "EARLY_SCRIPT", "content_security_policy", "missing_page", "script_digest", "start_page", "stream_url",
-    "view_url", "viewer_page",
+    "EARLY_SCRIPT",
+    "content_security_policy",
+    "hosted_page",
+    "missing_page",
+    "script_digest",
+    "start_page",
+    "stream_url",
+    "view_url",
 ]  # fmt: skip
 
 EARLY_SCRIPT = """
@@ -74,7 +80,7 @@ def view_url(name: str) -> str:
     return f"/view/{quote(name)}"
 
 
-def start_page(entries: Sequence[Entry]) -> str:
+def start_page(entries: Sequence[ListedStream]) -> str:
     """Return the start page: a card per stream with its picture, name and size."""
     cards = "\n".join(_card(entry) for entry in entries)
     count = "1 stream" if len(entries) == 1 else f"{len(entries):,} streams"
@@ -90,7 +96,7 @@ def start_page(entries: Sequence[Entry]) -> str:
 """
 
 
-def viewer_page(name: str, size: int, *, lab: bool = False) -> str:
+def hosted_page(name: str, size: int, *, lab: bool = False) -> str:
     """Return the page that shows one stream, `lab` with the laboratory."""
     address = escape(stream_url(name))
     attributes, other, label = (' controls="lab"', "", "Viewer") if lab else ("", "?lab", "Laboratory")
@@ -118,7 +124,7 @@ def _head(title: str, more: str = "") -> str:
     return _HEAD.format(title=escape(title), icon=_ICON, more=more)
 
 
-def _card(entry: Entry) -> str:
+def _card(entry: ListedStream) -> str:
     width, height = THUMBNAIL_SIZE
     picture = escape(f"/thumbnails/{quote(entry.name)}.png")
     return (

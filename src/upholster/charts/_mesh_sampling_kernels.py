@@ -106,7 +106,7 @@ def _enter_means(sums: FloatArray, size: float, node: FloatArray) -> bool:
 
 
 @inline
-def _enter_beside(
+def _enter_around(
     nodes: FloatArray, rounds: IntArray, shape: tuple[int, int, int], at: tuple[int, int], now: int
 ) -> bool:
     # Writes the mean of the adjacent nodes that were known in the previous round, if there are any.
@@ -157,7 +157,7 @@ def fill_nodes(
             for i in range(rows):
                 for j in range(columns):
                     n = first + i * columns + j
-                    if rounds[n] >= 0 or not _enter_beside(
+                    if rounds[n] >= 0 or not _enter_around(
                         nodes, rounds, (first, rows, columns), (i, j), now
                     ):
                         continue

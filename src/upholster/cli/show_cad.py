@@ -7,7 +7,7 @@ from upholster.cli.console import add_row, new_console, say
 from upholster.shown import number_of
 
 if TYPE_CHECKING:  # NumPy, which they import, would slow down --help
-    from upholster.geometry.mesh_files.cad import CadState
+    from upholster.geometry.mesh_files.cad_model import CadState
     from upholster.occt.records import BodyRecord
 
 __all__ = ["show_cad"]
@@ -24,7 +24,7 @@ def show_cad(path: str, *, unit: str | None = None) -> None:
     from rich.box import SIMPLE_HEAD
     from rich.table import Table
 
-    from upholster.geometry.mesh_files.cad import cad_state
+    from upholster.geometry.mesh_files.cad_model import cad_state
 
     state = cad_state(path, unit=unit)
     record = state.record

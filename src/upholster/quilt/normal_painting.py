@@ -22,7 +22,7 @@ from upholster.quilt.placement import SYMMETRIES
 from upholster.quilt.pyramid import Pyramid
 from upholster.types import PixelArray, Progress
 
-__all__ = ["lengthen", "paint_normals", "turn_window", "turned_pyramid", "unit_normals"]
+__all__ = ["lengthen", "paint_normals", "turn_window", "turned_pyramid", "unit_normal_texels"]
 
 _SLACK = 1 / 128
 """Lengths this close to 1 are kept: rounding to 8 bits changes them by up to 0.0068."""
@@ -102,7 +102,7 @@ def turn_window(
     turn_vectors(out, field.matrices, field.margin, rows, columns, _top(out.dtype))
 
 
-def unit_normals(texels: Texels, *, threads: int | None = None) -> Texels:
+def unit_normal_texels(texels: Texels, *, threads: int | None = None) -> Texels:
     """Restore length 1 of painted normals, which they lose where blocks are blended.
 
     Painting itself stops before that, as in every decoder of a stream: graphics cards normalize each normal
@@ -127,7 +127,7 @@ def unit_normals(texels: Texels, *, threads: int | None = None) -> Texels:
 
 
 def lengthen(normals: PixelArray) -> None:
-    """Scale painted normals (height, width, 3) to length 1, in place: see `unit_normals`."""
+    """Scale painted normals (height, width, 3) to length 1, in place: see `unit_normal_texels`."""
     lengthen_vectors(normals, float(_top(normals.dtype)), _SLACK)
 
 
