@@ -2,7 +2,8 @@
 
 `method` runs the steps. `centres` chooses the blocks' centres and their order, and `ground` holds the surface
 on which blocks are laid. `match_pyramid` and `features` make the values by which blocks are compared.
-`exemplar_structure` measures the size that blocks need. `emit` turns their visible parts into placements and labels.
+`exemplar_structure` measures the size that blocks need. `emit` turns their visible parts into placements and
+labels.
 """
 
 from upholster.methods.quilt.method import synthesize_quilt
