@@ -1,1 +1,1 @@
-"""Benchmarks: ``python -m benchmarks`` runs them all, prints tables and writes ``benchmarks/results.csv``."""
+"""Benchmarks: ``python -m benchmarks`` prints tables; with ``--publish`` it writes ``benchmarks/results``."""

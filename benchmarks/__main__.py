@@ -1,11 +1,10 @@
-"""Run all benchmarks, or those named: ``python -m benchmarks [flagship] [growth] [stream] …``.
+"""Run all benchmarks, or those named: ``python -m benchmarks [quilt] [stream] … [--publish]``.
 
-``codec``, ``profiles``, ``claims``, ``fidelity``, ``seams``, ``lattices``, ``photos`` and ``fill`` take
-a folder of exemplars instead of the project's own, the last seven the options of their modules:
-``codec``, ``profiles``, ``claims``, ``fidelity``, ``seams``, ``lattices``, ``photos`` and ``guides`` take
-a folder of exemplars instead of the project's own, the last six the options of their modules:
-``python -m benchmarks fidelity FOLDER -o OUT``. ``unwrap`` and ``meshstream`` take a folder of meshes.
-``sheet REV`` compares with a revision of git, and runs only by name.
+With ``--publish`` the results become tables of docs/benchmarks.md (`benchmarks.tables`), where it has one.
+``codec``, ``profiles``, ``unwrap`` and ``meshstream`` take a folder; ``claims``, ``fidelity``, ``seams``,
+``lattices``, ``photos``, ``fill``, ``guides``, ``live`` and ``first_hours`` take a folder and the options of
+their modules: ``python -m benchmarks fidelity FOLDER -o OUT``. ``sheet REV`` compares with a revision of git,
+and runs only by name.
 """
 
 import sys
@@ -25,6 +24,7 @@ from benchmarks.codec import codec
 from benchmarks.command import command
 from benchmarks.compile import compile_time
 from benchmarks.crowd import crowd
+from benchmarks.fidelity_methods import versions
 from benchmarks.flagship import flagship, growth
 from benchmarks.measure import Results
 from benchmarks.meshstream import meshstream
@@ -67,7 +67,11 @@ BENCHMARKS = {
     "first_hours": first_hours_module.first_hours,
 }
 WITH_FOLDER = {"codec": codec, "profiles": profiles, "unwrap": unwrapping, "meshstream": meshstream}
+PUBLISHED = {"quilt": "time", "stream": "streams"}
+"""Benchmarks whose rows are a table of docs/benchmarks.md as they are, and the table's name."""
+
 PROGRAMS = {
+    "sheet": sheet_module.main,
     "claims": claims_module.main,
     "fidelity": fidelity_module.main,
     "seams": seams_module.main,
@@ -81,28 +85,36 @@ PROGRAMS = {
 
 
 def main() -> int:
-    """Run, print, write; status 2 for an unknown name."""
-    wanted = sys.argv[1:] or list(BENCHMARKS)
-    if wanted[0] == "sheet":
-        return sheet_module.main(wanted[1:])
-    results = Results()
-    if len(wanted) > 1 and wanted[1] not in BENCHMARKS:
-        if wanted[0] in PROGRAMS:
-            return PROGRAMS[wanted[0]](wanted[1:])
-        if wanted[0] in WITH_FOLDER and len(wanted) == 2 and Path(wanted[1]).is_dir():
-            WITH_FOLDER[wanted[0]](results, folder=Path(wanted[1]))
-            results.show()
-            return 0
-    unknown = [name for name in wanted if name not in BENCHMARKS]
+    """Run, print, publish; status 2 for an unknown name."""
+    asked = sys.argv[1:]
+    own_options = len(asked) > 1 and asked[1] not in BENCHMARKS
+    if asked and asked[0] in PROGRAMS and (own_options or asked[0] not in BENCHMARKS):
+        return PROGRAMS[asked[0]](asked[1:])
+    names = [name for name in asked if name != "--publish"]
+    folder = (
+        Path(names.pop()) if len(names) == 2 and names[0] in WITH_FOLDER and Path(names[1]).is_dir() else None
+    )
+    unknown = [name for name in names if name not in BENCHMARKS]
     if unknown:
         print(f"unknown benchmark {unknown[0]!r}; allowed: {', '.join(BENCHMARKS)}", file=sys.stderr)
         return 2
-    for name in wanted:
-        BENCHMARKS[name](results)
-    results.show()
-    if not sys.argv[1:]:
-        results.write(Path(__file__).parent / "results.csv")
+    found = {name: Results() for name in names or BENCHMARKS}
+    for name, results in found.items():
+        if folder is None:
+            BENCHMARKS[name](results)
+        else:
+            WITH_FOLDER[name](results, folder=folder)
+    Results([row for results in found.values() for row in results.rows]).show()
+    if "--publish" in asked:
+        _publish(found)
     return 0
+
+
+def _publish(found: dict[str, Results]) -> None:
+    for name, table in PUBLISHED.items():
+        if name in found:
+            command = f"python -m benchmarks {name} --publish"
+            found[name].publish(table, command=command, peers=versions("G'MIC") if name == "quilt" else "")
 
 
 sys.exit(main())

@@ -1,8 +1,9 @@
 """CAD files covered: what they hold, areas beside Open CASCADE's own, time, charts, seams and scale.
 
-``python -m benchmarks.cad FOLDER|FILE … [-o OUT] [--sample IMAGE] [--texels N]``. Prints a table in Markdown;
-writes cad.csv and a picture of each to OUT. Source and licence are taken from the table in the folder's
-README.md, where there is one. A file that can not be covered is told by name, and the rest goes on.
+``python -m benchmarks.cad FOLDER|FILE … [-o OUT] [--sample IMAGE] [--texels N] [--publish]``. Prints a
+table in Markdown; writes cad.csv and a picture of each to OUT. Source and licence are taken from the table
+in the folder's README.md, where there is one. A file that can not be covered is told by name, and the rest
+goes on.
 """
 
 import argparse
@@ -12,7 +13,8 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 
-from benchmarks.meshes import BRICKS, measured
+from benchmarks.meshes import BRICKS, COLUMNS, measured, spread_over
+from benchmarks.tables import write_table
 from upholster.cli.console import large_count
 from upholster.errors import UpholsterError
 from upholster.formats import CAD_SUFFIXES
@@ -64,6 +66,11 @@ class CadRow:
     spread: float = 0.0
     said: str = ""
 
+    @property
+    def off(self) -> float:
+        """Return how far the areas are off, in percent."""
+        return abs(self.area_off)
+
 
 def cad_row(
     file: Path, sources: dict[str, tuple[str, str]], sample: Path, out: Path | None, options: SynthesisOptions
@@ -107,6 +114,24 @@ def cad_row(
     )
 
 
+MEASURES = {
+    "area off Open CASCADE's, in %, without its sign": ("off", "{:.3f}", max),
+    "seams where faces meet smoothly": ("smooth", "{:.2f}", max),
+    "seams where they bend, up to 75°": ("bent", "{:.2f}", max),
+    "area where the size is within 5 %": ("within", "{:.1%}", min),
+    "processor seconds, from file to texels": ("cpu", "{:.0f}", max),
+}
+"""Rows of the table, as in `benchmarks.meshes`."""
+
+
+def _publish(rows: Sequence[CadRow], texels: int | None) -> None:
+    covered = [row for row in rows if row.triangles]
+    faces, plain = sum(row.faces for row in covered), sum(row.plain for row in covered)
+    note = f"{len(covered)} files, `bricks.png`; {plain} of {faces:,} faces could not be covered."
+    command = f"python -m benchmarks.cad FOLDER{f' --texels {texels}' if texels else ''} --publish"
+    write_table("cad", COLUMNS, spread_over(covered, "file", MEASURES), command=command, note=note)
+
+
 def _sources(folder: Path) -> dict[str, tuple[str, str]]:
     """Return source and licence by file from the table in a folder's README.md."""
     readme = folder / "README.md"
@@ -136,6 +161,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("-o", "--out", type=Path)
     parser.add_argument("--sample", type=Path, default=BRICKS)
     parser.add_argument("--texels", type=lambda text: large_count("texels", text))
+    parser.add_argument("--publish", action="store_true", help="write the table of docs/benchmarks.md")
     asked = parser.parse_args(arguments)
     if asked.out is not None:
         asked.out.mkdir(parents=True, exist_ok=True)
@@ -148,6 +174,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
                 rows.append(cad_row(file, sources, asked.sample, asked.out, options))
                 print(*asdict(rows[-1]).values(), flush=True)
     print(*_markdown(rows), sep="\n")
+    if asked.publish:
+        _publish(rows, asked.texels)
     if asked.out is not None:
         with (asked.out / "cad.csv").open("w", newline="", encoding="utf-8") as file:
             writer = csv.writer(file)

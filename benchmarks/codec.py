@@ -33,7 +33,7 @@ Pixels = NDArray[np.uint8]
 
 
 def codec(results: Results, *, folder: Path | None = None) -> None:
-    """Run all parts; write codec.csv and cuts.png beside this file."""
+    """Run all parts; write codec.csv next to this file."""
     found = Results()
     textures = _textures(HERE.parent / "examples" if folder is None else folder)
     _grey(found)
@@ -174,15 +174,12 @@ def _lossless(results: Results, images: list[Pixels], what: str) -> None:
 
 
 def _cuts(results: Results) -> None:
-    from matplotlib import pyplot
-
     image = np.asarray(Image.fromarray(data.astronaut()).crop((96, 0, 352, 256)))
     most = 24576
     decoders: dict[str, tuple[bytes, Callable[[bytes], Pixels | None]]] = {
         "upholster": (_encoded(image, most_bytes=most), _decoded),
         **cut_decoders(image, most),
     }
-    figure, axes = pyplot.subplots(figsize=(8, 5))
     rng = np.random.default_rng(7)
     for name, (stream, decode) in decoders.items():
         lengths = np.unique(np.append(rng.integers(400, len(stream), CUTS), len(stream)))
@@ -205,17 +202,6 @@ def _cuts(results: Results) -> None:
             aim="at most 0.05" if name == "upholster" else "",
             remark=f"{len(kept)} decode; {half}{values[-1]:.1f} dB at the end",
         )
-        if len(kept) > 1:
-            axes.plot(kept, values, label=name, linewidth=2 if name == "upholster" else 1)
-        else:
-            axes.plot(kept, values, "o", label=f"{name} (only whole)")
-    axes.set(
-        xlabel="bytes that have arrived", ylabel="PSNR, dB", title="One file each, cut anywhere (256² RGB)"
-    )
-    axes.legend()
-    axes.grid(alpha=0.3)
-    figure.savefig(HERE / "cuts.png", dpi=110, bbox_inches="tight")
-    pyplot.close(figure)
 
 
 def _speed(results: Results, texture: Pixels) -> None:

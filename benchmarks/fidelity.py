@@ -1,10 +1,11 @@
 """Flat results against their exemplars, 128² → 512²: our methods, G'MIC and resynthesizer.
 
-``python -m benchmarks.fidelity [FOLDER …] [-o OUT] [--seeds N] [--only METHOD …]``, by default on the
-project's examples. Files of other folders are reduced to 256² and cut to their upper left quarter; the
-examples are reduced to 128². A name's first part is its class: regular, near_regular, irregular, stochastic.
-Writes fidelity.json, fidelity.csv and a contact sheet per exemplar to OUT. Portilla–Simoncelli errors and
-resynthesizer need the extra ``fidelity``; what is not installed is left out with a message.
+``python -m benchmarks.fidelity [FOLDER …] [-o OUT] [--seeds N] [--only METHOD …] [--publish]``, by default
+on the project's examples. Files of other folders are reduced to 256² and cut to their upper left quarter;
+the examples are reduced to 128². Seconds are processor seconds. A name's first part is its class: regular,
+near_regular, irregular, stochastic. Writes fidelity.json, fidelity.csv and a contact sheet per exemplar to
+OUT. Portilla–Simoncelli errors and resynthesizer need the extra ``fidelity``; what is not installed is left
+out with a message.
 
 Row "real" is the texture itself, the whole 256² against its quarter, outside the ranking: what two samples of
 one texture differ by. Differences between methods that are smaller than that say little.
@@ -13,7 +14,6 @@ one texture differ by. Differences between methods that are smaller than that sa
 import argparse
 import json
 import sys
-import time
 from collections import defaultdict
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -26,9 +26,10 @@ from rich.table import Table
 
 import upholster
 from benchmarks.fidelity_measures import JUDGED, Judgement, judge
-from benchmarks.fidelity_methods import Made, methods
+from benchmarks.fidelity_methods import Made, methods, versions
 from benchmarks.fidelity_sheet import Tile, write_sheet
-from benchmarks.measure import EXEMPLAR, Results, median_seconds
+from benchmarks.measure import EXEMPLAR, Results, median_seconds, processor_seconds
+from benchmarks.tables import write_table
 from upholster.image import IMAGE_SUFFIXES
 from upholster.measure import measure_cover
 from upholster.types import PixelArray
@@ -52,6 +53,7 @@ Found = dict[str, dict[str, list[Judgement]]]
 
 
 REAL = "real"
+LABELS = {"quilt": "`upholster`", "paper": "`upholster --method paper`", REAL: "another piece of the photo"}
 
 
 @dataclass(frozen=True)
@@ -94,6 +96,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("-o", "--out", type=Path)
     parser.add_argument("--seeds", type=int, default=3)
     parser.add_argument("--only", nargs="+", default=(), metavar="METHOD")
+    parser.add_argument("--publish", action="store_true", help="write the table of docs/benchmarks.md")
     asked = parser.parse_args(arguments)
     chosen = exemplars([folder.resolve() for folder in asked.folders])
     if not chosen:
@@ -102,6 +105,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         asked.out.mkdir(parents=True, exist_ok=True)
     found = _judge_all(chosen, range(1, asked.seeds + 1), only=asked.only, out=asked.out)
     _show(found)
+    if asked.publish:
+        _publish(found, asked.seeds)
     if asked.out is not None:
         _write(asked.out, found)
     return 0
@@ -130,9 +135,9 @@ def _judge_all(
             made: list[Made] = []
             judged = []
             for seed in seeds:
-                start = time.perf_counter()
+                start = processor_seconds()
                 made.append(make(exemplar, seed))
-                judged.append(judge(made[-1], exemplar, time.perf_counter() - start))
+                judged.append(judge(made[-1], exemplar, processor_seconds() - start))
             found[name][method] = judged
             tiles.append((made[0].image, _caption(method, judged)))
             print(f"{name}: {'  '.join(tiles[-1][1])}", file=sys.stderr, flush=True)
@@ -204,6 +209,27 @@ def _show(found: Found) -> None:
     for method, row in summary.items():
         whole.add_row(method, *(_figure(row[heading]) for heading in headings))
     console.print(whole)
+
+
+def _publish(found: Found, seeds: int) -> None:
+    """Write each method's means; the row of the texture itself is last."""
+    summary = _summary(found)
+    rows = []
+    for method in sorted(summary, key=lambda method: method == REAL):
+        row, real = summary[method], method == REAL
+        figures = [_figure(row[name]) for name in ("PS error", "SWD, 1e-3", "structure lost")]
+        first = "" if real else f"{row['first']:.0f} of {len(found)}"
+        seconds = "" if real else f"{row['seconds']:.2f} s"
+        rows.append([LABELS.get(method, method), *figures, seconds, first])
+    columns = (
+        "program", "Portilla–Simoncelli error", "sliced Wasserstein, 10⁻³", "structure lost",
+        "processor time", "first by rank",
+    )  # fmt: skip
+    command = f"python -m benchmarks fidelity FOLDER --seeds {seeds} --publish"
+    note = "Lower is better. Rank: the sum of the ranks by the three measures; ties count for both."
+    write_table(
+        "fidelity", columns, rows, command=command, peers=versions("G'MIC", "resynthesizer"), note=note
+    )
 
 
 def _write(out: Path, found: Found) -> None:

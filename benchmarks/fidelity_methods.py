@@ -1,7 +1,10 @@
 """Programs that make a large flat texture of a small one: ours and its peers, each as one function."""
 
 import ctypes
+import importlib.metadata
+import importlib.util
 import os
+import re
 import shutil
 import subprocess
 import tempfile
@@ -18,7 +21,7 @@ from upholster.options import METHODS
 from upholster.quilt import Quilt
 from upholster.types import PixelArray
 
-__all__ = ["SIDE", "Made", "Method", "methods"]
+__all__ = ["SIDE", "Made", "Method", "methods", "versions"]
 
 SIDE = 512
 """Height and width of what is made."""
@@ -34,6 +37,18 @@ class Made:
 
 Method = Callable[[PixelArray, int], Made]
 """``method(exemplar, seed)``, exemplar (h, w, C) uint8."""
+
+
+def versions(*names: str) -> str:
+    """Return the versions of G'MIC and resynthesizer as far as they are named and installed, in words."""
+    found = []
+    if "G'MIC" in names and shutil.which("gmic"):
+        said = subprocess.run(["gmic", "version"], capture_output=True, text=True)
+        number = re.search(r"Version (\d[\d.]*\d)", said.stdout + said.stderr)
+        found.append(f"G'MIC {number[1]}" if number else "G'MIC")
+    if "resynthesizer" in names and importlib.util.find_spec("resynthesizer"):
+        found.append(f"resynthesizer {importlib.metadata.version('resynthesizer')}")
+    return ", ".join(found)
 
 
 def methods() -> tuple[dict[str, Method], dict[str, str]]:

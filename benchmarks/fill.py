@@ -1,8 +1,8 @@
 """Holes in photographs, filled by ours and its peers: time, border, and pictures to look at.
 
-``python -m benchmarks fill FOLDER … [-o OUT] [--only NAME …]``, by default of the project's examples. Each
-image gets a box, a circle, a scratch and a window's frame; what is not installed is left out with a message.
-OUT gets a sheet of photo with hole and what each made of it.
+``python -m benchmarks fill FOLDER … [-o OUT] [--only NAME …] [--publish]``, by default of the project's
+examples. Each image gets a box, a circle, a scratch and a window's frame; what is not installed is left out
+with a message. OUT gets a sheet of photo with hole and what each made of it.
 
 The border is the mean difference between neighbours across it, over that of the photo as it was: 1 is right.
 A filling that is right need not be what was there, so nothing is compared pixel by pixel.
@@ -26,8 +26,10 @@ from rich.console import Console
 from rich.table import Table
 
 import upholster
+from benchmarks.fidelity_methods import versions
 from benchmarks.fidelity_sheet import Tile, write_sheet
 from benchmarks.measure import EXEMPLAR, Results
+from benchmarks.tables import write_table
 from upholster.image import IMAGE_SUFFIXES, read_image, write_image
 from upholster.measure import measure_image
 from upholster.types import PixelArray
@@ -88,10 +90,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("folders", nargs="*", type=Path, default=[EXAMPLES], metavar="FOLDER")
     parser.add_argument("-o", "--out", type=Path)
     parser.add_argument("--only", nargs="*", help="images whose names begin so")
+    parser.add_argument("--publish", action="store_true", help="write the table of docs/benchmarks.md")
     asked = parser.parse_args(arguments)
     if asked.out is not None:
         asked.out.mkdir(parents=True, exist_ok=True)
-    table = Table("", "holes", "seconds", "worst", "border", "off 1 at worst", "Wasserstein")
+    columns = ("program", "seconds", "at worst", "border", "farthest from 1", "Wasserstein distance")
+    rows, most = [], 0
     for name, found in _measure_all(asked.folders, asked.out, asked.only).items():
         seconds, borders = [one.seconds for one in found], [one.border for one in found]
         figures = (
@@ -101,7 +105,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
             max(borders, key=lambda border: abs(np.log(border))),
             np.median([one.wasserstein for one in found]),
         )
-        table.add_row(name, str(len(found)), *(f"{figure:.3g}" for figure in figures))
+        rows.append([name, *(f"{figure:.2g}" for figure in figures)])
+        most = max(most, len(found))
+    if asked.publish:
+        command, note = "python -m benchmarks fill FOLDER --publish", f"Medians of {most} holes."
+        write_table(
+            "fill", columns, rows, command=command, peers=versions("G'MIC", "resynthesizer"), note=note
+        )
+    table = Table(*columns)
+    for row in rows:
+        table.add_row(*row)
     Console(width=140).print(table)
     return 0
 

@@ -1,8 +1,8 @@
 """Guides, labels and zones: how much of what is asked for is shown, and what it costs, flat and on a torus.
 
-``python -m benchmarks guides FOLDER``, by default of the project's examples: the first five images by name,
-each reduced to 256². What is asked for is a disc as labels, a ramp as a guide, and a half as a zone of the
-next image.
+``python -m benchmarks guides FOLDER [--publish]``, by default of the project's examples: the first five
+images by name, each reduced to 256². What is asked for is a disc as labels, a ramp as a guide, and a half
+as a zone of the next image.
 """
 
 import argparse
@@ -19,6 +19,7 @@ from rich.table import Table
 
 from benchmarks.fidelity import EXAMPLES
 from benchmarks.measure import Results
+from benchmarks.tables import write_table
 from upholster import paint, read_exemplar, synthesize
 from upholster.image import IMAGE_SUFFIXES, Material, write_image
 from upholster.measure.cuts import sampled
@@ -87,9 +88,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run as a program."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks guides", description=__doc__)
     parser.add_argument("folder", nargs="?", type=Path, default=EXAMPLES, metavar="FOLDER")
+    parser.add_argument("--publish", action="store_true", help="write the table of docs/benchmarks.md")
+    asked = parser.parse_args(arguments)
     names = [entry.name for entry in fields(Row)]
     table = Table(*names)
-    rows = measure(parser.parse_args(arguments).folder)
+    rows = measure(asked.folder)
+    if asked.publish:
+        _publish(rows)
     for row in rows:
         table.add_row(
             *(x if isinstance(x, str) else f"{x:.2f}" for x in (getattr(row, name) for name in names))
@@ -100,6 +105,33 @@ def main(arguments: Sequence[str] | None = None) -> int:
         table.add_row("mean", surface, *(f"{mean:.3f}" for mean in means))
     Console(width=180).print(table)
     return 0
+
+
+PUBLISHED: dict[str, tuple[str, str, str]] = {
+    "area that shows the label asked for": ("labels", "labels_none", "{:.0%}"),
+    "correlation of a guide's shown and wanted values": ("correlation", "correlation_none", "{:.2f}"),
+    "their root mean square difference, of 1": ("off", "off_none", "{:.2f}"),
+    "seam ratio at cuts, with a guide": ("cuts", "cuts_none", "{:.2f}"),
+    "seam ratio at cuts, inside zones": ("cuts_inside", "", "{:.2f}"),
+    "seam ratio at cuts, between zones": ("cuts_between", "", "{:.2f}"),
+    "time with a guide, times that without": ("guide_time", "", "{:.1f}"),
+}
+"""Rows of the table: name, field, field without a guide, and format."""
+
+
+def _publish(rows: Sequence[Row]) -> None:
+    """Write means over the samples, on either surface with and without a guide."""
+    table = []
+    for name, (field, without, shown) in PUBLISHED.items():
+        cells = []
+        for surface in SURFACES:
+            own = [row for row in rows if row.surface == surface]
+            means = [float(np.mean([getattr(row, x) for row in own])) for x in (field, without) if x]
+            cells += [shown.format(mean) for mean in means] + [""] * (not without)
+        table.append([name, *cells])
+    columns = ("measure", "flat", "flat, unguided", "torus", "torus, unguided")
+    note = f"Means of {len(rows) // len(SURFACES)} photographs."
+    write_table("guides", columns, table, command="python -m benchmarks guides FOLDER --publish", note=note)
 
 
 def measure(folder: Path, surfaces: Sequence[str] = tuple(SURFACES)) -> list[Row]:

@@ -1,7 +1,7 @@
 """Regular textures on surfaces: how much of a lattice is broken, over samples × surfaces × seeds.
 
 ``python -m benchmarks.lattices [FOLDER …] [-o OUT] [--samples NAME …] [--on SURFACE …] [--seeds N]
-[--texels N] [--option NAME=VALUE …] [--processes N]``, by default generated lattices
+[--texels N] [--option NAME=VALUE …] [--processes N] [--publish]``, by default generated lattices
 (`benchmarks.lattice_samples`) and the project's bricks and weave; of folders the exemplars that have a
 lattice, see `benchmarks.fidelity` for how they are read. Besides built-in surfaces there are ``flat``, a
 texture of 512², and ``net``, a bent vase, made here. Rows run round the z axis unless the options, those of
@@ -29,6 +29,7 @@ from benchmarks.fidelity import EXAMPLES, exemplars
 from benchmarks.fidelity_sheet import Tile, write_sheet
 from benchmarks.lattice_samples import PATTERNS, lattice_sample
 from benchmarks.measure import Results, one_pixel_a_texel
+from benchmarks.tables import write_table
 from upholster.elements import Lattice, find_lattice
 from upholster.geometry import RationalPatch, Surface, plane, surface_from_spec
 from upholster.geometry.face import Face
@@ -117,6 +118,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--texels", type=int, default=2**20)
     parser.add_argument("--option", nargs="+", default=(), metavar="NAME=VALUE")
     parser.add_argument("--processes", type=int, default=1)
+    parser.add_argument("--publish", action="store_true", help="write the table of docs/benchmarks.md")
     asked = parser.parse_args(arguments)
     if asked.out is not None:
         asked.out.mkdir(parents=True, exist_ok=True)
@@ -127,12 +129,43 @@ def main(arguments: Sequence[str] | None = None) -> int:
     cases = _cases(chosen, asked.on, range(1, asked.seeds + 1), asked.texels, options)
     rows = _measure_all(cases, asked.out, asked.processes)
     _show(rows)
+    if asked.publish:
+        _publish(rows)
     if asked.out is not None:
         with (asked.out / "lattices.csv").open("w", newline="", encoding="utf-8") as file:
             writer = csv.DictWriter(file, list(asdict(rows[0])))
             writer.writeheader()
             writer.writerows(asdict(row) for row in rows)
     return 0
+
+
+def _publish(rows: Sequence[Row]) -> None:
+    """Write means over the seeds by sample and surface, and of faults the longest."""
+    samples = list(dict.fromkeys(row.sample for row in rows))
+    surfaces = list(dict.fromkeys(row.surface for row in rows))
+    table = []
+    for sample in samples:
+        cells = []
+        for surface in surfaces:
+            own = [row for row in rows if (row.sample, row.surface) == (sample, surface)]
+            shares = (_mean(own, field) for field in ("broken", "broken_2"))
+            cells.append("; ".join(f"{share:.1%}" for share in shares if share is not None))
+        table.append([sample.replace("_", " "), *cells])
+    for name, fields, shown, choose in (
+        ("longest fault, in periods", ("fault", "fault_2"), "{:.1f}", max),
+        ("area where the size is within 5 %, least", ("within",), "{:.1%}", min),
+    ):
+        values = [
+            choose(
+                v for field in fields for v in _known([row for row in rows if row.surface == surface], field)
+            )
+            for surface in surfaces
+        ]
+        table.append([name, *(shown.format(value) for value in values)])
+    seeds = len({row.seed for row in rows})
+    command = f"python -m benchmarks lattices --samples {' '.join(samples)} --seeds {seeds} --publish"
+    note = "Broken elements by the lattice's first and second wave."
+    write_table("lattices", ("sample", *surfaces), table, command=command, note=note)
 
 
 def _option(text: str) -> tuple[str, Any]:

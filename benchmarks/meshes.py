@@ -1,7 +1,8 @@
 """Covered meshes: time, charts, seams, size and direction, over models × one sample each.
 
-``python -m benchmarks.meshes FOLDER|FILE … [-o OUT] [--sample IMAGE] [--texels N]``. Writes meshes.csv and a
-picture of each to OUT. A model that can not be covered is told by name, and the rest goes on.
+``python -m benchmarks.meshes FOLDER|FILE … [-o OUT] [--sample IMAGE] [--texels N] [--publish]``. Writes
+meshes.csv and a picture of each to OUT. A model that can not be covered is told by name, and the rest goes
+on.
 
 With ``--strokes N`` the only direction is that of N random strokes, and what is measured is how they are
 followed: see `asked_by_strokes`.
@@ -14,15 +15,16 @@ import argparse
 import csv
 import itertools
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from benchmarks.tables import write_table
 from upholster.charts.charted import ChartedSurface
 from upholster.charts.covered import as_covered
 from upholster.charts.creases import CREASE, default_crease
@@ -46,7 +48,7 @@ from upholster.quilt import paint
 from upholster.textured import TexturedModel
 from upholster.types import FloatArray
 
-__all__ = ["Row", "main", "measured"]
+__all__ = ["COLUMNS", "Row", "main", "measured", "spread_over"]
 
 BRICKS = Path(__file__).parent.parent / "examples" / "bricks.png"
 
@@ -157,6 +159,40 @@ def measured(model: Path, sample: Path, out: Path | None, options: SynthesisOpti
     )
 
 
+MEASURES = {
+    "seams against the sample, where the texture goes on": ("seams", "{:.2f}", max),
+    "area where the size is within 5 %": ("within", "{:.1%}", min),
+    "area where the direction is within 5°, where texture can follow": ("elsewhere", "{:.1%}", min),
+}
+"""Rows of the table: name, field, format, and which end is the worst."""
+
+COLUMNS = ("measure", "median", "mean", "worst", "which has it")
+
+
+def spread_over(
+    rows: Sequence[Any], label: str, measures: dict[str, tuple[str, str, Callable[..., Any]]]
+) -> list[list[str]]:
+    """Return a line for each measure: median, mean and worst over `rows`, and the `label` of the worst.
+
+    A figure of 0 says that a row has none, as of seams where there are none.
+    """
+    table = []
+    for name, (field, shown, worst) in measures.items():
+        having = [row for row in rows if getattr(row, field)]
+        values = [getattr(row, field) for row in having]
+        last = worst(having, key=lambda row: getattr(row, field))
+        figures = (np.median(values), np.mean(values), getattr(last, field))
+        table.append([name, *(shown.format(float(figure)) for figure in figures), getattr(last, label)])
+    return table
+
+
+def _publish(rows: Sequence[Row]) -> None:
+    covered = [row for row in rows if row.triangles]
+    note = f"{len(covered)} models, `bricks.png`, no option."
+    command = "python -m benchmarks.meshes FOLDER --publish"
+    write_table("meshes", COLUMNS, spread_over(covered, "model", MEASURES), command=command, note=note)
+
+
 def _asked(mesh: TriangleMesh, options: SynthesisOptions, crease: float) -> FloatArray | None:
     # At the triangles' corners (T, 3, 3); None: only the field knows.
     if options.stroke is not None:
@@ -202,6 +238,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--strokes", type=int, default=0)
     parser.add_argument("--crease", type=float)
     parser.add_argument("--refine", type=int)
+    parser.add_argument("--publish", action="store_true", help="write the table of docs/benchmarks.md")
     asked = parser.parse_args(arguments)
     if asked.refine is not None and asked.out is None:
         parser.error("--refine needs -o")
@@ -231,6 +268,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     for row in rows:
         table.add_row(*map(str, asdict(row).values()))
     Console(width=220).print(table)
+    if asked.publish:
+        _publish(rows)
     if asked.out is not None:
         with (asked.out / "meshes.csv").open("w", newline="", encoding="utf-8") as file:
             writer = csv.writer(file)

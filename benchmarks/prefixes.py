@@ -1,7 +1,9 @@
-"""What the first bytes of a stream show: ``python -m benchmarks.prefixes [--mesh FILE …] [-o OUT]``.
+"""What the first bytes of a stream show.
 
-The PSNR of all texels against those of the whole stream after 1, 2, 4, 8, 16 and 32 kB behind the surface
-itself, for README's ring, a ring of pebbles, the chair of the examples and further meshes. Writes
+``python -m benchmarks.prefixes [--mesh FILE …] -o OUT [--publish]``
+
+The PSNR of all texels against those of the complete stream, 1, 2, 4, 8, 16 and 32 kB after the surface
+itself: for README's ring, a ring of pebbles, the chair of the examples and further meshes. Writes
 ``prefixes.csv``, ``prefixes.png`` with a curve each, and ``prefixes.jpg`` with pictures, to OUT.
 """
 
@@ -14,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.measure import EXEMPLAR
+from benchmarks.tables import write_table
 from upholster.image import read_image, write_image
 from upholster.image.drawing import Drawing
 from upholster.levels import texels_psnr
@@ -29,6 +32,7 @@ __all__ = ["main"]
 
 SIZES = (1000, 2000, 4000, 8000, 16_000, 32_000)
 EXAMPLES = EXEMPLAR.parent
+LABELS = {"ring": "README's ring", "pebbles": "a ring of pebbles", "chair": "`chair.glb`"}
 COLORS = ((0.75, 0.25, 0.1), (0.1, 0.55, 0.2), (0.1, 0.35, 0.7), (0.5, 0.2, 0.6), (0.5, 0.5, 0.1))
 VIEW, SIDE = (150.0, 32.0), 320
 
@@ -37,27 +41,40 @@ Curve = list[tuple[int, float]]
 
 def main(argv: list[str] | None = None) -> int:
     """Make the streams, measure their prefixes, print and write."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.prefixes", description=__doc__)
     parser.add_argument("--mesh", type=Path, nargs="*", default=[])
-    parser.add_argument("-o", "--out", type=Path, default=Path(__file__).parent)
+    parser.add_argument("-o", "--out", type=Path, required=True)
+    parser.add_argument("--publish", action="store_true", help="write the table of docs/benchmarks.md")
     options = parser.parse_args(argv)
     options.out.mkdir(parents=True, exist_ok=True)
-    curves, rows = dict[str, Curve](), []
+    curves, rows, pictures = dict[str, Curve](), [], []
     for name, path in _streams(options.out, options.mesh).items():
         data = path.read_bytes()
-        surface, own = _surface_bytes(data), _own_at(data)
+        surface = _surface_bytes(data)
         curves[name] = _curve(data, surface)
         at_sizes = dict(curves[name])
-        row = ", ".join(f"{size // 1000} kB {at_sizes[size]:.1f}" for size in SIZES if size in at_sizes)
-        print(f"{name}: {len(data):,} bytes, of these {surface:,} of surface; behind it {row} dB, ", end="")
-        print(f"and every chart has a placement of its own after {own:,}")
-        rows.append([_picture(path, surface + size, options.out) for size in SIZES[:5]])
+        shown = [f"{at_sizes[size]:.1f}" if size in at_sizes else "" for size in SIZES]
+        sizes = (len(data), surface, _own_at(data))
+        rows.append([LABELS.get(name, name), *(f"{size / 1000:.1f} kB" for size in sizes), *shown])
+        print(*rows[-1], sep="; ")
+        pictures.append([_picture(path, surface + size, options.out) for size in SIZES[:5]])
+    if options.publish:
+        columns = (
+            "model",
+            "stream",
+            "of it surface",
+            "every chart placed at",
+            *(f"{n // 1000} kB" for n in SIZES),
+        )
+        command = "python -m benchmarks.prefixes --mesh FILE … -o OUT --publish"
+        note = "PSNR in dB of all texels against those of the complete stream; bytes after the surface."
+        write_table("prefixes", columns, rows, command=command, note=note)
     with (options.out / "prefixes.csv").open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
-        writer.writerow(("model", "bytes behind the surface", "dB"))
+        writer.writerow(("model", "bytes after the surface", "dB"))
         writer.writerows((name, n, f"{psnr:.2f}") for name, curve in curves.items() for n, psnr in curve)
     write_image(options.out / "prefixes.png", _plot(curves))
-    write_image(options.out / "prefixes.jpg", np.vstack([np.hstack(row) for row in rows]))
+    write_image(options.out / "prefixes.jpg", np.vstack([np.hstack(row) for row in pictures]))
     return 0
 
 
@@ -138,7 +155,7 @@ def _plot(curves: dict[str, Curve]) -> PixelArray:
         inside = [at(length, psnr) for length, psnr in curve if length <= 64_000 and psnr <= high]
         drawing.lines(inside, color=color, width=3)
         drawing.text(left + 60, top + 30 + 22 * n, name, color=color)
-    drawing.text(width // 2, height - 12, "bytes behind the surface; PSNR of all texels, in dB", size=14)
+    drawing.text(width // 2, height - 12, "bytes after the surface; PSNR of all texels, in dB", size=14)
     return drawing.pixels()
 
 

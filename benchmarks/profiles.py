@@ -15,7 +15,7 @@ import upholster
 from benchmarks.fidelity import EXAMPLES, exemplars
 from benchmarks.measure import Results
 from upholster.codec import ImageDecoder, ImageHeader, encode_parts
-from upholster.codec.color import fit_klt, unmix
+from upholster.codec.color_transforms import fit_klt, unmix
 from upholster.codec.thresholds import SHARES
 from upholster.measure.fidelity import sliced_wasserstein
 from upholster.methods.paper import keep_coefficients

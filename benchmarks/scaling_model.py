@@ -21,9 +21,9 @@ from upholster.methods.quilt.parcels import Parcels
 from upholster.options import WriteOptions
 from upholster.paging import PagedAtlas
 from upholster.parallel import Key
-from upholster.tiles.places import Place
-from upholster.tiles.running import _Running
+from upholster.tiles.storage import Place
 from upholster.tiles.task_files import array_bytes
+from upholster.tiles.task_order import _Running
 from upholster.tiles.work import TileWork
 
 _TASK = 0.004

@@ -18,7 +18,7 @@ import dask
 import upholster
 from benchmarks.measure import one_pixel_a_texel
 from benchmarks.scaling import used, workers_of
-from upholster.cluster.running import CALM
+from upholster.cluster.job_runs import CALM
 from upholster.options import WriteOptions
 from upholster.pipeline import cover
 

@@ -1,9 +1,9 @@
 """Covered surfaces: seams, size and direction of the texture, over exemplars × surfaces, by method "quilt".
 
-``python -m benchmarks.seams [FOLDER …] [-o OUT] [--texels N] [--seed N] [--on SURFACE …]``, by default on the
-project's examples; see `benchmarks.fidelity` for how exemplars are read. Writes seams.csv, seams.json and a
-sheet of pictures per exemplar to OUT. Each exemplar's last row is its flat texture that wraps both ways. A
-figure outside its aim is marked with "!".
+``python -m benchmarks.seams [FOLDER …] [-o OUT] [--texels N] [--seed N] [--on SURFACE …] [--publish]``, by
+default on the project's examples; see `benchmarks.fidelity` for how exemplars are read. Writes seams.csv,
+seams.json and a sheet of pictures per exemplar to OUT. Each exemplar's last row is its flat texture that
+wraps both ways. A figure outside its aim is marked with "!".
 """
 
 import argparse
@@ -23,6 +23,7 @@ import upholster
 from benchmarks.fidelity import EXAMPLES, exemplars
 from benchmarks.fidelity_sheet import Tile, write_sheet
 from benchmarks.measure import Results, one_pixel_a_texel
+from benchmarks.tables import write_table
 from upholster.geometry import plane, surface_from_spec
 from upholster.measure import measure_cover, wrap_seams
 from upholster.methods.synthesis import execute, prepare
@@ -46,6 +47,18 @@ AIMS: dict[str, tuple[float, float]] = {
     "spread": (1.0, 2.1),
     "wrap": (0.95, 1.05),
 }
+
+
+PUBLISHED = {
+    "seam ratio across chart borders (1: invisible)": ("edges", "{:.2f}"),
+    "chart borders, against the sample": ("edges_matched", "{:.2f}"),
+    "seam ratio across block cuts": ("cuts", "{:.2f}"),
+    "block cuts, against the sample": ("cuts_matched", "{:.2f}"),
+    "area where the size is within 5 %": ("within", "{:.1%}"),
+    "area where the direction is within 5°": ("aligned", "{:.1%}"),
+    "texel area, 99th over 1st percentile": ("spread", "{:.2f}"),
+}
+"""Rows of the table: name, field and format."""
 
 
 @dataclass(frozen=True)
@@ -91,12 +104,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--texels", type=int, default=2**22)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--on", nargs="+", default=SURFACES, metavar="SURFACE")
+    parser.add_argument("--publish", action="store_true", help="write the table of docs/benchmarks.md")
     asked = parser.parse_args(arguments)
     if asked.out is not None:
         asked.out.mkdir(parents=True, exist_ok=True)
     folders = [folder.resolve() for folder in asked.folders]
     rows = _measure_all(folders, asked.on, texels=asked.texels, seed=asked.seed, out=asked.out)
     _show(rows)
+    if asked.publish:
+        _publish(rows)
     if asked.out is not None:
         plain = [asdict(row) for row in rows]
         (asked.out / "seams.json").write_text(json.dumps(plain, indent=2) + "\n", encoding="utf-8")
@@ -104,6 +120,23 @@ def main(arguments: Sequence[str] | None = None) -> int:
         lines += [",".join("" if value is None else str(value) for value in row.values()) for row in plain]
         (asked.out / "seams.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
     return 0
+
+
+def _publish(rows: Sequence[Row]) -> None:
+    """Write medians over the exemplars, by surface."""
+    surfaces = list(dict.fromkeys(row.surface for row in rows if row.surface != FLAT))
+
+    def medians(field: str, shown: str) -> list[str]:
+        return [
+            shown.format(float(np.median([getattr(row, field) for row in rows if row.surface == surface])))
+            for surface in surfaces
+        ]
+
+    table = [[name, *medians(field, shown)] for name, (field, shown) in PUBLISHED.items()]
+    count = len({row.exemplar for row in rows})
+    note = f"Medians of {count} samples, one seed. Aims of the first four rows: 0.95 to 1.05 and 0.9 to 1.1."
+    command = "python -m benchmarks seams FOLDER --publish"
+    write_table("seams", ("measure", *surfaces), table, command=command, note=note)
 
 
 def _measure_all(

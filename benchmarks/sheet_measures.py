@@ -80,7 +80,7 @@ MEASURES = {
     "processor": Measure("{:.2f}", "low", 0.3, 0.2),
     "seconds": Measure("{:.2f}", "low", np.inf),
 }
-"""All measures, in the order of the table; docs/benchmarks.md says what they mean."""
+"""All measures, in the order of the table; docs/measures.md defines them."""
 
 
 def measure(case: Case, result: Path, where: Mapping[str, Path]) -> Figures:

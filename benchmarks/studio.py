@@ -34,7 +34,7 @@ def studio(results: Results) -> None:
         print("studio: Playwright is not installed")
         return
     from upholster.server import serving
-    from upholster.studio.app import Studio, make_studio
+    from upholster.studio.routes import Studio, make_studio
 
     path = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
     if path is None:

@@ -30,8 +30,9 @@ import upholster
 from benchmarks.browser import SIZE, fresh_page, open_chromium, serve_files
 from benchmarks.codec_peers import psnr
 from benchmarks.measure import EXEMPLAR
+from benchmarks.tables import write_table
 from benchmarks.web import covered_ring
-from upholster.export import write_glb
+from upholster.export import PagedMesh, write_glb
 from upholster.options import WriteOptions
 from upholster.stream import StreamDecoder
 
@@ -89,7 +90,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         table = [*_table(_measure(chromium, models, pages, asked.runs)), "", about]
         print("\n".join(table))
         if asked.publish:
-            _publish([*table, f"Medians of {asked.runs}; bold is the least."])
+            _publish([*table, f"Medians of {asked.runs}; bold is the least."], asked.runs)
             _write_torus(models)
             with serve_files(models, pages) as line:
                 _beside(chromium, line.address).save(BESIDE, quality=88)
@@ -103,7 +104,7 @@ def _write_ring(chromium: Any, folder: Path) -> str:
     with serve_files(folder) as line:
         quads = _quads_shown(chromium, line.address)
     model = replace(model, options=WriteOptions(quads=quads, padding=2))
-    write_glb(folder / "large.glb", model.mesh, model.uv, model.atlas.pixels, texture="png")
+    write_glb(folder / "large.glb", PagedMesh(model.mesh, model.uv, model.atlas.pixels), texture="png")
     _make_small(folder / "large.glb", folder / "ring.glb")
 
     decoder = StreamDecoder()
@@ -252,12 +253,28 @@ def _table(found: dict[tuple[str, str], _Times]) -> list[str]:
     return rows
 
 
-def _publish(lines: Sequence[str]) -> None:
-    """Put the table into docs/web.md, where the one before it stands."""
+def _publish(lines: Sequence[str], runs: int) -> None:
+    """Put the table into docs/web.md, in place of the one before it, and into the folder of results."""
+    columns, _, *rows = (
+        [cell.strip() for cell in line.strip("|").split("|")] for line in lines if "|" in line
+    )
+    command = f"python -m benchmarks.web_peers --runs {runs} --publish"
+    write_table("web", columns, rows, command=command, peers=_versions(), note=lines[-2])
     text = PAGE.read_text(encoding="utf-8")
     start, stop = text.index(MARKS[0]) + len(MARKS[0]), text.index(MARKS[1])
     text = text[:start] + "\n".join(lines) + "\n" + text[stop:]
     PAGE.write_text(text, encoding="utf-8")
+
+
+def _versions() -> str:
+    """Return the versions of the peers, as npm installed them."""
+    packages = json.loads((PEERS / "package-lock.json").read_text(encoding="utf-8"))["packages"]
+    names = {
+        "@google/model-viewer": "model-viewer",
+        "three": "three.js",
+        "@gltf-transform/cli": "glTF Transform",
+    }
+    return ", ".join(f"{name} {packages[f'node_modules/{key}']['version']}" for key, name in names.items())
 
 
 def _beside(chromium: Any, address: str) -> Image.Image:

@@ -11,8 +11,8 @@ import upholster
 from upholster.image import Material, from_linear, read_image
 from upholster.options import WriteOptions
 from upholster.pipeline import cover, refine
-from upholster.server.drawing import draw_thumbnail
-from upholster.server.pages import THUMBNAIL_SIZE
+from upholster.server.html_pages import THUMBNAIL_SIZE
+from upholster.server.thumbnail_drawing import draw_thumbnail
 from upholster.textured import TexturedModel
 
 SIDE = 64

@@ -17,7 +17,7 @@ from upholster.geometry import plane, sphere
 from upholster.methods import prepare
 from upholster.methods.paper import PaperOptions
 from upholster.methods.quilt import QuiltOptions
-from upholster.options import SynthesisOptions, WriteOptions, chosen, settled
+from upholster.options import SynthesisOptions, WriteOptions, chosen, settled_options
 
 KINDS = (SynthesisOptions, WriteOptions)
 
@@ -176,12 +176,12 @@ def test_choices_come_before_options_and_none_chooses_nothing():
 
 def test_methods_get_all_options_settled():
     options = SynthesisOptions(method="paper", levels=2, seams=False)
-    own = settled(options, PaperOptions)
+    own = settled_options(options, PaperOptions)
     assert (own.block, own.overlap, own.levels, own.seams) == (32, 8, 2, False)
     with pytest.raises(InputError, match="block is 32; allowed: multiples of 2"):
-        settled(SynthesisOptions(method="paper", levels=5), PaperOptions)
+        settled_options(SynthesisOptions(method="paper", levels=5), PaperOptions)
     with pytest.raises(InputError, match=r"edge_block is 16; allowed: more than two overlaps \(16\)"):
-        settled(SynthesisOptions(method="paper", edge_block=16), PaperOptions)
+        settled_options(SynthesisOptions(method="paper", edge_block=16), PaperOptions)
     exemplar = np.random.default_rng(1).integers(0, 256, (64, 64, 3), dtype=np.uint8)
     prepared = prepare(exemplar, plane(), SynthesisOptions(texels=(64, 48), tileable=True, tolerance=1.5))
     assert isinstance(prepared.options, QuiltOptions)

@@ -61,7 +61,7 @@ def test_a_picture_shows_copies_and_parts_that_are_not_covered(tmp_path: Path) -
 
 
 def test_bad_input_is_one_line(tmp_path: Path) -> None:
-    assert_one_line(run_cli("picture", EXAMPLES / "chair.glb", "-o", tmp_path / "x.gif"), "is not a picture")
+    assert_one_line(run_cli("picture", EXAMPLES / "chair.glb", "-o", tmp_path / "x.gif"), "has suffix '.gif'")
     assert_one_line(run_cli("picture", tmp_path / "none.glb", "-o", tmp_path / "x.png"), "does not exist")
     wrong = run_cli("picture", EXAMPLES / "chair.glb", "-o", tmp_path / "x.png", "--view", "up")
     assert_one_line(wrong, "view is 'up'")

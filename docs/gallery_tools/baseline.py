@@ -14,7 +14,7 @@ from upholster import paint, synthesize
 from upholster.charts.layout import texture_scale
 from upholster.geometry import Surface, plane, ring_cyclide, sphere
 from upholster.measure import sliced_wasserstein
-from upholster.measure.edges import matched_edge_ratio
+from upholster.measure.mesh_seams import matched_edge_ratio
 from upholster.options import WriteOptions
 from upholster.textured import TexturedModel
 from upholster.types import PixelArray

@@ -13,8 +13,8 @@ from gallery_tools.method import BLOCK, LEVELS, OVERLAP, RED, YELLOW, first_pixe
 from gallery_tools.shots import Exemplars, charted, read, take
 from upholster.geometry import ring_cyclide
 from upholster.methods import synthesize
-from upholster.methods.paper.edges import Strip, strip_along
 from upholster.methods.paper.layers import edge_placements
+from upholster.methods.paper.strips import Strip, strip_along
 from upholster.quilt import Chart, Quilt, Texels, paint
 from upholster.types import PixelArray
 

@@ -71,7 +71,7 @@ __all__ = [
     "read_materials",
     "read_sample",
     "roles_of",
-    "settled",
+    "settled_values",
     "synthesized",
 ]
 
@@ -572,7 +572,7 @@ def _density(
     return min(max(density, PAINTED_DENSITIES[0]), PAINTED_DENSITIES[1])
 
 
-def settled(coverings: Sequence[Covering]) -> dict[str, str]:
+def settled_values(coverings: Sequence[Covering]) -> dict[str, str]:
     """Return automatic choices in words; for several materials, one line for each."""
     found = {
         each.name: settled_words(each.prepared, each.surface, each.asked, each.roles) for each in coverings

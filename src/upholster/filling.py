@@ -19,10 +19,10 @@ from upholster.image.blending import blended
 from upholster.image.color import alpha_channel
 from upholster.image.combined import combined, in_form_of
 from upholster.image.masks import Used, is_white
-from upholster.image.numbers import COLORS
 from upholster.image.packages import is_zip
-from upholster.image.preparing import MAX_SIDE, unit_normals
+from upholster.image.preparing import MAX_SIDE, unit_normal_map
 from upholster.image.read import check_exemplar
+from upholster.image.roles import COLORS
 from upholster.image.source import Sample, Source, as_exemplar, read_source
 from upholster.methods.holes import LARGEST_BLOCK, HoleExemplar, check_room, hole_places
 from upholster.methods.synthesis import settled_seed
@@ -219,7 +219,7 @@ class Filling:
             source = pixels[tile.window] if self.sample is None else self.sample.maps[role]
             new = blended(pixels[tile.laid], hole, source, places, reach=reach)
             if role == "normal":
-                new = unit_normals(new)
+                new = unit_normal_map(new)
             here = missing[tile.own]
             inner = tuple(
                 slice(own.start - laid.start, own.stop - laid.start)

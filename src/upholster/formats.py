@@ -1,7 +1,8 @@
-"""All kinds of files by their names: outputs, and models that can be read.
+"""All kinds of files by their names: outputs, and the files that surfaces and models are read from.
 
-An output is a record here, and a writer in `upholster.outputs`; all other code reads the records. Nothing
-heavy is imported here, for ``upholster --help``.
+To add an output, add a row to `OUTPUTS` and a writer of its name in `upholster.outputs`. To add a file that
+is read, add a row to `INPUTS` and a reader of its name in `upholster.geometry`. Everything else reads the
+rows. This module imports nothing heavy, so ``upholster --help`` stays quick.
 """
 
 from collections.abc import Collection, Iterable
@@ -11,11 +12,17 @@ from typing import Literal
 
 __all__ = [
     "CAD_SUFFIXES",
+    "INPUTS",
+    "LDR_PICTURES",
     "MODEL_SUFFIXES",
     "OUTPUTS",
+    "PICTURES",
     "PROJECT_SUFFIX",
+    "SURFACE_SUFFIXES",
     "UDIM",
+    "InputKind",
     "OutputKind",
+    "input_kind",
     "is_model_name",
     "kind_of",
     "outputs_in_words",
@@ -23,16 +30,66 @@ __all__ = [
     "suffixes_of",
 ]
 
-CAD_SUFFIXES = (".step", ".stp", ".iges", ".igs", ".brep", ".brp", ".3dm")
-"""Files that `upholster.occt` reads."""
+PICTURES = (".png", ".jpg", ".jpeg", ".webp", ".exr")
+"""Suffixes of pictures that are written."""
 
-MODEL_SUFFIXES = (".glb", ".gltf", ".obj", ".ply", ".stl", ".off", *CAD_SUFFIXES)
-"""Files that `upholster.geometry.mesh_files` reads."""
+LDR_PICTURES = PICTURES[:-1]
+"""Those that hold sRGB-coded integers."""
 
 PROJECT_SUFFIX = ".upholster.json"
 
 UDIM = "<UDIM>"
 """The placeholder in a file's name for the number of a tile."""
+
+
+@dataclass(frozen=True, slots=True)
+class InputKind:
+    """A kind of file that a surface is read from.
+
+    Attributes
+    ----------
+    name
+        What the format is called, and the key of its reader.
+    suffixes
+        In lower case.
+    holds
+        "mesh": a model of triangles, read by `upholster.geometry.mesh_files`. "cad": a CAD model, read there
+        by way of `upholster.occt`. "patches": control nets, read by `upholster.geometry.surface_files`.
+    """
+
+    name: str
+    suffixes: tuple[str, ...]
+    holds: Literal["mesh", "cad", "patches"] = "mesh"
+
+
+INPUTS = (
+    InputKind("glTF", (".glb", ".gltf")),
+    InputKind("OBJ", (".obj",)),
+    InputKind("PLY", (".ply",)),
+    InputKind("STL", (".stl",)),
+    InputKind("OFF", (".off",)),
+    InputKind("STEP", (".step", ".stp"), "cad"),
+    InputKind("IGES", (".iges", ".igs"), "cad"),
+    InputKind("BREP", (".brep", ".brp"), "cad"),
+    InputKind("3DM", (".3dm",), "cad"),
+    InputKind("nets", (".json",), "patches"),
+    InputKind("patch list", (".bpt", ".bpt.txt"), "patches"),
+)
+"""All kinds of files that surfaces are read from."""
+
+
+def _input_suffixes(*holds: str) -> tuple[str, ...]:
+    return tuple(suffix for kind in INPUTS if kind.holds in holds for suffix in kind.suffixes)
+
+
+MODEL_SUFFIXES = _input_suffixes("mesh", "cad")
+CAD_SUFFIXES = _input_suffixes("cad")
+SURFACE_SUFFIXES = _input_suffixes("patches")
+
+
+def input_kind(name: str) -> InputKind | None:
+    """Return what kind of file a name means; None if it is none that a surface is read from."""
+    return next((kind for kind in INPUTS if name.lower().endswith(kind.suffixes)), None)
 
 
 def is_model_name(name: str) -> bool:
@@ -46,6 +103,8 @@ class OutputKind:
 
     Attributes
     ----------
+    name
+        The key of its writer.
     words
         Its description for the help.
     suffixes
@@ -55,6 +114,8 @@ class OutputKind:
         picture.
     prefix
         The prefix of the path.
+    stem
+        A file name without suffix that also means it.
     only
         The only case in which such names mean it: for a flat texture, or if triangles are displaced.
     beside
@@ -69,12 +130,16 @@ class OutputKind:
         Whether further files with smaller textures can be written with it.
     mesh
         Whether it shows data that only meshes have.
+    extra
+        The extra that must be installed to write it.
     """
 
+    name: str
     words: str
     suffixes: tuple[str, ...]
     kernels: str = "model"
     prefix: str = ""
+    stem: str = ""
     only: Literal["", "flat", "displaced"] = ""
     beside: tuple[str, ...] = ()
     texture: str | None = None
@@ -84,6 +149,7 @@ class OutputKind:
     solid: bool = False
     lods: bool = False
     mesh: bool = False
+    extra: str = ""
 
     @property
     def pages(self) -> bool:
@@ -91,32 +157,32 @@ class OutputKind:
         return self.atlas and self.texture is not None
 
 
-_IMAGES = (".png", ".jpg", ".jpeg", ".webp", ".exr")
-
-GLB = OutputKind("models", (".glb",), atlas=True, lods=True)
-USDZ = OutputKind("models", (".usdz",), atlas=True)
-OBJ = OutputKind("models", (".obj",), beside=(".mtl",), texture="_texture.png", atlas=True)
-PLY = OutputKind("models", (".ply",), texture="_texture.png", atlas=True)
-NPZ = OutputKind("texels", (".npz",), "texels")
-STREAM = OutputKind("progressive stream", (".uph",), "stream", stream=True)
-PAGE = OutputKind("stream and viewer in one file", (".html",), "stream", stream=True)
-STL = OutputKind("only triangles", (".stl",), solid=True)
-THREE_MF = OutputKind("only triangles", (".3mf",), solid=True)
-SOLID_OBJ = OutputKind("the same with `--displace`", (".obj",), only="displaced", solid=True)
-SOLID_PLY = OutputKind("the same with `--displace`", (".ply",), only="displaced", solid=True)
-PICTURE = OutputKind("a picture of the model", _IMAGES, "picture")
-FLAT = OutputKind("with `--texels WxH` the flat texture", _IMAGES, "picture", only="flat", texture="")
-ATLAS = OutputKind(
-    "as `atlas:NAME` its texture", _IMAGES, "picture", "atlas:", texture="", atlas=True, tiles=True
-)
-DIRECTIONS = OutputKind(
-    "as `directions:NAME` the directions on a mesh", _IMAGES[:-1], "picture", "directions:", mesh=True
-)
-
 OUTPUTS = (
-    *(GLB, USDZ, OBJ, PLY, NPZ, STREAM, PAGE, STL, THREE_MF, SOLID_OBJ, SOLID_PLY),
-    *(PICTURE, FLAT, ATLAS, DIRECTIONS),
-)
+    OutputKind("glb", "models", (".glb",), atlas=True, lods=True),
+    OutputKind("usdz", "models", (".usdz",), atlas=True, extra="usd"),
+    OutputKind("obj", "models", (".obj",), beside=(".mtl",), texture="_texture.png", atlas=True),
+    OutputKind("ply", "models", (".ply",), texture="_texture.png", atlas=True),
+    OutputKind("npz", "texels", (".npz",), "texels"),
+    OutputKind("stream", "progressive stream", (".uph",), "stream", stream=True),
+    OutputKind("page", "stream and viewer in one file", (".html",), "stream", stream=True),
+    OutputKind("stl", "only triangles", (".stl",), solid=True),
+    OutputKind("3mf", "only triangles", (".3mf",), solid=True),
+    OutputKind("solid obj", "the same with `--displace`", (".obj",), only="displaced", solid=True),
+    OutputKind("solid ply", "the same with `--displace`", (".ply",), only="displaced", solid=True),
+    OutputKind("picture", "a picture of the model", PICTURES, "picture"),
+    OutputKind(
+        "flat", "with `--texels WxH` the flat texture", PICTURES, "picture",
+        only="flat", texture="",
+    ),
+    OutputKind(
+        "atlas", "as `atlas:NAME` its texture", PICTURES, "picture",
+        prefix="atlas:", texture="", atlas=True, tiles=True,
+    ),
+    OutputKind(
+        "directions", "as `directions:NAME` the directions on a mesh", LDR_PICTURES, "picture",
+        prefix="directions:", stem="directions", mesh=True,
+    ),
+)  # fmt: skip
 """All kinds, in the order of the help; if several fit a name, the last one is meant."""
 
 
@@ -125,8 +191,9 @@ def split_name(text: str) -> tuple[str, str]:
     prefix = next((kind.prefix for kind in OUTPUTS if kind.prefix and text.startswith(kind.prefix)), "")
     place = text.removeprefix(prefix)
     path = Path(place)
-    if not prefix and path.suffix.lower() in _IMAGES:
-        prefix = ATLAS.prefix if UDIM in path.name else DIRECTIONS.prefix * (path.stem == "directions")
+    if not prefix and path.suffix.lower() in PICTURES:
+        meant = (kind for kind in OUTPUTS if (UDIM in path.name and kind.tiles) or path.stem == kind.stem)
+        prefix = next((kind.prefix for kind in meant), "")
     return prefix, place
 
 

@@ -8,23 +8,13 @@ import numpy as np
 from upholster.geometry import AnySurface, MeshSurface
 from upholster.image import to_linear
 from upholster.image.color import alpha_channel
-from upholster.image.material import COLORS, DEFAULT_ROUGHNESS, as_depth, top_of
-from upholster.image.roles import ROLES
+from upholster.image.numbers import as_depth, top_of
+from upholster.image.roles import COLORS, MAP_ROLES, ROLES
 from upholster.quilt import Texels
 from upholster.textured import TexturedModel
 from upholster.types import PixelArray
 
 __all__ = ["joined_model", "joined_surface"]
-
-_NEUTRAL = {
-    "normal": (0.5, 0.5, 1.0),
-    "roughness": (DEFAULT_ROUGHNESS,),
-    "metallic": (0.0,),
-    "ao": (1.0,),
-    "height": (0.0,),
-    "emission": (0.0,),
-}
-"""The neutral value of a map that a material lacks: the one that pictures and glTF assume."""
 
 
 def joined_model(models: Sequence[TexturedModel]) -> TexturedModel:
@@ -87,7 +77,9 @@ def _joined_texels(models: Sequence[TexturedModel], role: str) -> Texels:
         if texels is not None:
             arrays += [_as(array, role, dtype, channels) for array in texels.arrays]
         else:
-            neutral = np.resize(_NEUTRAL[role], channels) * top_of(dtype)
+            # Without heights a material is not displaced.
+            absent = (0.0,) if role == "height" else MAP_ROLES[role].neutral
+            neutral = np.resize(absent, channels) * top_of(dtype)
             neutral = neutral if dtype.kind == "f" else np.rint(neutral)
             arrays += [
                 np.full((chart.height, chart.width, channels), neutral, dtype)

@@ -30,7 +30,7 @@ __all__ = [
     "check_quality",
     "chosen",
     "differing",
-    "settled",
+    "settled_options",
 ]
 
 METHODS = ("quilt", "paper", "pixel")
@@ -113,7 +113,7 @@ def differing(options: "Options") -> dict[str, Any]:
     return {name: value for name, (value, default) in values.items() if value != default}
 
 
-def settled(options: "SynthesisOptions", kind: type[Settled], **found: Any) -> Settled:
+def settled_options(options: "SynthesisOptions", kind: type[Settled], **found: Any) -> Settled:
     """Return options as a method's own kind: open values come from `found`, or are the method's defaults."""
     given = {entry.name: getattr(options, entry.name) for entry in fields(options)} | found
     return kind(**{name: value for name, value in given.items() if value is not None})
@@ -927,7 +927,7 @@ class WriteOptions:
 
     @property
     def packing(self) -> dict[str, Any]:
-        """How pages of an atlas are laid out: arguments of `upholster.model.pack_surface`."""
+        """How pages of an atlas are laid out: arguments of `upholster.model.pack_atlas`."""
         return {"gutter": self.padding, "size": self.atlas_size, "powers": self.pot}
 
     @property

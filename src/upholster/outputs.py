@@ -9,19 +9,20 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from upholster import export, formats
+from upholster import export
 from upholster.charts.layout import LONGEST
 from upholster.errors import InputError
 from upholster.files import Outputs
-from upholster.formats import UDIM, OutputKind, kind_of, split_name, suffixes_of
+from upholster.formats import OUTPUTS, UDIM, OutputKind, kind_of, split_name, suffixes_of
 from upholster.geometry import MeshSurface
 from upholster.image import from_linear, write_image
+from upholster.image.roles import MAP_ROLES
 from upholster.model.packing import GUTTER
 from upholster.options import WriteOptions
 from upholster.redrawn import redrawn
 from upholster.render.directions import directions_picture
 from upholster.textured import TexturedModel
-from upholster.types import FloatArray, IntArray, Progress
+from upholster.types import FloatArray, IntArray, PixelArray, Progress
 
 __all__ = ["Output", "largest_chart", "parse_output", "parse_outputs", "write_output"]
 
@@ -105,11 +106,11 @@ def parse_outputs(
     """
     outputs = [parse_output(target, flat=flat, displaced=options.displace is not None) for target in targets]
     if options.lods > 1:
-        _check_used("lods", outputs, [kind for kind in formats.OUTPUTS if kind.lods])
+        _check_used("lods", outputs, [kind for kind in OUTPUTS if kind.lods])
     if options.displace is not None:
-        _check_used("displace", outputs, [kind for kind in formats.OUTPUTS if kind.solid])
+        _check_used("displace", outputs, [kind for kind in OUTPUTS if kind.solid])
     if options.stream_choices:
-        streams = [kind for kind in formats.OUTPUTS if kind.stream]
+        streams = [kind for kind in OUTPUTS if kind.stream]
         _check_used(options.stream_choices[0], outputs, streams)
     return [
         replace(output, path=output.path.with_stem(output.path.stem + f"_lod{k}" * (k > 0)), lod=k)
@@ -156,15 +157,15 @@ def parse_output(target: str | os.PathLike[str], *, flat: bool = False, displace
     kind, path = kind_of(prefix, place, only), Path(place)
     in_tiles = text.count(UDIM) == 1 and UDIM in path.name and kind is not None and kind.tiles
     if UDIM in text and not in_tiles:
-        allowed = ", ".join(suffixes_of(kind for kind in formats.OUTPUTS if kind.tiles))
+        allowed = ", ".join(suffixes_of(kind for kind in OUTPUTS if kind.tiles))
         raise InputError(f"output {text!r} has {UDIM}; allowed: once, in the name of an image ({allowed})")
     if "://" in text and not in_tiles:
         raise InputError(f"output {text!r} is a URL; allowed: URLs of tiles, 's3://folder/name.{UDIM}.png'")
     if kind is None:
-        allowed = ", ".join(suffixes_of(kind for kind in formats.OUTPUTS if kind.prefix == prefix))
+        allowed = ", ".join(suffixes_of(kind for kind in OUTPUTS if kind.prefix == prefix))
         raise InputError(f"output {text!r} has suffix {path.suffix!r}; allowed: {allowed}")
-    if kind is formats.USDZ:
-        export.check_usd()
+    if kind.extra:
+        _EXTRAS[kind.extra]()
     if "://" in text:
         return Output(kind, Path(path.name), place.rpartition("/")[0])
     return Output(kind, path)
@@ -184,8 +185,12 @@ def write_output(
     targets = output.files(model.maps, pages)
     places, own = [files.path(target) for target in targets], len(output.own)
     to = _Places(output.path, places[:own], places[own : own + pages], places[own + pages :], progress)
-    _WRITERS[output.kind](model, to)
+    _WRITERS[output.kind.name](model, to)
     return targets
+
+
+_EXTRAS: dict[str, Callable[[], None]] = {"usd": export.check_usd}
+"""Checks that an extra is installed."""
 
 
 class _Places(NamedTuple):
@@ -212,24 +217,28 @@ def _write_flat(model: TexturedModel, to: _Places) -> None:
         export.write_map(place, role, model.maps[role].arrays[0], quality=model.options.quality)
 
 
-def _write_obj(model: TexturedModel, to: _Places) -> None:
+def _paged(model: TexturedModel) -> export.PagedMesh:
     page, uv = model.atlas.page_coordinates(model.mesh)
-    if model.in_tiles:
-        uv = uv + export.udim_tile(page) * (1, -1)  # v is downward here, and upward in OBJ
-    how: dict[str, Any] = {"stem": to.path.stem, "maps": model.maps, "page": page}
+    return export.PagedMesh(model.mesh, uv, model.atlas.images(), page)
+
+
+def _write_obj(model: TexturedModel, to: _Places) -> None:
+    paged = _paged(model)
+    if model.in_tiles and paged.page is not None:
+        # v is downward here, and upward in OBJ.
+        paged = replace(paged, uv=paged.uv + export.udim_tile(paged.page) * (1, -1))
+    how: dict[str, Any] = {"stem": to.path.stem, "maps": model.maps}
     if isinstance(model.surface, MeshSurface):
         mesh, file = model.surface.mesh, model.file
         materials = [""] * len(mesh.parts) if file is None else [each.material for each in file.parts]
         labels = [export.ObjPart(*each) for each in zip(mesh.parts, materials, strict=True)]
         how |= {"parts": labels, "part": mesh.part}
-    export.write_obj(to.own[0], to.own[1], to.pages, model.mesh, uv, model.atlas.images(), **how)
+    export.write_obj(to.own[0], to.own[1], to.pages, paged, **how)
     _write_maps(model, to)
 
 
 def _write_ply(model: TexturedModel, to: _Places) -> None:
-    page, uv = model.atlas.page_coordinates(model.mesh)
-    images = model.atlas.images()
-    export.write_ply(to.own[0], to.pages, model.mesh, uv, images, stem=to.path.stem, page=page)
+    export.write_ply(to.own[0], to.pages, _paged(model), stem=to.path.stem)
     _write_maps(model, to)
 
 
@@ -267,19 +276,20 @@ def _write_glb(place: Path, model: TexturedModel) -> None:
         covers = [_cover(part) for part in model.parts or (model,)]
         _note(model, export.write_retextured_glb(place, model.file, covers, **how))
         return
-    page, uv = model.atlas.page_coordinates(model.mesh)
     export.write_glb(
         place,
-        model.mesh,
-        uv,
-        model.atlas.images(),
-        # glTF can not store the height.
-        maps={role: model.map_atlas(role).images() for role in model.maps if role != "height"},
-        page=page,
+        _paged(model),
+        maps=_gltf_maps(model),
         tangents=model.tangents,
         name=model.surface.name or "surface",
         **how,
     )
+
+
+def _gltf_maps(model: TexturedModel) -> dict[str, Sequence[PixelArray]]:
+    """Return the pages of the maps that glTF can store."""
+    left_out = [role.name for role in MAP_ROLES.values() if not role.gltf]
+    return {role: model.map_atlas(role).images() for role in model.maps if role not in left_out}
 
 
 def _note(model: TexturedModel, notes: Iterable[str]) -> None:
@@ -308,7 +318,7 @@ def _cover(model: TexturedModel) -> export.Cover:
         model.atlas.images(),
         covered,
         page[corners[:, 0]],
-        {role: model.map_atlas(role).images() for role in model.maps if role != "height"},
+        _gltf_maps(model),
         model.name,
     )
 
@@ -327,26 +337,27 @@ def _write_maps(model: TexturedModel, to: _Places, quality: int = 90) -> None:
             export.write_map(next(remaining), role, image, quality=quality)
 
 
-_WRITERS: dict[OutputKind, Callable[[TexturedModel, _Places], object]] = {
-    formats.GLB: lambda model, to: _write_glb(to.own[0], model),
-    formats.USDZ: _write_usdz,
-    formats.OBJ: _write_obj,
-    formats.PLY: _write_ply,
-    formats.NPZ: lambda model, to: export.write_npz(to.own[0], model.texels, maps=model.maps),
-    formats.STREAM: lambda model, to: to.own[0].write_bytes(model.stream),
-    formats.PAGE: lambda model, to: export.write_html(
+_WRITERS: dict[str, Callable[[TexturedModel, _Places], object]] = {
+    "glb": lambda model, to: _write_glb(to.own[0], model),
+    "usdz": _write_usdz,
+    "obj": _write_obj,
+    "ply": _write_ply,
+    "npz": lambda model, to: export.write_npz(to.own[0], model.texels, maps=model.maps),
+    "stream": lambda model, to: to.own[0].write_bytes(model.stream),
+    "page": lambda model, to: export.write_html(
         to.own[0], model.stream, title=to.path.stem, poster=model.poster()
     ),
-    formats.STL: lambda model, to: export.write_stl(to.own[0], *_solid(model, millimetres=True)),
-    formats.THREE_MF: lambda model, to: export.write_3mf(
+    "stl": lambda model, to: export.write_stl(to.own[0], *_solid(model, millimetres=True)),
+    "3mf": lambda model, to: export.write_3mf(
         to.own[0], *_solid(model, millimetres=True), name=model.surface.name or to.path.stem
     ),
-    formats.SOLID_OBJ: lambda model, to: export.write_bare_obj(
+    "solid obj": lambda model, to: export.write_bare_obj(
         to.own[0], *_solid(model, millimetres=False), name=model.surface.name or to.path.stem
     ),
-    formats.SOLID_PLY: lambda model, to: export.write_bare_ply(to.own[0], *_solid(model, millimetres=False)),
-    formats.PICTURE: _write_picture,
-    formats.FLAT: _write_flat,
-    formats.ATLAS: _write_atlas,
-    formats.DIRECTIONS: _write_directions,
+    "solid ply": lambda model, to: export.write_bare_ply(to.own[0], *_solid(model, millimetres=False)),
+    "picture": _write_picture,
+    "flat": _write_flat,
+    "atlas": _write_atlas,
+    "directions": _write_directions,
 }
+"""Writers by the names of `upholster.formats.OUTPUTS`."""

@@ -11,7 +11,7 @@ from typing import Protocol
 
 import numpy as np
 
-from upholster.charts.seams import ChartSeam, find_seams
+from upholster.charts.chart_seams import ChartSeam, find_seams
 from upholster.export import write_map
 from upholster.geometry import Surface
 from upholster.image import write_image

@@ -16,7 +16,7 @@ from upholster.image.drawing import Drawing
 from upholster.image.masks import as_alpha
 from upholster.image.perspective import proposed_corners
 from upholster.image.read import read_photo
-from upholster.image.shipped import located
+from upholster.image.shipped import sample_path
 from upholster.image.source import Sample, Source, source_files
 from upholster.image.write import write_image
 from upholster.options import SampleOptions
@@ -83,7 +83,7 @@ def prepare_sample(
             raise InputError(f"output {os.fspath(file)!r} is no image; allowed: {', '.join(IMAGE_SUFFIXES)}")
     if options.use is not None and IMAGE_SUFFIXES[Path(target).suffix.lower()] == "jpeg":
         raise InputError(f"output {os.fspath(target)!r} can not hold a mask; allowed: .png, .webp, .tif")
-    photo = located(photo)
+    photo = sample_path(photo)
     notes: list[str] = []
     with outputs(targets, inputs=[photo, *([options.mask] if options.mask else [])]) as files:
         sample, used = read_photo(photo, options, notes=notes)

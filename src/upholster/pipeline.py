@@ -28,7 +28,7 @@ from upholster.coverings import (
     read_materials,
     read_sample,
     roles_of,
-    settled,
+    settled_values,
     synthesized,
 )
 from upholster.errors import InputError
@@ -38,7 +38,7 @@ from upholster.image import Material
 from upholster.image.source import Sample, Source, as_exemplar, source_names, source_parts
 from upholster.joined import joined_surface
 from upholster.methods import settled_seed
-from upholster.model import AtlasLayout, pack_surface
+from upholster.model import AtlasLayout, pack_atlas
 from upholster.options import ModelOptions, SampleOptions, SynthesisOptions, WriteOptions, chosen
 from upholster.outputs import Output, largest_chart, parse_outputs
 from upholster.parallel import TaskPool, check_running
@@ -213,7 +213,7 @@ def cover(
         result = CoverReport(
             __version__,
             parameters,
-            settled(coverings) | quality_words(wanted, textured),
+            settled_values(coverings) | quality_words(wanted, textured),
             counts,
             totalled(seconds),
             peak_memory(),
@@ -235,7 +235,7 @@ def _layout(
         return None
     surface = joined_surface([each.surface for each in coverings])
     charts = [chart for each in coverings for chart in each.charts]
-    return pack_surface(surface, charts, **options.packing)
+    return pack_atlas(surface, charts, **options.packing)
 
 
 _Made = tuple[TexturedModel | None, dict[str, int], dict[str, int]]

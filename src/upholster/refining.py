@@ -24,7 +24,7 @@ from upholster.image import Material
 from upholster.image.roles import ROLES
 from upholster.image.source import source_parts
 from upholster.limits import Limits
-from upholster.model import pack_surface
+from upholster.model import pack_atlas
 from upholster.model.packing import PAGE_LIMIT
 from upholster.options import WriteOptions, chosen
 from upholster.outputs import Output, parse_outputs
@@ -36,7 +36,7 @@ from upholster.quilt.painting import PAINTED_DENSITIES, painted_charts
 from upholster.reports import covering
 from upholster.shown import Shown, on_a_line
 from upholster.stream import StreamDecoder, on_surface
-from upholster.stream.budget import check_charts
+from upholster.stream.budget import check_chart_budget
 from upholster.stream.prefix import Limit, feed_until
 from upholster.textured import TexturedModel, check_displacement, metres_of
 from upholster.types import PixelArray, Progress
@@ -137,7 +137,7 @@ def refine(
         one_by_one = one_by_one and isinstance(surface, Surface)
         if limits is None and not one_by_one:
             most = Limits()
-            check_charts(painted_charts(decoder.charts, decoder.density), most)
+            check_chart_budget(painted_charts(decoder.charts, decoder.density), most)
         density = _density(texels, surface, decoder, most or Limits())
         charts = painted_charts(decoder.charts, density)
         exemplar = received_exemplar(decoder)
@@ -145,7 +145,7 @@ def refine(
         files.add(files_of(wanted, roles, after=()))
         check_displacement(options, roles=roles, metres=metres_of(surface))
         with_atlas = any(output.kind.atlas for output in wanted)
-        layout = pack_surface(surface, charts, **options.packing) if with_atlas else None
+        layout = pack_atlas(surface, charts, **options.packing) if with_atlas else None
         files.add(files_of(wanted, roles, layout, after=roles))
         same = data if decoder.complete and not options.stream_choices else None
         if same is not None and on is not None:

@@ -17,8 +17,8 @@ from upholster.image.sameness import differing_region
 from upholster.methods import Prepared
 from upholster.methods.paper.method import PaperOptions
 from upholster.methods.pixel.method import PixelOptions
-from upholster.methods.quilt.options import QuiltOptions
 from upholster.methods.quilt.phases import better_tile, stretched_by
+from upholster.methods.quilt.quilt_options import QuiltOptions
 from upholster.options import SynthesisOptions
 from upholster.quilt import Chart, Quilt, Texels
 from upholster.shown import Shown, on_a_line, texels_in_words

@@ -8,8 +8,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from upholster.charts.chart_seams import ChartSeam, find_seams
 from upholster.charts.directions import DirectionField
-from upholster.charts.seams import ChartSeam, find_seams
 from upholster.conditions import read_conditions
 from upholster.errors import InputError
 from upholster.geometry import AnySurface, MeshSurface
@@ -25,11 +25,11 @@ from upholster.model import (
     Mesh,
     build_atlas,
     build_normal_atlas,
-    charted_mesh,
     charted_tangents,
     displaced,
     kept_box,
-    pack_surface,
+    mesh_on_charts,
+    pack_atlas,
     plain_solid,
     tessellate,
     vertex_tangents,
@@ -38,7 +38,7 @@ from upholster.model.packing import GUTTER
 from upholster.options import WriteOptions
 from upholster.quilt import Chart, Quilt, Texels
 from upholster.render import render
-from upholster.render.maps import SHOWN
+from upholster.render.material_maps import SHOWN
 from upholster.shown import Shown, number_of, on_a_line
 from upholster.stream import encode_stream
 from upholster.types import FloatArray, PixelArray, Progress
@@ -145,7 +145,7 @@ class TexturedModel(Shown):
     def mesh(self) -> Mesh:
         """The surface as polygons: quadrilaterals, or a mesh's own triangles."""
         if isinstance(self.surface, MeshSurface):
-            return charted_mesh(self.surface, self.texels.charts)
+            return mesh_on_charts(self.surface, self.texels.charts)
         return tessellate(self.surface, self.texels.charts, self.seams, quads=self.options.quads)
 
     @cached_property
@@ -158,7 +158,7 @@ class TexturedModel(Shown):
         """The places of all charts in the atlas."""
         if self.packed is not None:
             return self.packed
-        return pack_surface(self.surface, self.texels.charts, **self.options.packing)
+        return pack_atlas(self.surface, self.texels.charts, **self.options.packing)
 
     @cached_property
     def stream(self) -> bytes:

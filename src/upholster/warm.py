@@ -20,13 +20,13 @@ from typing import Any
 
 from upholster.parallel import thread_count
 
-__all__ = ["Compiler", "Job", "compiling", "jobs_for", "missing", "work"]
+__all__ = ["Compiler", "KernelJob", "compiling", "jobs_for", "missing", "work"]
 
 TABLE = Path(__file__).with_name("kernels.json")
 
 
 @dataclass(eq=False, slots=True)
-class Job:
+class KernelJob:
     """A kernel to be compiled for one list of types.
 
     Attributes
@@ -44,7 +44,7 @@ class Job:
     kernel: str
     arguments: list[Any]
     seconds: float
-    needs: "list[Job]" = field(default_factory=list)
+    needs: "list[KernelJob]" = field(default_factory=list)
     started: bool = False
     done: bool = False
     failed: bool = False
@@ -61,10 +61,10 @@ class Job:
         return tuple(read_type(written) for written in self.arguments)
 
 
-def jobs_for(uses: Iterable[str] | None = None) -> list[Job]:
+def jobs_for(uses: Iterable[str] | None = None) -> list[KernelJob]:
     """Return the jobs for some uses, each after the jobs that it needs; by default the complete table."""
     table = json.loads(TABLE.read_text(encoding="utf-8"))
-    jobs = [Job(row["kernel"], row["arguments"], row["seconds"]) for row in table["kernels"]]
+    jobs = [KernelJob(row["kernel"], row["arguments"], row["seconds"]) for row in table["kernels"]]
     for job, row in zip(jobs, table["kernels"], strict=True):
         job.needs = [jobs[n] for n in row["needs"]]
     if uses is None:
@@ -76,7 +76,7 @@ def jobs_for(uses: Iterable[str] | None = None) -> list[Job]:
     return [jobs[n] for n in sorted(wanted)]
 
 
-def missing(jobs: Sequence[Job]) -> list[Job]:
+def missing(jobs: Sequence[KernelJob]) -> list[KernelJob]:
     """Return the jobs whose code is not on disk, but could be."""
     from upholster.kernel_cache import KernelCache
 
@@ -93,7 +93,7 @@ def missing(jobs: Sequence[Job]) -> list[Job]:
 class Compiler:
     """Helpers that compile kernels; each has a thread here that hands out work and waits for the answer."""
 
-    def __init__(self, jobs: Sequence[Job], processes: int) -> None:
+    def __init__(self, jobs: Sequence[KernelJob], processes: int) -> None:
         self._jobs = list(jobs)
         here = set(self._jobs)
         for job in self._jobs:
@@ -145,7 +145,7 @@ class Compiler:
         for thread in self._threads:
             thread.join()
 
-    def _hasten(self, wanted: list[Job]) -> None:
+    def _hasten(self, wanted: list[KernelJob]) -> None:
         # Kernels that a caller waits for come first, after the kernels that they need.
         needed = set(wanted)
         for job in reversed(self._jobs):
@@ -153,14 +153,14 @@ class Compiler:
                 needed.update(job.needs)
         self._queue.sort(key=lambda job: job not in needed)
 
-    def _urgency(self, job: Job) -> float:
+    def _urgency(self, job: KernelJob) -> float:
         # Seconds from its start to the end of the kernels that wait for it.
         after = [self._urgency(other) for other in self._jobs if job in other.needs]
         return job.seconds + max(after, default=0.0)
 
     def _serve(self, helper: "subprocess.Popen[str]") -> None:
         # An error means that the helper died: its kernel is compiled at the first call.
-        job: Job | None = None
+        job: KernelJob | None = None
         with suppress(OSError, ValueError), helper:
             assert helper.stdin is not None
             assert helper.stdout is not None
@@ -178,7 +178,7 @@ class Compiler:
             self._alive = max(0, self._alive - 1)
             self._changed.notify_all()
 
-    def _next(self) -> Job | None:
+    def _next(self) -> KernelJob | None:
         with self._changed:
             while self._queue:
                 for job in self._queue:
@@ -243,6 +243,6 @@ def work() -> None:
     threading.Thread(target=listen, daemon=True).start()
     while True:
         kernel, arguments = json.loads(lines.get())
-        job = Job(kernel, arguments, 0.0)
+        job = KernelJob(kernel, arguments, 0.0)
         job.dispatcher().compile(job.types())
         print(flush=True)

@@ -9,8 +9,8 @@ from upholster.charts.directions import (
     parse_direction,
     told_on_patches,
 )
+from upholster.charts.mesh_warp_fields import triangle_frames, warp_fields
 from upholster.charts.turns import chart_turns
-from upholster.charts.warp_fields import triangle_frames, warp_fields
 from upholster.geometry import Surface
 from upholster.quilt import Chart
 from upholster.quilt.warp_field import WarpField

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from upholster.charts.directions.flats import Border
+from upholster.charts.directions.flats import FaceBorder
 from upholster.geometry import TriangleMesh
 
 
@@ -30,7 +30,7 @@ class _Walk(NamedTuple):
 def plain_sharp(
     mesh: TriangleMesh,
     own_normals: np.ndarray,
-    border: Border,
+    border: FaceBorder,
     planes: np.ndarray,
     width: np.ndarray,
     least: float,

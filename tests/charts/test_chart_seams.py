@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from chart_layouts import SURFACES, split, whole
 
-from upholster.charts.seams import find_seams
+from upholster.charts.chart_seams import find_seams
 from upholster.errors import InputError
 from upholster.geometry import RationalPatch, Surface, plane
 from upholster.quilt import Chart

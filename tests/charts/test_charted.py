@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from upholster.charts.chart_seams import find_seams
 from upholster.charts.charted import ChartedSurface, charted_patches, charted_plane, charted_surface
 from upholster.charts.directions import parse_direction, told_on_patches
 from upholster.charts.layout import density_layout
-from upholster.charts.seams import find_seams
 from upholster.charts.subdivision import subdivided
 from upholster.charts.tessellation import face_parameters
 from upholster.geometry import RationalPatch, Surface, plane, surface_from_spec

@@ -7,7 +7,7 @@ from meshes import height_field, on_charts
 from upholster.charts.charted import charted_patches
 from upholster.charts.directions import direction_field, in_detail, parse_direction, told_on_patches
 from upholster.charts.directions.asked import asked_at_corners
-from upholster.charts.directions.images import read_direction_image
+from upholster.charts.directions.direction_image import read_direction_image
 from upholster.charts.directions.on_coordinates import told_on_coordinates
 from upholster.charts.layout import density_layout
 from upholster.charts.unwrap import unwrap

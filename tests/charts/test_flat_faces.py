@@ -10,7 +10,7 @@ from tests.charts.plain_walk import plain_sharp
 from upholster.charts.creases import CREASE
 from upholster.charts.directions import direction_field
 from upholster.charts.directions._flat_kernels import Facets, mark_sharp
-from upholster.charts.directions.flats import Border, flat_faces
+from upholster.charts.directions.flats import FaceBorder, flat_faces
 from upholster.charts.directions.frames import plane_frames
 from upholster.geometry import TriangleMesh, welded
 
@@ -213,7 +213,7 @@ def test_ways_over_the_surface_are_those_followed_in_plain_numpy(degrees: float)
     planes = mesh.flat_normals[rng.choice(len(mesh.triangles), 5)].copy()
     like = mesh.flat_normals @ planes.T
     face = np.where(like.max(axis=1) > np.cos(np.radians(15)), like.argmax(axis=1), -1)
-    border = Border.of(mesh, face.astype(np.int32))
+    border = FaceBorder.of(mesh, face.astype(np.int32))
     width, least = rng.uniform(0.1, 1.5, 5), float(np.cos(np.radians(degrees)))
     edges = np.stack([border.triangle, border.edge, border.face], axis=1).astype(np.int64)
     found = np.empty(len(edges), np.bool_)

@@ -353,9 +353,9 @@ def test_lines_become_strokes_a_hundredth_of_the_model_apart(tmp_path):
         ([[0, 0, 0]], "at least two points"),
         ([[0, 0, 0], [0, 0, 0]], "at least two points"),
         ([[0, 0, 0], [1, 0]], r"shape \(n, 3\)"),
-        ([[0, 0, 0], [0, 0, 1e300]], "no finite numbers"),
+        ([[0, 0, 0], [0, 0, 1e300]], "not finite numbers"),
         ([[0, 0, 0], [0, 0, 1e6]], r"1e\+06 times as long as the model; allowed: 10000 strokes"),
-        ("abc", "no finite numbers"),
+        ("abc", "not finite numbers"),
     ],
 )
 def test_wrong_lines_are_told_in_a_line(tmp_path, line, words):

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from upholster.charts._mesh_kernels import corner_lists, fill_nodes
-from upholster.charts.warp_fields import triangle_frames
+from upholster.charts._mesh_sampling_kernels import corner_lists, fill_nodes
+from upholster.charts.mesh_warp_fields import triangle_frames
 from upholster.geometry import TriangleMesh
 
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from tests.charts.meshes import height_field, on_charts
 
-from upholster.charts._mesh_kernels import splat_matrices
+from upholster.charts._mesh_sampling_kernels import splat_matrices
 from upholster.charts.mesh_layout import GUTTER, chart_places, mesh_charts
-from upholster.charts.warp_fields import triangle_frames, warp_fields
+from upholster.charts.mesh_warp_fields import triangle_frames, warp_fields
 from upholster.errors import InputError
 from upholster.geometry import MeshSurface
 

@@ -6,11 +6,11 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 from tests.charts.meshes import height_field, on_charts, sphere
 
-from upholster.charts._mesh_kernels import distances_over_edges, join_turns
+from upholster.charts._mesh_sampling_kernels import distances_over_edges, join_turns
 from upholster.charts.charted import ChartedSurface
 from upholster.charts.directions import direction_field
+from upholster.charts.mesh_warp_fields import triangle_frames
 from upholster.charts.turns import chart_turns
-from upholster.charts.warp_fields import triangle_frames
 from upholster.geometry import MeshSurface, TriangleMesh
 
 

@@ -9,16 +9,16 @@ from tests.charts.meshes import torus
 
 from upholster.charts.charted import ChartedSurface, charted_mesh, charted_patches, charted_plane
 from upholster.charts.mesh_layout import mesh_charts
+from upholster.charts.mesh_warp_fields import triangle_frames
 from upholster.charts.phases import TURN, phase_field
 from upholster.charts.phases._kernels import first_members, nearest_parts
 from upholster.charts.phases.links import Links, matched_waves, signed
-from upholster.charts.phases.solving import (
+from upholster.charts.phases.phase_solving import (
     conjugate_phases,
     phase_system,
     smallest_phases,
     solved_phases,
 )
-from upholster.charts.warp_fields import triangle_frames
 from upholster.geometry import MeshSurface, plane
 from upholster.quilt.chart import Chart
 
@@ -129,7 +129,7 @@ def test_a_tile_has_whole_periods():
 def test_the_smallest_phases_are_scipys(monkeypatch):
     asked = []
     monkeypatch.setattr(
-        "upholster.charts.phases.cells.solved_phases",
+        "upholster.charts.phases.phase_cells.solved_phases",
         lambda *asked_for: asked.append(asked_for) or solved_phases(*asked_for),
     )
     waves = np.array([(1 / 14.7, 0.004)])

@@ -7,9 +7,9 @@ from upholster.charts.charted import ChartedSurface, charted_patches
 from upholster.charts.directions import parse_direction, told_on_patches
 from upholster.charts.layout import density_layout
 from upholster.charts.maps import MapGround
+from upholster.charts.mesh_warp_fields import triangle_frames, warp_fields
 from upholster.charts.phases import phase_field
-from upholster.charts.sizes import FOLLOWED, SizeField, parse_size_map, size_field
-from upholster.charts.warp_fields import triangle_frames, warp_fields
+from upholster.charts.size_map import FOLLOWED, SizeField, parse_size_map, size_field
 from upholster.errors import InputError
 from upholster.geometry import surface_from_spec
 from upholster.image import write_image

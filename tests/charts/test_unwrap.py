@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from tests.charts.meshes import on_charts
 
 from upholster.charts.unwrap import unwrap
-from upholster.charts.unwrap._flatten_kernels import crossings, singular_values
+from upholster.charts.unwrap._flatten_kernels import count_crossings, singular_values
 from upholster.charts.unwrap._raster_kernels import coverage
 from upholster.charts.unwrap.flattening import flatten, shapes_of
 from upholster.charts.unwrap.pieces import pieces_of
@@ -271,9 +271,9 @@ def test_crossings_are_those_of_all_pairs() -> None:
         for j in range(i)
         if not set(pairs[i]) & set(pairs[j])
     )
-    assert crossings(ends, pairs) >= expected > 0
+    assert count_crossings(ends, pairs) >= expected > 0
     circle = np.stack([np.cos(np.arange(60) / 10), np.sin(np.arange(60) / 10)], axis=1)
-    assert crossings(circle[pairs], pairs) == 0
+    assert count_crossings(circle[pairs], pairs) == 0
 
 
 def test_borders_that_lie_on_each_other_do_not_hide_overlaps() -> None:

@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from upholster.codec.color import MATRIX_UNIT, fit_klt, from_ycocg, to_ycocg, unmix
+from upholster.codec.color_transforms import MATRIX_UNIT, fit_klt, from_ycocg, to_ycocg, unmix
 
 
 def test_ycocg_is_reversible_on_every_coarse_colour_and_at_the_corners():

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from upholster.elements import find_joints
-from upholster.elements._joint_kernels import filter_plane, measure_distances, thin_ridges, trace_lines
+from upholster.elements._joint_kernels import filter_plane, measure_distances, thin_ridges, trace_joints
 
 
 def noise(shape, seed):
@@ -105,7 +105,7 @@ def test_long_lines_are_told_from_short_ones():
     thin = np.empty((30, 30), np.uint8)
     thin_ridges(ridges, across, 0.5, thin)
     assert (thin == (ridges > 0)).all()
-    trace_lines(ridges, thin, 1.5, 10, np.empty(900, np.int32))
+    trace_joints(ridges, thin, 1.5, 10, np.empty(900, np.int32))
     assert (thin[5, 2:28] == 2).all()
     assert (thin[12, 4:9] == 1).all()
     assert thin.sum() == 26 * 2 + 5

@@ -9,7 +9,7 @@ from textured import make_model
 
 from upholster._version import __version__
 from upholster.errors import InputError
-from upholster.export import TextureFormat, write_glb
+from upholster.export import PagedMesh, TextureFormat, write_glb
 from upholster.geometry import plane
 from upholster.image import from_linear, read_exemplar
 from upholster.model import tessellate
@@ -52,7 +52,7 @@ class Glb:
 
 def test_geometry_comes_back(tmp_path: Path) -> None:
     model = make_model()
-    write_glb(tmp_path / "x.glb", model.mesh, model.uv, model.pixels, name="ring")
+    write_glb(tmp_path / "x.glb", PagedMesh(model.mesh, model.uv, model.pixels), name="ring")
     glb = Glb(tmp_path / "x.glb")
     primitive = glb.json["meshes"][0]["primitives"][0]
     names = primitive["attributes"]
@@ -72,7 +72,7 @@ def test_geometry_comes_back(tmp_path: Path) -> None:
 def test_up_is_up(tmp_path: Path) -> None:
     """The root node takes our z axis to glTF's y axis."""
     model = make_model()
-    write_glb(tmp_path / "x.glb", model.mesh, model.uv, model.pixels)
+    write_glb(tmp_path / "x.glb", PagedMesh(model.mesh, model.uv, model.pixels))
     x, y, z, w = Glb(tmp_path / "x.glb").json["nodes"][0]["rotation"]
     axis = np.array([x, y, z])
     for vector, expected in (((0, 0, 1), (0, 1, 0)), ((1, 0, 0), (1, 0, 0))):
@@ -83,7 +83,7 @@ def test_up_is_up(tmp_path: Path) -> None:
 
 def test_faces_look_outward(tmp_path: Path) -> None:
     model = make_model("octants")
-    write_glb(tmp_path / "x.glb", model.mesh, model.uv, model.pixels)
+    write_glb(tmp_path / "x.glb", PagedMesh(model.mesh, model.uv, model.pixels))
     glb = Glb(tmp_path / "x.glb")
     corners = glb.accessor(0)[glb.accessor(3).reshape(-1, 3)].astype(float)
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -95,7 +95,7 @@ def test_faces_look_outward(tmp_path: Path) -> None:
 def test_indices_are_as_wide_as_needed(tmp_path: Path, quads: int, component: int) -> None:
     model = make_model()
     mesh = tessellate(model.surface, model.texels.charts, quads=quads)
-    write_glb(tmp_path / "x.glb", mesh, model.atlas.texture_coordinates(mesh), model.pixels)
+    write_glb(tmp_path / "x.glb", PagedMesh(mesh, model.atlas.texture_coordinates(mesh), model.pixels))
     glb = Glb(tmp_path / "x.glb")
     assert glb.json["accessors"][3]["componentType"] == component
     np.testing.assert_array_equal(glb.accessor(3).reshape(-1, 3), mesh.all_triangles())
@@ -105,7 +105,7 @@ def test_indices_are_as_wide_as_needed(tmp_path: Path, quads: int, component: in
 @pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32])
 def test_png_keeps_the_texels(tmp_path: Path, dtype: Any, channels: int) -> None:
     model = make_model(channels=channels, dtype=dtype, alpha="blend")
-    write_glb(tmp_path / "x.glb", model.mesh, model.uv, model.pixels)
+    write_glb(tmp_path / "x.glb", PagedMesh(model.mesh, model.uv, model.pixels))
     expected = from_linear(model.pixels, np.uint8) if dtype == np.float32 else model.pixels
     image = Glb(tmp_path / "x.glb").image(tmp_path)
     assert image.dtype == expected.dtype
@@ -115,7 +115,7 @@ def test_png_keeps_the_texels(tmp_path: Path, dtype: Any, channels: int) -> None
 @pytest.mark.parametrize("texture", ["jpeg", "webp"])
 def test_other_image_formats(tmp_path: Path, texture: TextureFormat) -> None:
     model = make_model()
-    write_glb(tmp_path / "x.glb", model.mesh, model.uv, model.pixels, texture=texture, quality=95)
+    write_glb(tmp_path / "x.glb", PagedMesh(model.mesh, model.uv, model.pixels), texture=texture, quality=95)
     glb = Glb(tmp_path / "x.glb")
     assert glb.json["images"][0]["mimeType"] == f"image/{texture}"
     used = ["EXT_texture_webp"] if texture == "webp" else None
@@ -128,34 +128,39 @@ def test_other_image_formats(tmp_path: Path, texture: TextureFormat) -> None:
 @pytest.mark.parametrize("channels", [2, 4])
 def test_alpha_mode(tmp_path: Path, channels: int, alpha: Any, mode: Any) -> None:
     model = make_model(channels=channels, alpha=alpha, size=128)
-    write_glb(tmp_path / "x.glb", model.mesh, model.uv, model.pixels)
+    write_glb(tmp_path / "x.glb", PagedMesh(model.mesh, model.uv, model.pixels))
     glb = Glb(tmp_path / "x.glb")
     assert glb.json["materials"][0].get("alphaMode") == mode
     assert glb.image(tmp_path).shape[2] == channels - (mode is None)
     if mode is not None:
         with pytest.raises(InputError, match="'jpeg' cannot hold the sample's alpha; allowed"):
-            write_glb(tmp_path / "x.glb", model.mesh, model.uv, model.pixels, texture="jpeg")
+            write_glb(tmp_path / "x.glb", PagedMesh(model.mesh, model.uv, model.pixels), texture="jpeg")
 
 
 def test_what_does_not_fit(tmp_path: Path) -> None:
     model = make_model()
     with pytest.raises(InputError, match=r"texture 'gif' is unknown; .*known: auto, png, jpeg, webp"):
-        write_glb(tmp_path / "x.glb", model.mesh, model.uv, model.pixels, texture="gif")  # type: ignore[arg-type]
+        write_glb(tmp_path / "x.glb", PagedMesh(model.mesh, model.uv, model.pixels), texture="gif")  # type: ignore[arg-type]
     mesh = tessellate(plane(), quads=1)
     with pytest.raises(InputError, match="allowed in webp: up to 16383"):
-        write_glb(tmp_path / "x.glb", mesh, mesh.places, np.zeros((1, 20000, 3), np.uint8), texture="webp")
+        write_glb(
+            tmp_path / "x.glb",
+            PagedMesh(mesh, mesh.places, np.zeros((1, 20000, 3), np.uint8)),
+            texture="webp",
+        )
     assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize(
-    ("change", "said"),
+    ("page", "maps", "said"),
     [
-        ({"page": np.array([0, 2])}, "vertices lie on page 2; there are images of 2"),
-        ({"maps": {"ao": np.zeros((8, 8, 1), np.uint8)}}, "ao map has 1 pages; allowed: 2"),
+        (np.array([0, 2]), {}, "vertices lie on page 2; there are images of 2"),
+        (None, {"ao": np.zeros((8, 8, 1), np.uint8)}, "ao map has 1 pages; allowed: 2"),
     ],
 )
-def test_pages_that_do_not_fit_are_refused(tmp_path: Path, change: Any, said: str) -> None:
+def test_pages_that_do_not_fit_are_refused(tmp_path: Path, page: Any, maps: Any, said: str) -> None:
     model = make_model()
+    paged = PagedMesh(model.mesh, model.uv, [model.pixels, model.pixels], page)
     with pytest.raises(InputError, match=said):
-        write_glb(tmp_path / "x.glb", model.mesh, model.uv, [model.pixels, model.pixels], **change)
+        write_glb(tmp_path / "x.glb", paged, maps=maps)
     assert list(tmp_path.iterdir()) == []

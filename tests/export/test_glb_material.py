@@ -9,7 +9,7 @@ from test_glb import Glb
 from textured import Model, make_model
 
 from upholster.errors import InputError
-from upholster.export import write_glb
+from upholster.export import PagedMesh, write_glb
 from upholster.image import read_image
 from upholster.model import face_parameters, vertex_tangents
 
@@ -26,7 +26,7 @@ def maps_of(model: Model, *roles: str, dtype: Any = np.uint8) -> dict[str, Any]:
 
 def write(path: Path, model: Model, maps: Any, **options: Any) -> Glb:
     tangents = vertex_tangents(model.surface, model.texels.charts, model.mesh)
-    write_glb(path, model.mesh, model.uv, model.pixels, maps=maps, tangents=tangents, **options)
+    write_glb(path, PagedMesh(model.mesh, model.uv, model.pixels), maps=maps, tangents=tangents, **options)
     return Glb(path)
 
 
@@ -129,7 +129,7 @@ def test_what_does_not_fit_is_refused(tmp_path: Path, roles: Any, change: Any, s
     model = make_model()
     options = {"maps": maps_of(model, *roles), "tangents": model.mesh.positions} | change
     with pytest.raises(InputError, match=said):
-        write_glb(tmp_path / "x.glb", model.mesh, model.uv, model.pixels, **options)
+        write_glb(tmp_path / "x.glb", PagedMesh(model.mesh, model.uv, model.pixels), **options)
     assert list(tmp_path.iterdir()) == []
 
 

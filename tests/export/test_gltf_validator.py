@@ -9,8 +9,8 @@ from gltf_models import rigged
 from gltf_validation import validated
 from textured import make_model
 
-from upholster.charts.seams import find_seams
-from upholster.export import Cover, write_glb, write_retextured_glb
+from upholster.charts.chart_seams import find_seams
+from upholster.export import Cover, PagedMesh, write_glb, write_retextured_glb
 from upholster.geometry import Surface, ring_cyclide
 from upholster.geometry.mesh_files import read_model
 from upholster.model import build_atlas, pack_charts, tessellate, vertex_tangents
@@ -54,11 +54,13 @@ def test_no_errors_and_no_warnings(tmp_path: Path) -> None:
     for number, (texture, options) in enumerate(kinds):
         model = make_model(**options)
         files.append(tmp_path / f"{number}.glb")
-        write_glb(files[-1], model.mesh, model.uv, model.pixels, texture=texture, name='ring "ä" \\ 1')
+        write_glb(
+            files[-1], PagedMesh(model.mesh, model.uv, model.pixels), texture=texture, name='ring "ä" \\ 1'
+        )
     surface = ring_cyclide()
     mesh = tessellate(Surface([*surface.patches[0].split(s=0.5), *surface.patches[1:]]), quads=70_000)
     files.append(tmp_path / "junctions.glb")
-    write_glb(files[-1], mesh, mesh.places, make_model().pixels)
+    write_glb(files[-1], PagedMesh(mesh, mesh.places, make_model().pixels))
     for number, (texture, roles) in enumerate(
         [
             ("png", ("normal", "roughness", "metallic", "ao", "emission")),
@@ -71,7 +73,11 @@ def test_no_errors_and_no_warnings(tmp_path: Path) -> None:
         maps = {role: model.pixels[:, :, : 3 if role in ("normal", "emission") else 1] for role in roles}
         tangents = vertex_tangents(model.surface, model.texels.charts, model.mesh)
         write_glb(
-            files[-1], model.mesh, model.uv, model.pixels, texture=texture, maps=maps, tangents=tangents
+            files[-1],
+            PagedMesh(model.mesh, model.uv, model.pixels),
+            texture=texture,
+            maps=maps,
+            tangents=tangents,
         )
     for kind, texture in (("cyclide", "png"), ("octants", "webp")):
         model = make_model(kind, size=64, channels=4, alpha="mask")
@@ -84,13 +90,10 @@ def test_no_errors_and_no_warnings(tmp_path: Path) -> None:
         files.append(tmp_path / f"pages_{kind}.glb")
         write_glb(
             files[-1],
-            model.mesh,
-            uv,
-            atlas.images(),
+            PagedMesh(model.mesh, uv, atlas.images(), page),
             texture=texture,
             maps=maps,
             tangents=tangents,
-            page=page,
         )
     for file, issues in zip(files, validated(files), strict=True):
         assert (issues["numErrors"], issues["numWarnings"]) == (0, 0), (file.name, issues["messages"][:3])
@@ -99,7 +102,7 @@ def test_no_errors_and_no_warnings(tmp_path: Path) -> None:
 
 def test_the_validator_does_find_errors(tmp_path: Path) -> None:
     model = make_model()
-    write_glb(tmp_path / "x.glb", model.mesh, model.uv, model.pixels)
+    write_glb(tmp_path / "x.glb", PagedMesh(model.mesh, model.uv, model.pixels))
     data = bytearray((tmp_path / "x.glb").read_bytes())
     data[data.index(b'"VEC3"') + 4] = ord("2")
     (tmp_path / "x.glb").write_bytes(data)

@@ -16,7 +16,7 @@ import pytest
 
 import upholster
 from upholster.errors import InputError
-from upholster.export.html import html_page, printable
+from upholster.export.html import as_printable_ascii, html_page
 from upholster.pipeline import refine
 
 VIEWER = """customElements.define('upholster-viewer', class extends HTMLElement {
@@ -43,7 +43,7 @@ def page(stream: bytes = STREAM, title: str = "ring", viewer: str = VIEWER) -> b
 
 
 def unprintable(text: str, length: int) -> bytes:
-    """The inverse of `printable`, by one large number."""
+    """The inverse of `as_printable_ascii`, by one large number."""
     alphabet = "".join(chr(code) for code in range(33, 127) if chr(code) not in "&<>")
     digits = [alphabet.index(c) for c in text]
     number = 0
@@ -70,7 +70,7 @@ def digest(text: str) -> str:
 def test_printable_says_every_byte(length: int) -> None:
     rng = np.random.default_rng(length)
     for data in (rng.bytes(length), b"\xff" * length, bytes(length)):
-        text = printable(data)
+        text = as_printable_ascii(data)
         assert unprintable(text, length) == data
         assert len(text) == 2 * -(-8 * length // 13)
         assert not set(text) & set("&<> \r\n")

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from textured import Model, make_model
 
-from upholster.export import ObjPart, write_obj
+from upholster.export import ObjPart, PagedMesh, write_obj
 from upholster.geometry import Surface, ring_cyclide
 from upholster.geometry.mesh_files import read_model
 from upholster.image import read_exemplar
@@ -28,7 +28,7 @@ def read_obj(path: Path) -> Any:
 
 def written(tmp_path: Path, model: Model, stem: str = "ring") -> Any:
     names = tmp_path / f"{stem}.obj", tmp_path / f"{stem}.mtl", tmp_path / f"{stem}_texture.png"
-    write_obj(*names, model.mesh, model.uv, model.pixels, stem=stem)
+    write_obj(*names, PagedMesh(model.mesh, model.uv, model.pixels), stem=stem)
     return read_obj(names[0]), names
 
 
@@ -108,7 +108,7 @@ def test_parts_and_their_materials_keep_their_names(tmp_path: Path) -> None:
     part = np.array([3, 0, 2, 2, 0, 3, 0, 0, 2, 3, 2, 0], np.int32)
     uv, image = rng.random((12, 2)), np.zeros((8, 8, 3), np.uint8)
     names = tmp_path / "chair.obj", tmp_path / "chair.mtl", tmp_path / "chair_texture.png"
-    write_obj(*names, mesh, uv, image, stem="chair", parts=labels, part=part)
+    write_obj(*names, PagedMesh(mesh, uv, image), stem="chair", parts=labels, part=part)
     model = read_model(names[0])
     assert [(each.name, each.material) for each in model.parts] == [
         ("Leg 1", "oak"),
@@ -124,8 +124,8 @@ def test_parts_and_their_materials_keep_their_names(tmp_path: Path) -> None:
     ]  # fmt: skip
     assert text.count("map_Kd chair_texture.png") == 4
     pages = [tmp_path / f"chair_texture_{n}.png" for n in (1, 2)]
-    own = {"parts": labels, "part": part, "page": mesh.chart}
-    write_obj(names[0], names[1], pages, mesh, uv, [image, image], stem="chair", **own)
+    paged = PagedMesh(mesh, uv, [image, image], mesh.chart)
+    write_obj(names[0], names[1], pages, paged, stem="chair", parts=labels, part=part)
     found = read_obj(names[0])
     assert set(found["usemtl"]) <= {f"{name}_{n}" for name in ("oak", "red_felt", "chair") for n in (1, 2)}
     assert len(found["f"]) == count

@@ -7,7 +7,7 @@ import pytest
 import trimesh
 from textured import make_model
 
-from upholster.export import write_ply
+from upholster.export import PagedMesh, write_ply
 from upholster.geometry.mesh_files import read_model
 from upholster.image import read_exemplar
 
@@ -15,7 +15,12 @@ from upholster.image import read_exemplar
 @pytest.mark.parametrize("kind", ["cyclide", "sphere"])
 def test_the_model_comes_back(tmp_path: Path, kind: str) -> None:
     model = make_model(kind)
-    write_ply(tmp_path / "m.ply", tmp_path / "m_texture.png", model.mesh, model.uv, model.pixels, stem="m")
+    write_ply(
+        tmp_path / "m.ply",
+        tmp_path / "m_texture.png",
+        PagedMesh(model.mesh, model.uv, model.pixels),
+        stem="m",
+    )
     found = read_model(tmp_path / "m.ply").mesh
     assert (found.neighbours >= 0).all()  # closed
     triangles = model.mesh.all_triangles()
@@ -35,7 +40,12 @@ def test_the_model_comes_back(tmp_path: Path, kind: str) -> None:
 
 def test_another_reader_sees_the_same(tmp_path: Path) -> None:
     model = make_model()
-    write_ply(tmp_path / "m.ply", tmp_path / "m_texture.png", model.mesh, model.uv, model.pixels, stem="m")
+    write_ply(
+        tmp_path / "m.ply",
+        tmp_path / "m_texture.png",
+        PagedMesh(model.mesh, model.uv, model.pixels),
+        stem="m",
+    )
     head = (tmp_path / "m.ply").read_bytes()[:400]
     assert b"comment TextureFile m_texture.png\n" in head
     other = trimesh.load(tmp_path / "m.ply", process=False, skip_texture=True)
@@ -48,7 +58,7 @@ def test_faces_of_two_pages_name_their_textures(tmp_path: Path) -> None:
     model = make_model()
     page = (model.mesh.chart % 2).astype(np.int32)
     files = [tmp_path / f"m_texture_{number}.png" for number in (1, 2)]
-    write_ply(tmp_path / "m.ply", files, model.mesh, model.uv, [model.pixels] * 2, stem="m", page=page)
+    write_ply(tmp_path / "m.ply", files, PagedMesh(model.mesh, model.uv, [model.pixels] * 2, page), stem="m")
     data = (tmp_path / "m.ply").read_bytes()
     assert data.count(b"comment TextureFile m_texture_") == 2
     kind = [("n", "u1"), ("v", "<i4", 4), ("m", "u1"), ("uv", "<f4", 8), ("page", "<i4")]

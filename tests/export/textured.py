@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
+from upholster.charts.chart_seams import find_seams
 from upholster.charts.layout import uniform_layout
-from upholster.charts.seams import find_seams
 from upholster.geometry import Surface, ring_cyclide, sphere
 from upholster.image import to_linear
 from upholster.model import Atlas, Mesh, build_atlas, tessellate

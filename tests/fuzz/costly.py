@@ -17,11 +17,11 @@ from upholster.quilt.placement import PLACEMENT
 from upholster.quilt.warp_field import WarpField
 from upholster.stream.byte_reader import varint
 from upholster.stream.chunks import assembled, pack_chunk
-from upholster.stream.layout import pack_layout
+from upholster.stream.field_chunks import pack_fields
+from upholster.stream.layout_chunk import pack_layout
 from upholster.stream.mesh_code import MeshPrecision, pack_mesh
 from upholster.stream.plan import encode_plan
-from upholster.stream.surfaces import pack_surface
-from upholster.stream.warp_fields import pack_fields
+from upholster.stream.surface_chunk import pack_surface
 
 __all__ = ["CASES", "costly", "image_header", "rebuilt"]
 

@@ -140,7 +140,7 @@ def test_a_face_whose_patches_do_not_fit_is_taken_as_it_is():
 
 
 def test_what_is_no_surface_is_refused():
-    with pytest.raises(InputError, match="not known"):
+    with pytest.raises(InputError, match="unknown kind"):
         exact_face(FaceRecord(box=(0, 1, 0, 1)))
     with pytest.raises(InputError, match="no extent"):
         exact_face(torus(0, 0, 0, 1))

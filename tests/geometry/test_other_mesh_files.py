@@ -166,7 +166,7 @@ def test_obj_has_parts_coordinates_and_normals(tmp_path: Path) -> None:
         ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 0 1 2\n", "vertex 0"),
         ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 -4\n", "names v -4"),
         ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1/1 2/1 3/1\n", "names vt 1; there are 0"),
-        ("v 0 0 0\nv 1 0 0\nv 0 1 zero\nf 1 2 3\n", "no numbers: 'zero'"),
+        ("v 0 0 0\nv 1 0 0\nv 0 1 zero\nf 1 2 3\n", "not numbers: 'zero'"),
         ("v 0 0 0\nv 1 0 nan\nv 0 1 0\nf 1 2 3\n", "not all finite"),
         ("v 0 0 0\nv 1 0\nv 0 1 0\nf 1 2 3\n", "a v line has 2 numbers"),
         ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1.5 2 3\n", "not whole numbers"),

@@ -20,10 +20,10 @@ from upholster.geometry import (
     read_surface,
     ring_cyclide,
     sphere,
+    surface_files,
     vase,
     write_nets,
 )
-from upholster.geometry import files as surface_files
 from upholster.geometry.orientation import signed_volume
 
 

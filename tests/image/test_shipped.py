@@ -11,7 +11,7 @@ import upholster
 from upholster.batch import check_within, read_jobs
 from upholster.errors import InputError
 from upholster.image import read_image
-from upholster.image.shipped import located, shipped_samples
+from upholster.image.shipped import sample_path, shipped_samples
 from upholster.image.source import Sample, read_source, source_files
 from upholster.project import Project, read_project, save_project
 from upholster.studio.folder import Folder
@@ -68,10 +68,10 @@ def test_the_studio_has_them_on_its_shelf() -> None:
 
 def test_files_stay_what_they_are(tmp_path: Path) -> None:
     for path in ("bricks.png", "./sample:bricks", "SAMPLE:bricks", tmp_path / "x.png"):
-        assert located(path) is path
+        assert sample_path(path) is path
 
 
-@pytest.mark.parametrize("read", [located, read_source, upholster.read_exemplar, Sample])
+@pytest.mark.parametrize("read", [sample_path, read_source, upholster.read_exemplar, Sample])
 def test_an_unknown_name_is_refused_with_those_that_there_are(read: type) -> None:
     for name in ("brickz", "", "../examples/bricks", "bricks.png"):
         with pytest.raises(InputError, match="brick, bricks, granite, grass, gravel, pebbles, weave") as told:

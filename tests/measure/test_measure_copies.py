@@ -9,7 +9,7 @@ from measured import quilt_of, quilt_of_nearest, warped
 from upholster.errors import InputError
 from upholster.geometry import MeshSurface, TriangleMesh
 from upholster.measure import copies
-from upholster.measure._kernels import largest_square
+from upholster.measure._kernels import largest_copied_square
 from upholster.measure.samples import Window
 from upholster.measure.trace import Trace, quilt_windows
 
@@ -36,7 +36,7 @@ def test_largest_square_against_its_twin(seed):
         painted = rng.random((height, width)) < share
         below = (rng.random((height - 1, width)) < share) & painted[:-1] & painted[1:]
         right = (rng.random((height, width - 1)) < share) & painted[:, :-1] & painted[:, 1:]
-        found = largest_square(painted, below, right, np.zeros(width, np.int32))
+        found = largest_copied_square(painted, below, right, np.zeros(width, np.int32))
         assert found == plain_largest_square(painted, below, right)
 
 

@@ -16,7 +16,7 @@ from upholster.methods.quilt.emit import emitted_quilt, label_pieces
 from upholster.methods.quilt.ground import PlacedGround, field_arrays, ground_of
 from upholster.methods.quilt.laying import Drawn, LayPlan, lay_parcel
 from upholster.methods.quilt.method import planned
-from upholster.methods.quilt.options import QuiltOptions
+from upholster.methods.quilt.quilt_options import QuiltOptions
 from upholster.methods.synthesis import lay_plan, prepare
 from upholster.options import SynthesisOptions
 from upholster.quilt import Chart, Quilt

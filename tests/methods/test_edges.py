@@ -5,8 +5,8 @@ import pytest
 
 from upholster.charts import uniform_layout
 from upholster.geometry import RationalPatch, Surface, cylinder, plane, ring_cyclide, sphere
-from upholster.methods.paper.edges import color_classes, strip_along
 from upholster.methods.paper.layers import edge_placements
+from upholster.methods.paper.strips import color_classes, strip_along
 from upholster.quilt import Chart
 from upholster.quilt.placement import SYMMETRIES
 

@@ -10,7 +10,7 @@ from plain_laying import plain_filled
 
 from upholster.methods.quilt import emit
 from upholster.methods.quilt._emit_kernels import settle_placements
-from upholster.methods.quilt._label_kernels import fill_labels, label_beyond, label_cells, list_sheets
+from upholster.methods.quilt._label_map_kernels import fill_labels, label_beyond, label_cells, list_sheets
 from upholster.methods.quilt._sheet_kernels import MOST_SHEETS
 from upholster.quilt.displacement import warped_sources
 from upholster.quilt.labels import cell_centres, label_shape

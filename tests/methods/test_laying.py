@@ -19,7 +19,7 @@ from upholster.methods import synthesize
 from upholster.methods.quilt import laying
 from upholster.methods.quilt.match_pyramid import SamplePart, match_pyramid
 from upholster.methods.quilt.method import synthesize_quilt
-from upholster.methods.quilt.options import QuiltOptions
+from upholster.methods.quilt.quilt_options import QuiltOptions
 from upholster.methods.synthesis import lay_plan, prepare
 from upholster.options import SynthesisOptions
 from upholster.parallel import Stop, cancelled_by

@@ -11,7 +11,7 @@ from upholster.errors import InputError
 from upholster.geometry import RationalPatch, Surface, plane, ring_cyclide, sphere
 from upholster.methods import synthesize
 from upholster.methods.paper import PaperOptions, synthesize_paper
-from upholster.methods.paper.edges import color_classes, strip_along
+from upholster.methods.paper.strips import color_classes, strip_along
 from upholster.methods.working_form import working_form
 from upholster.quilt import Chart, paint
 from upholster.quilt.labels import cell_centres

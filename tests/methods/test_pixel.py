@@ -8,7 +8,7 @@ from upholster.charts import uniform_layout
 from upholster.errors import InputError
 from upholster.geometry import RationalPatch, Surface, plane, ring_cyclide, sphere
 from upholster.image import write_image
-from upholster.measure.edges import matched_edge_ratio
+from upholster.measure.mesh_seams import matched_edge_ratio
 from upholster.methods import synthesize
 from upholster.methods.pixel import PixelOptions, synthesize_pixel
 from upholster.methods.pixel.method import PASSES, SIMILAR

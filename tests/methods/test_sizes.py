@@ -9,8 +9,8 @@ from repeating import repeating
 from upholster.charts.charted import charted_patches
 from upholster.charts.layout import density_layout
 from upholster.geometry import surface_from_spec
+from upholster.methods.quilt.exemplar_structure import block_size
 from upholster.methods.quilt.sizes import block_side, turning_of
-from upholster.methods.quilt.structure import block_size
 
 SAMPLE, LATTICE = repeating(256, 256, [(1 / 40, 0), (0, 1 / 31)])
 

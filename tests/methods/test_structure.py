@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from upholster.methods.quilt.structure import block_size, shifted_products
+from upholster.methods.quilt.exemplar_structure import block_size, shifted_products
 
 
 def noise(height, width, channels=3, seed=1):

@@ -7,8 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from patch_charts import patch_charts
 
+from upholster.charts.chart_seams import find_seams
 from upholster.charts.layout import density_layout
-from upholster.charts.seams import find_seams
 from upholster.errors import InputError
 from upholster.geometry import (
     RationalPatch,

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from upholster.charts.mesh_layout import GUTTER, chart_places, mesh_charts
 from upholster.errors import InputError
 from upholster.geometry import MeshSurface, TriangleMesh
-from upholster.model import AtlasLayout, build_atlas, charted_mesh, islands, pack_charts, pack_surface
+from upholster.model import AtlasLayout, build_atlas, islands, mesh_on_charts, pack_atlas, pack_charts
 from upholster.model._packing_kernels import mark_squares
 from upholster.model.islands import island_padding, pack_islands
 from upholster.quilt import Chart, Texels
@@ -148,7 +148,7 @@ def test_texels_are_those_of_the_charts(dtype: Any) -> None:
     np.testing.assert_allclose(
         atlas.pixels[owner < 0], np.broadcast_to(mean, ((owner < 0).sum(), 3)), rtol=1e-5
     )
-    mesh = charted_mesh(surface, charts)
+    mesh = mesh_on_charts(surface, charts)
     places = atlas.texture_coordinates(mesh) * atlas.pixels.shape[1::-1]
     assert (owner[places[:, 1].astype(int), places[:, 0].astype(int)] == mesh.chart).all()
 
@@ -173,8 +173,8 @@ def test_patches_are_packed_as_rectangles() -> None:
     from upholster.geometry import vase
 
     charts = density_layout(vase(), texels=30_000)
-    assert pack_surface(vase(), charts, gutter=4) == pack_charts(charts, gutter=4)
-    assert pack_surface(vase(), charts) == pack_charts(charts, gutter=16)
+    assert pack_atlas(vase(), charts, gutter=4) == pack_charts(charts, gutter=4)
+    assert pack_atlas(vase(), charts) == pack_charts(charts, gutter=16)
     assert all(cell.stencil is None for cell in pack_charts(charts).cells)
 
 
@@ -212,7 +212,7 @@ def test_what_does_not_fit() -> None:
 def test_what_lies_on_no_island_shows_a_texel_of_the_first() -> None:
     surface = of_triangles(np.tile([[0, 0], [0, 50], [50, 0]], (3, 1, 1)), [-1, 0, 1])
     charts = mesh_charts(surface, 1.0)
-    mesh = charted_mesh(surface, charts)
+    mesh = mesh_on_charts(surface, charts)
     plain = mesh.triangles[0]
     assert (mesh.chart[plain] == 0).all()
     assert (mesh.places[plain] - GUTTER > 1).all()

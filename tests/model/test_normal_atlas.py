@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from patch_charts import patch_charts
 
+from upholster.charts.chart_seams import find_seams
 from upholster.charts.layout import density_layout
-from upholster.charts.seams import find_seams
 from upholster.errors import InputError
 from upholster.geometry import Surface, cylinder, ring_cyclide, sphere
 from upholster.model import build_atlas, build_normal_atlas, face_parameters

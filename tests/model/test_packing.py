@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from patch_charts import patch_charts
 
-from upholster.charts.seams import find_seams
+from upholster.charts.chart_seams import find_seams
 from upholster.errors import InputError
 from upholster.geometry import ring_cyclide, torus
 from upholster.model import Atlas, build_atlas, build_normal_atlas, pack_charts, tessellate

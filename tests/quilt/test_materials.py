@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 from random_quilts import SHAPE, exemplar_of, random_quilt
 
-from upholster.charts.seams import find_seams
+from upholster.charts.chart_seams import find_seams
 from upholster.errors import InputError
-from upholster.export import write_glb
+from upholster.export import PagedMesh, write_glb
 from upholster.geometry import sphere
 from upholster.image.material import Material
 from upholster.model import build_atlas, build_normal_atlas, tessellate, vertex_tangents
 from upholster.quilt import paint
 from upholster.quilt.materials import paint_material
-from upholster.quilt.normals import paint_normals, unit_normals
+from upholster.quilt.normal_painting import paint_normals, unit_normal_texels
 
 MAPS = {
     "albedo": exemplar_of(np.uint8, 3),
@@ -30,7 +30,7 @@ def test_every_map_is_painted_by_the_same_quilt():
     color = np.concatenate([MAPS["albedo"], MAPS["opacity"]], axis=2)
     for role, expected in (
         ("albedo", paint(quilt, color)),
-        ("normal", unit_normals(paint_normals(quilt, MAPS["normal"]))),
+        ("normal", unit_normal_texels(paint_normals(quilt, MAPS["normal"]))),
         ("roughness", paint(quilt, MAPS["roughness"])),
         ("height", paint(quilt, MAPS["height"])),
     ):
@@ -53,9 +53,7 @@ def test_a_material_goes_into_a_glb(tmp_path):
     mesh = tessellate(surface, charts, seams, quads=600)
     write_glb(
         tmp_path / "x.glb",
-        mesh,
-        atlases["albedo"].texture_coordinates(mesh),
-        atlases["albedo"].pixels,
+        PagedMesh(mesh, atlases["albedo"].texture_coordinates(mesh), atlases["albedo"].pixels),
         maps={role: atlas.pixels for role, atlas in atlases.items() if role != "albedo"},
         tangents=vertex_tangents(surface, charts, mesh),
     )

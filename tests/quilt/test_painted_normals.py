@@ -9,7 +9,7 @@ from upholster.geometry import ring_cyclide, sphere
 from upholster.quilt import Chart, Quilt, Texels, paint
 from upholster.quilt._normal_kernels import turn_vectors
 from upholster.quilt.labels import LabelMap, cell_centres, label_shape
-from upholster.quilt.normals import paint_normals, unit_normals
+from upholster.quilt.normal_painting import paint_normals, unit_normal_texels
 from upholster.quilt.placement import PLACEMENT
 from upholster.quilt.warp_field import FIELD_STEP, WarpField, node_count
 
@@ -210,7 +210,7 @@ def test_blended_normals_become_unit_vectors(dtype):
     blended[8, 8] = top / 2  # no direction at all
     texels = Texels((Chart(0, 64, 64),), (blended,))
     before = blended.copy()
-    found = unit_normals(texels).arrays[0]
+    found = unit_normal_texels(texels).arrays[0]
     np.testing.assert_array_equal(blended, before)
     assert found.dtype == dtype
     np.testing.assert_array_equal(found[:8], unit[:8])  # to the bit

@@ -12,7 +12,7 @@ from upholster.errors import InputError
 from upholster.render import Camera, _material_kernels, environment, render
 from upholster.render._kernels import resolve, shade
 from upholster.render.environment import HORIZON, HORIZON_WIDTH, KEY_LIGHT, SKY_ABOVE, SKY_BELOW, lamps
-from upholster.render.maps import build_maps
+from upholster.render.material_maps import build_maps
 
 AXES = Camera.fit(np.eye(3), view=(30, 20)).axes
 LAMPS = lamps(AXES)

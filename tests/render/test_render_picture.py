@@ -8,7 +8,7 @@ from render_shapes import Model, checker, joined, sheet, sphere
 from upholster.errors import InputError
 from upholster.render import Camera, render
 from upholster.render._kernels import resolve, shade
-from upholster.render.texture import MipPyramid, build_pyramid
+from upholster.render.texture import MipPyramid, build_mip_pyramid
 from upholster.types import frozen_array
 
 SMALL: dict[str, Any] = {"size": (160, 120), "background": (0.9, 0.9, 0.9)}
@@ -114,7 +114,7 @@ def test_oblique_texture_does_not_moire() -> None:
 @pytest.mark.parametrize(("tilt", "probes"), [(0, 1), (60, 2), (80, 4)])
 def test_mip_level_follows_the_footprint(monkeypatch: pytest.MonkeyPatch, tilt: int, probes: int) -> None:
     """A pyramid whose levels are painted 0, 0.1, 0.2… shows which level is taken where."""
-    pyramid = build_pyramid(np.zeros((1024, 1024, 1), np.float32), last=6)
+    pyramid = build_mip_pyramid(np.zeros((1024, 1024, 1), np.float32), last=6)
     texels = pyramid.texels.copy()
     for level, (start, height, width) in enumerate(pyramid.levels):
         texels[start : start + height * width] = (0.1 * level, 0.1 * level, 0.1 * level, 1)
@@ -144,7 +144,7 @@ def test_levels_finer_than_needed_are_not_missed(monkeypatch: pytest.MonkeyPatch
 
     def whole(texture: Any, *, first: int, last: int, threads: int | None) -> MipPyramid:
         built.append(first)
-        return build_pyramid(texture, last=last, threads=threads)
+        return build_mip_pyramid(texture, last=last, threads=threads)
 
     monkeypatch.setattr("upholster.render.picture.build_pyramid", whole)
     np.testing.assert_array_equal(render(*model, texture, **options), image)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from upholster.errors import InputError
 from upholster.image.color import to_linear
 from upholster.render import _lookup
-from upholster.render.texture import MipPyramid, build_pyramid, checked_texture
+from upholster.render.texture import MipPyramid, build_mip_pyramid, checked_texture
 
 
 @numba.njit
@@ -52,7 +52,7 @@ def test_look_up_equals_its_twin() -> None:
     texture = rng.random((32, 48, 4), np.float32)
     premultiplied = texture.copy()
     premultiplied[..., :3] *= texture[..., 3:]
-    pyramid = build_pyramid(texture, last=3)
+    pyramid = build_mip_pyramid(texture, last=3)
     for u, v, lod in rng.uniform((-0.1, -0.1, -1), (1.1, 1.1, 4), (300, 3)):
         np.testing.assert_allclose(
             texture_at(pyramid, u, v, lod),
@@ -66,7 +66,7 @@ def test_look_up_equals_its_twin() -> None:
 @pytest.mark.parametrize("channels", [1, 2, 3, 4])
 def test_levels_are_box_averages(shape: tuple[int, int], channels: int) -> None:
     texture = np.random.default_rng(4).random((*shape, channels), np.float32)
-    pyramid = build_pyramid(texture, last=3, threads=2)
+    pyramid = build_mip_pyramid(texture, last=3, threads=2)
     alpha = texture[..., -1:] if channels in (2, 4) else np.ones((*shape, 1), np.float32)
     color = texture[..., : channels - 1 + channels % 2] * alpha
     expected = np.concatenate([np.broadcast_to(color, (*shape, 3)), alpha], axis=2)
@@ -79,7 +79,7 @@ def test_levels_are_box_averages(shape: tuple[int, int], channels: int) -> None:
 
 def test_fine_levels_can_be_left_out() -> None:
     texture = np.random.default_rng(5).integers(0, 256, (64, 48, 3), np.uint8)
-    whole, part = build_pyramid(texture, last=4), build_pyramid(texture, first=2, last=4)
+    whole, part = build_mip_pyramid(texture, last=4), build_mip_pyramid(texture, first=2, last=4)
     assert part.first == 2
     for index in (2, 3, 4):
         np.testing.assert_array_equal(level(part, index), level(whole, index))
@@ -90,17 +90,17 @@ def test_fine_levels_can_be_left_out() -> None:
 def test_integers_are_averaged_in_linear_light() -> None:
     texture = np.zeros((2, 2, 3), np.uint8)
     texture[0] = 255
-    pyramid = build_pyramid(texture, last=1)
+    pyramid = build_mip_pyramid(texture, last=1)
     np.testing.assert_allclose(level(pyramid, 1)[0, 0], [0.5, 0.5, 0.5, 1], rtol=1e-6)
     coded = np.random.default_rng(6).integers(0, 65536, (4, 4, 3)).astype(np.uint16)
-    np.testing.assert_allclose(level(build_pyramid(coded, last=0), 0)[..., :3], to_linear(coded))
+    np.testing.assert_allclose(level(build_mip_pyramid(coded, last=0), 0)[..., :3], to_linear(coded))
 
 
 def test_see_through_texels_do_not_colour_their_neighbours() -> None:
     texture = np.zeros((2, 2, 4), np.uint8)
     texture[..., 0] = 255  # invisible red
     texture[0, 0] = (0, 255, 0, 255)
-    r, g, _, a = texture_at(build_pyramid(texture, last=1), 0.5, 0.5, 1.0)
+    r, g, _, a = texture_at(build_mip_pyramid(texture, last=1), 0.5, 0.5, 1.0)
     assert (r / a, g / a, a) == pytest.approx((0, 1, 0.25))
 
 
@@ -108,7 +108,7 @@ def test_footprint_average() -> None:
     """Stripes average out along a footprint that crosses them, and stay along one that follows them."""
     texture = np.zeros((64, 64, 1), np.float32)
     texture[:, ::2] = 1.0
-    pyramid = build_pyramid(texture)
+    pyramid = build_mip_pyramid(texture)
     across = filtered(pyramid, 32.5 / 64, 0.5, (4.0, 0.0), (0.0, 1.0))[0]
     along = filtered(pyramid, 32.5 / 64, 0.5, (0.0, 4.0), (1.0, 0.0))[0]
     assert across == pytest.approx(0.5)
@@ -119,7 +119,7 @@ def test_footprint_average() -> None:
 
 
 def test_magnified_texture_is_one_bilinear_look_up() -> None:
-    pyramid = build_pyramid(np.random.default_rng(7).random((16, 16, 3), np.float32))
+    pyramid = build_mip_pyramid(np.random.default_rng(7).random((16, 16, 3), np.float32))
     assert filtered(pyramid, 0.4, 0.7, (0.9, 0.0), (0.0, 0.01)) == texture_at(pyramid, 0.4, 0.7, 0.0)
 
 
@@ -142,4 +142,4 @@ def test_values_that_are_not_finite_are_refused() -> None:
     texture = np.zeros((4, 4, 3), np.float32)
     texture[2, 1, 0] = np.nan
     with pytest.raises(InputError, match="not finite"):
-        build_pyramid(texture)
+        build_mip_pyramid(texture)

@@ -11,7 +11,7 @@ from types import SimpleNamespace
 import anyio
 
 from upholster.server import Catalogue, make_app
-from upholster.server.running import serving
+from upholster.server.serving import serving
 from upholster.server.throttle import Pace
 
 PATIENCE = 600

@@ -20,8 +20,8 @@ from live_server import PATIENCE, VECTORS, Turns, running, wait_until
 from upholster.errors import InputError
 from upholster.image import read_image
 from upholster.limits import Limits
-from upholster.server import check_origin, connections, drawing, thumbnails
-from upholster.server.pages import THUMBNAIL_SIZE, content_security_policy, script_digest
+from upholster.server import check_origin, connections, thumbnail_drawing, thumbnails
+from upholster.server.html_pages import THUMBNAIL_SIZE, content_security_policy, script_digest
 
 POSIX = pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX file systems")
 
@@ -453,8 +453,8 @@ def test_what_cannot_be_shown_says_so(folder, tmp_path, monkeypatch):
 
 
 def test_a_model_of_very_many_texels_is_shown_bare(folder, tmp_path, monkeypatch):
-    monkeypatch.setattr(drawing, "_PAINTED", Limits(texels=1))
-    drawn_by(monkeypatch, lambda path: drawing.draw_thumbnail(io.BytesIO(Path(path).read_bytes())))
+    monkeypatch.setattr(thumbnail_drawing, "_PAINTED", Limits(texels=1))
+    drawn_by(monkeypatch, lambda path: thumbnail_drawing.draw_thumbnail(io.BytesIO(Path(path).read_bytes())))
     with running(folder) as client:
         (tmp_path / "a.png").write_bytes(client.get("/thumbnails/quilt.uph.png")[2])
     pixels = read_image(tmp_path / "a.png").astype(int)

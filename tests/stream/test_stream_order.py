@@ -4,17 +4,17 @@ from itertools import pairwise
 
 from streams import laid, woven
 
-from upholster.stream.order import Part, ordered, plan_parts
+from upholster.stream.field_chunks import pack_fields
+from upholster.stream.order import StreamPart, ordered, plan_parts
 from upholster.stream.plan import encode_plan
-from upholster.stream.warp_fields import pack_fields
 
 ERRORS = 10.0, {0: 5.0, 100: 1.0}
 
 
 def tags(right: float) -> str:
     """The order where so many of 1000 steps are right before the labels come."""
-    queue = [Part((("P", bytes(100)),), right), Part((("M", bytes(100)),), 1000 - right)]
-    sample = [Part((("D", bytes(100)),), 100)]
+    queue = [StreamPart((("P", bytes(100)),), right), StreamPart((("M", bytes(100)),), 1000 - right)]
+    sample = [StreamPart((("D", bytes(100)),), 100)]
     return "".join(chr(chunk[0]) for chunk in ordered(queue, sample, ERRORS, 0))
 
 

@@ -15,9 +15,9 @@ from upholster.quilt.labels import LabelMap, nearest_labels
 from upholster.quilt.placement import bare_placement
 from upholster.quilt.warp_field import WarpField
 from upholster.stream.byte_reader import ByteReader
+from upholster.stream.field_chunks import FieldDecoder, pack_fields
 from upholster.stream.plan import PlanCode, PlanDecoder, encode_plan
 from upholster.stream.plan_head import PlanHead
-from upholster.stream.warp_fields import FieldDecoder, pack_fields
 
 NAMES = "row", "column", "layer", "symmetry", "offset", "source_row", "source_column"
 

@@ -20,8 +20,8 @@ from upholster.geometry import (
 )
 from upholster.quilt import Chart
 from upholster.stream.byte_reader import ByteReader
-from upholster.stream.layout import pack_layout, parse_layout
-from upholster.stream.surfaces import pack_surface, parse_surface
+from upholster.stream.layout_chunk import pack_layout, parse_layout
+from upholster.stream.surface_chunk import pack_surface, parse_surface
 
 SPECS = (
     "cyclide",

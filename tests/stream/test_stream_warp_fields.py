@@ -12,7 +12,7 @@ from upholster.errors import FormatError, InputError
 from upholster.quilt import Chart
 from upholster.quilt.warp_field import WarpField
 from upholster.stream.byte_reader import ByteReader
-from upholster.stream.warp_fields import FieldDecoder, pack_fields
+from upholster.stream.field_chunks import FieldDecoder, pack_fields
 
 
 def read(code: Any, charts: Any) -> Any:

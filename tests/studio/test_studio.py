@@ -26,10 +26,10 @@ from upholster.stream import StreamDecoder
 
 pytest.importorskip("starlette")
 
-from upholster.studio import app as studio_app
-from upholster.studio.app import Studio, make_studio
+from upholster.studio import routes as studio_routes
 from upholster.studio.folder import Folder
 from upholster.studio.overlays import KINDS
+from upholster.studio.routes import Studio, make_studio
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 WEAVE, CHAIR = EXAMPLES / "weave.png", EXAMPLES / "chair.glb"
@@ -329,8 +329,8 @@ def test_hints_say_what_would_help_a_photo(page):
 
 @pytest.mark.skipif(sys.platform == "win32", reason="stops a process")
 def test_a_worker_that_says_nothing_for_long_is_ended(page, monkeypatch):
-    monkeypatch.setattr(studio_app, "_SILENT", 0.5)
-    monkeypatch.setattr(studio_app, "_WAIT", 0.6)
+    monkeypatch.setattr(studio_routes, "_SILENT", 0.5)
+    monkeypatch.setattr(studio_routes, "_WAIT", 0.6)
     revision = page.told("POST", "/state", {"state": STATE | {"seed": 56}})["revision"]
     os.kill(page.studio.worker.process_id, signal.SIGSTOP)
     status, _, data = 204, {}, b""

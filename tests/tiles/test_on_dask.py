@@ -90,7 +90,7 @@ def _older() -> str:
 
 
 def test_workers_of_another_version_are_refused(address: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("upholster.cluster.running._version_here", _older)
+    monkeypatch.setattr("upholster.cluster.job_runs._version_here", _older)
     with (
         pytest.raises(InputError, match=r"has upholster 0\.0\.1; allowed: "),
         cluster_pool(scheduler=address),

@@ -19,7 +19,7 @@ from upholster.options import WriteOptions
 from upholster.parallel import TaskPool, thread_pool
 from upholster.pipeline import cover, refine
 from upholster.reports import CoverReport
-from upholster.tiles.places import Place
+from upholster.tiles.storage import Place
 from upholster.tiles.work import load, store
 from upholster.types import frozen_array
 

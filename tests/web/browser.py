@@ -21,7 +21,7 @@ from upholster.geometry import ring_cyclide, surface_from_spec
 from upholster.image import from_linear, read_exemplar, read_image
 from upholster.methods import synthesize
 from upholster.render import render
-from upholster.server import running
+from upholster.server.serving import serving as serving_app
 from upholster.stream import StreamDecoder, encode_stream
 from upholster.textured import TexturedModel
 
@@ -74,7 +74,7 @@ def chromium() -> Any:
 @contextmanager
 def serving(app: Any) -> Any:
     """Serve an ASGI application on loopback, in a thread; yields its address without a slash at the end."""
-    with running.serving(app) as address:
+    with serving_app(app) as address:
         yield address.rstrip("/")
 
 

@@ -22,7 +22,7 @@ from upholster.geometry import Surface, surface_from_spec
 from upholster.quilt import Chart, paint
 from upholster.stream import StreamDecoder, encode_stream
 from upholster.stream.chunks import header, pack_chunk
-from upholster.stream.surfaces import NAMED
+from upholster.stream.surface_chunk import NAMED
 
 ROOT = HERE.parents[1]
 VECTORS = sorted((ROOT / "tests" / "vectors").glob("*.uph"))

@@ -14,8 +14,8 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "stream"))
 from decoders import HERE, ROOT, run
 from streams import anything, noise
 
+from upholster.charts.chart_seams import find_seams
 from upholster.charts.layout import density_layout, uniform_layout
-from upholster.charts.seams import find_seams
 from upholster.geometry import Face, RationalPatch, Surface, surface_from_spec
 from upholster.model import Mesh, face_parameters, vertex_tangents
 from upholster.quilt import Chart

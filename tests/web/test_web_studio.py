@@ -17,7 +17,7 @@ from upholster.elements import find_lattice
 from upholster.image import from_linear, write_image
 from upholster.image.perspective import proposed_corners
 from upholster.image.rectify import Rectification
-from upholster.studio.app import Studio, make_studio
+from upholster.studio.routes import Studio, make_studio
 
 pytestmark = pytest.mark.browser
 

@@ -10,7 +10,7 @@ import { SurfaceMesher, TriangleMesher } from '../../web/uph-mesh.js'
 import { UphDecoder as Decoder } from '../../web/uph/decoder.js'
 import { ImageDecoder } from '../../web/uph/image/decoder.js'
 import { Samples, codeOf } from '../../web/worker/samples.js'
-import { Session } from '../../web/worker/session.js'
+import { Session } from '../../web/worker/stream-session.js'
 
 const folders = [new URL('../vectors/', import.meta.url)]
 if (process.env.STREAMS) folders.push(pathToFileURL(`${process.env.STREAMS}/`))

@@ -1,7 +1,7 @@
 /** Streams of a page in one worker: the worker's own messages are one's, each port that joins brings another's. */
 
 import { Samples } from './samples.js'
-import { Session } from './session.js'
+import { Session } from './stream-session.js'
 
 /** Serve what comes from a port, or from the worker's own scope. All of a worker's streams share `samples`. */
 export function serve(port, samples = new Samples()) {

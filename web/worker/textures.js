@@ -1,6 +1,6 @@
 /** Textures of charts, as a page shows them, where they changed: of what the page is to paint them, or painted here. */
 
-import { ChartPainting } from './painting.js'
+import { ChartPainting } from './chart-painting.js'
 import { ChartRecipes } from './recipes.js'
 import { SLICE } from './schedule.js'
 

@@ -32,7 +32,7 @@ class Record:
     Raises
     ------
     InputError, FormatError
-        If the file exists, and is not a record, or is that of another file of jobs.
+        If the file exists, and is not a record, or belongs to another file of jobs.
     """
 
     def __init__(self, path: Path, jobs: Path) -> None:
@@ -93,7 +93,7 @@ class Record:
         except (ValueError, KeyError, TypeError):
             raise FormatError(f"{name}: it is not a record of a batch; allowed: another --output") from None
         if jobs != self._jobs:
-            raise InputError(f"record {name!r} is that of {jobs!r}; allowed: another --output")
+            raise InputError(f"record {name!r} belongs to {jobs!r}; allowed: another --output")
 
 
 def state_of(files: Iterable[str], folder: Path) -> dict[str, dict[str, Any]]:

@@ -14,14 +14,14 @@ from upholster.jit import inline, kernel, shared, spliced
 from upholster.types import FloatArray, IntArray
 
 __all__ = [
-    "Levels",
+    "GridLevels",
     "Rows",
     "Work",
     "coarse_rows",
     "conjugate_gradients",
     "factor",
+    "follow_matching",
     "inner_by_part",
-    "join_pairs",
     "lower_quotients",
     "match_pairs",
     "prolong",
@@ -48,7 +48,7 @@ class Rows(NamedTuple):
     diagonal: FloatArray
 
 
-class Levels(NamedTuple):
+class GridLevels(NamedTuple):
     """The matrices of all levels, concatenated, finest first.
 
     `firsts` (levels + 1, 2) give the positions where each level's unknowns and entries begin. `rows` holds
@@ -72,7 +72,7 @@ class Work(NamedTuple):
     curved: FloatArray
 
     @classmethod
-    def of(cls, levels: Levels) -> "Work":
+    def of(cls, levels: GridLevels) -> "Work":
         """Return scratch space for these levels."""
         count = len(levels.firsts)
         vectors = np.empty((7, len(levels.rows.diagonal)), np.complex128)
@@ -179,7 +179,9 @@ def match_pairs(rows: Rows, group: IntArray, phase: ComplexArray) -> int:
 
 
 @kernel
-def join_pairs(group: IntArray, phase: ComplexArray, second: IntArray, second_phase: ComplexArray) -> None:
+def follow_matching(
+    group: IntArray, phase: ComplexArray, second: IntArray, second_phase: ComplexArray
+) -> None:
     """Compose one matching with the next, in place: `group` and `phase` then lead to the second's groups."""
     for i in range(len(group)):
         at = group[i]
@@ -339,7 +341,7 @@ def prolong(group: IntArray, phase: ComplexArray, coarse: ComplexArray, fine: Co
 
 
 @spliced  # an inline function cannot return part of an array
-def _rows_at(levels: Levels, depth: int) -> Rows:
+def _rows_at(levels: GridLevels, depth: int) -> Rows:
     # The matrix of a level.
     first, last = levels.firsts[depth], levels.firsts[depth + 1]
     rows = levels.rows
@@ -353,14 +355,14 @@ def _rows_at(levels: Levels, depth: int) -> Rows:
 
 
 @spliced  # an inline function cannot return part of an array
-def _vector(levels: Levels, work: Work, depth: int, which: int) -> ComplexArray:
+def _vector(levels: GridLevels, work: Work, depth: int, which: int) -> ComplexArray:
     # One of the vectors of a level.
     own: ComplexArray = work.vectors[which][levels.firsts[depth, 0] : levels.firsts[depth + 1, 0]]
     return own
 
 
 @inline
-def _solve_at_last(levels: Levels, work: Work, right: ComplexArray, x: ComplexArray, depth: int) -> None:
+def _solve_at_last(levels: GridLevels, work: Work, right: ComplexArray, x: ComplexArray, depth: int) -> None:
     if len(levels.factor):
         _divide_out(levels.factor, right, x)
     else:
@@ -370,7 +372,7 @@ def _solve_at_last(levels: Levels, work: Work, right: ComplexArray, x: ComplexAr
 
 
 @inline
-def _take_first(levels: Levels, work: Work, depth: int) -> bool:
+def _take_first(levels: GridLevels, work: Work, depth: int) -> bool:
     # Takes the best multiple of the first cycle's result on a level; returns whether that is enough.
     first, found = _vector(levels, work, depth, _FIRST), _vector(levels, work, depth, _FOUND)
     right, product = _vector(levels, work, depth, _RIGHT), _vector(levels, work, depth, _PRODUCT)
@@ -389,7 +391,7 @@ def _take_first(levels: Levels, work: Work, depth: int) -> bool:
 
 
 @inline
-def _take_second(levels: Levels, work: Work, depth: int) -> None:
+def _take_second(levels: GridLevels, work: Work, depth: int) -> None:
     # Adds the second cycle's result on a level, conjugate to the first one's.
     first, found = _vector(levels, work, depth, _FIRST), _vector(levels, work, depth, _FOUND)
     more, product = _vector(levels, work, depth, _MORE), _vector(levels, work, depth, _PRODUCT)
@@ -402,7 +404,7 @@ def _take_second(levels: Levels, work: Work, depth: int) -> None:
 
 
 @shared
-def _cycle(levels: Levels, work: Work, right: ComplexArray, x: ComplexArray, top: int) -> None:
+def _cycle(levels: GridLevels, work: Work, right: ComplexArray, x: ComplexArray, top: int) -> None:
     # Puts an approximate solution for `right` on a level in x: one K-cycle, a slightly varying
     # preconditioner. Each level below is solved by one or two cycles, combined as in conjugate gradients.
     last = levels.firsts.shape[0] - 2
@@ -446,7 +448,7 @@ def _cycle(levels: Levels, work: Work, right: ComplexArray, x: ComplexArray, top
 
 @kernel
 def conjugate_gradients(
-    levels: Levels,
+    levels: GridLevels,
     work: Work,
     right: ComplexArray,
     vectors: ComplexArray,
@@ -513,7 +515,7 @@ def _best_step(quotient: float, mixed: complex, curved: float, size: float) -> c
 
 @kernel
 def lower_quotients(
-    levels: Levels,
+    levels: GridLevels,
     work: Work,
     depth: int,
     rows: Rows,

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from upholster.jit import inline, kernel
 from upholster.types import FloatArray, IntArray, int64
 
-__all__ = ["PARTS", "Pieces", "count_parts", "cut_triangles", "measure_edges", "order_pieces"]
+__all__ = ["PARTS", "Pieces", "count_parts", "cut_triangles", "measure_lengths", "order_pieces"]
 
 PARTS = 23
 """Kinds of parts that triangles are cut into, in the order in which parts are listed: see `cut_triangles`."""
@@ -37,7 +37,7 @@ class Pieces(NamedTuple):
 
 
 @kernel
-def measure_edges(vertices: IntArray, positions: FloatArray, lengths: FloatArray) -> None:
+def measure_lengths(vertices: IntArray, positions: FloatArray, lengths: FloatArray) -> None:
     """Write the lengths of pieces' edges (N, k), each from a corner to the next one."""
     corners = vertices.shape[1]
     for n in range(vertices.shape[0]):

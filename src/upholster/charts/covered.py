@@ -10,7 +10,7 @@ import numpy as np
 from upholster.charts.unwrap import unwrap
 from upholster.disk_cache import kept_on_disk
 from upholster.errors import InputError
-from upholster.formats import is_model_name
+from upholster.formats import input_kind, is_model_name
 from upholster.geometry import (
     AnySurface,
     MeshSurface,
@@ -107,7 +107,8 @@ def as_covered(
     if isinstance(on, MeshSurface):
         return Covered(on)
     of_patches, file = _of_patches(on, biquadratic), surface_file(on)
-    listed = file is not None and file.lower().endswith((".bpt", ".bpt.txt"))
+    kind = None if file is None else input_kind(file)
+    listed = kind is not None and kind.name == "patch list"
     if patches or not listed or not of_patches.degenerate or not can_be_mesh(of_patches):
         return Covered(of_patches)
     return _without_poles(of_patches, progress=progress)

@@ -13,7 +13,7 @@ import numpy as np
 from upholster.geometry import Face, Surface
 from upholster.types import FloatArray, frozen_array
 
-__all__ = ["Halving", "Piece"]
+__all__ = ["ChartPiece", "Halving"]
 
 WANTED = np.log(2.1)
 """A chart is cut no further once ln(99th / 1st percentile of texel area) is below this."""
@@ -30,7 +30,7 @@ DOWN, RIGHT, AREA = 0, 1, 2
 
 
 @dataclass(frozen=True, slots=True)
-class Piece:
+class ChartPiece:
     """A rectangle of a face, in samples: top to bottom along s, left to right along t.
 
     `root` numbers the rectangle that it was cut from; lines where derivatives jump bound it.
@@ -47,16 +47,16 @@ class Piece:
         """Return where the piece begins and ends along s (axis 0) or t (axis 1)."""
         return (self.left, self.right) if axis else (self.top, self.bottom)
 
-    def halves(self, axis: int, at: int) -> tuple["Piece", "Piece"]:
+    def halves(self, axis: int, at: int) -> tuple["ChartPiece", "ChartPiece"]:
         """Return the parts before and after a cut."""
         if axis:
             return (
-                Piece(self.face, self.root, self.top, self.bottom, self.left, at),
-                Piece(self.face, self.root, self.top, self.bottom, at, self.right),
+                ChartPiece(self.face, self.root, self.top, self.bottom, self.left, at),
+                ChartPiece(self.face, self.root, self.top, self.bottom, at, self.right),
             )
         return (
-            Piece(self.face, self.root, self.top, at, self.left, self.right),
-            Piece(self.face, self.root, at, self.bottom, self.left, self.right),
+            ChartPiece(self.face, self.root, self.top, at, self.left, self.right),
+            ChartPiece(self.face, self.root, at, self.bottom, self.left, self.right),
         )
 
 
@@ -93,12 +93,12 @@ class FaceSamples:
             [0.5 * np.log(np.maximum(x, least)) for x in (down, right)] + [np.log(np.maximum(element, least))]
         )
 
-    def window(self, piece: Piece) -> tuple[FloatArray, FloatArray]:
+    def window(self, piece: ChartPiece) -> tuple[FloatArray, FloatArray]:
         """Return the areas and logarithms of a piece's samples: (h, w) and (3, h, w)."""
         rows, columns = slice(piece.top, piece.bottom), slice(piece.left, piece.right)
         return np.maximum(self.area[rows, columns], 1e-300), self.logs[:, rows, columns]
 
-    def spread(self, piece: Piece) -> float:
+    def spread(self, piece: ChartPiece) -> float:
         """Return the logarithm of texel area's 99th over its 1st percentile on a piece."""
         area, (*_, element) = self.window(piece)
         order = np.argsort(element, axis=None)
@@ -107,7 +107,7 @@ class FaceSamples:
         values = element.ravel()[order]
         return float(values[min(last, len(values) - 1)] - values[first])
 
-    def varies(self, piece: Piece, axis: int) -> float:
+    def varies(self, piece: ChartPiece, axis: int) -> float:
         """Return the variance along an axis of the mean logarithm of texel area."""
         area, (*_, element) = self.window(piece)
         weight = area.sum(axis=1 - axis)
@@ -133,8 +133,8 @@ class Halving:
     def __init__(self, surface: Surface) -> None:
         self._surface = surface
         self._samples = [FaceSamples(face, surface.size) for face in surface.faces]
-        self._extents: dict[Piece, FloatArray] = {}  # callers ask for the same pieces repeatedly
-        roots: list[Piece] = []
+        self._extents: dict[ChartPiece, FloatArray] = {}  # callers ask for the same pieces repeatedly
+        roots: list[ChartPiece] = []
         for index, (face, samples) in enumerate(zip(surface.faces, self._samples, strict=True)):
             lines = [
                 [step * line for line in (0, *breaks, count)]
@@ -143,12 +143,12 @@ class Halving:
                 )
             ]
             for (top, bottom), (left, right) in product(pairwise(lines[0]), pairwise(lines[1])):
-                roots.append(Piece(index, len(roots), top, bottom, left, right))
+                roots.append(ChartPiece(index, len(roots), top, bottom, left, right))
         self._pieces = set(roots)
         self.whole = np.array([self.extents(root) for root in roots])
 
     @property
-    def pieces(self) -> list[Piece]:
+    def pieces(self) -> list[ChartPiece]:
         """All pieces, sorted."""
         return sorted(self._pieces, key=lambda one: (one.face, one.top, one.left))
 
@@ -157,7 +157,7 @@ class Halving:
         """The surface's area, in squared model units."""
         return float(sum(samples.area.sum() for samples in self._samples))
 
-    def extents(self, piece: Piece) -> FloatArray:
+    def extents(self, piece: ChartPiece) -> FloatArray:
         """Return the typical height and width (2,) of a piece, in model units.
 
         They are area-weighted geometric means of the derivatives' lengths, corrected for the angle between
@@ -176,7 +176,7 @@ class Halving:
             found = self._extents[piece] = frozen_array(np.exp([down + sine, right + sine]) * spans)
         return found
 
-    def parameters(self, piece: Piece) -> tuple[float, float, float, float]:
+    def parameters(self, piece: ChartPiece) -> tuple[float, float, float, float]:
         """Return s0, s1, t0, t1 of a piece."""
         (s0, s1), (t0, t1) = (
             [end / self._samples[piece.face].steps[axis] for end in piece.ends(axis)] for axis in (0, 1)
@@ -222,7 +222,7 @@ class Halving:
                 self._pieces.update(halves)
         return True
 
-    def _halves(self, piece: Piece, axis: int, least: float) -> tuple[Piece, ...]:
+    def _halves(self, piece: ChartPiece, axis: int, least: float) -> tuple[ChartPiece, ...]:
         """Return both halves across an axis; none if one is shorter than `least` or no cut is possible."""
         first, last = piece.ends(axis)
         step = self._samples[piece.face].steps[axis]

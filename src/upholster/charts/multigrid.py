@@ -19,14 +19,14 @@ import numpy as np
 
 from upholster.charts._multigrid_kernels import (
     ComplexArray,
-    Levels,
+    GridLevels,
     Rows,
     Work,
     coarse_rows,
     conjugate_gradients,
     factor,
+    follow_matching,
     inner_by_part,
-    join_pairs,
     lower_quotients,
     match_pairs,
     prolong,
@@ -75,7 +75,7 @@ class _Level:
 
 
 class Multigrid:
-    """Levels of a positive Hermitian matrix, for cycles over them.
+    """GridLevels of a positive Hermitian matrix, for cycles over them.
 
     Parameters
     ----------
@@ -100,7 +100,7 @@ class Multigrid:
         return self.levels[depth].rows if depth < len(self.levels) else self._last
 
 
-def _kept(levels: list[_Level], last: Rows) -> Levels:
+def _kept(levels: list[_Level], last: Rows) -> GridLevels:
     # All levels in the form that kernels take.
     rows = [*(level.rows for level in levels), last]
     sizes = [(len(one.diagonal), len(one.columns)) for one in rows]
@@ -109,7 +109,7 @@ def _kept(levels: list[_Level], last: Rows) -> Levels:
     phase = np.concatenate([np.zeros(0, np.complex128), *(level.phase for level in levels)])
     together = Rows(*(np.concatenate(part) for part in zip(*rows, strict=True)))
     dense = _dense_factor(last) if len(last.diagonal) <= DENSE else np.zeros((0, 0), np.complex128)
-    return Levels(firsts, together, group, phase, dense)
+    return GridLevels(firsts, together, group, phase, dense)
 
 
 def solve(
@@ -120,7 +120,7 @@ def solve(
     Parameters
     ----------
     grid
-        Levels of the matrix, which is positive.
+        GridLevels of the matrix, which is positive.
     right
         (n,) complex.
     start
@@ -247,7 +247,7 @@ def _groups(rows: Rows) -> tuple[IntArray, ComplexArray, int]:
     pair_rows = _coarser(rows, group, phase, pairs)
     second, second_phase = np.empty(pairs, np.int32), np.zeros(pairs, np.complex128)
     groups = match_pairs(pair_rows, second, second_phase)
-    join_pairs(group, phase, second, second_phase)
+    follow_matching(group, phase, second, second_phase)
     return group, phase, groups
 
 

@@ -10,7 +10,7 @@ from upholster.charts._subdivision_kernels import (
     Pieces,
     count_parts,
     cut_triangles,
-    measure_edges,
+    measure_lengths,
     order_pieces,
 )
 from upholster.charts.charted import ChartedSurface
@@ -135,7 +135,7 @@ def _ends(pieces: Pieces) -> IntArray:
 
 def _lengths(pieces: Pieces, positions: FloatArray) -> FloatArray:
     lengths = np.empty(pieces.vertices.shape)
-    measure_edges(pieces.vertices, positions, lengths)
+    measure_lengths(pieces.vertices, positions, lengths)
     return lengths
 
 

@@ -9,7 +9,7 @@ is not the one asked for.
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.charts._mesh_kernels import distances_over_edges, join_turns
+from upholster.charts._mesh_sampling_kernels import distances_over_edges, join_turns
 from upholster.charts.charted import ChartedSurface
 from upholster.stages import stage
 from upholster.types import FloatArray, IntArray

@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from upholster.cli.console import compiled, say
+from upholster.cli.command_options import spelled_out
+from upholster.cli.console import check_suffix, compiled, say
 from upholster.cli.cover import asked_project, cover, uses_of
-from upholster.cli.options import spelled_out
 from upholster.errors import InputError, StoppedError, UpholsterError, check_whole
-from upholster.formats import split_name
+from upholster.formats import LDR_PICTURES, split_name
 from upholster.shown import number_of
 
 if TYPE_CHECKING:
@@ -71,8 +71,8 @@ def batch(
     from upholster.files import outputs
 
     check_whole("retries", retries, 0, 20)
-    if sheet is not None and Path(sheet).suffix.lower() not in (".png", ".jpg", ".jpeg", ".webp"):
-        raise InputError(f"sheet {sheet!r} is not a picture; allowed: .png, .jpg, .webp")
+    if sheet is not None:
+        check_suffix("sheet", sheet, LDR_PICTURES)
     count = _workers(workers, scheduler)
     each = check_whole("threads", threads, 1, 256) if threads else max(1, (os.cpu_count() or 1) // count)
     found = read_jobs(jobs)

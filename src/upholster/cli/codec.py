@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from upholster.cli.command_options import number_or_text
 from upholster.cli.console import (
     byte_count,
     limits_of,
@@ -14,7 +15,6 @@ from upholster.cli.console import (
     say,
     share,
 )
-from upholster.cli.options import number_or_text
 from upholster.errors import InputError
 from upholster.shown import in_bytes
 

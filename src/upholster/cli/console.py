@@ -6,7 +6,7 @@ import re
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Any
 
@@ -26,6 +26,7 @@ __all__ = [
     "add_row",
     "bars",
     "byte_count",
+    "check_suffix",
     "compiled",
     "large_count",
     "limits_of",
@@ -43,6 +44,13 @@ EVERY = 10.0
 """Seconds between two lines of progress if the output is not a terminal."""
 
 _COMPILING = "compiling kernels, once for this machine and version: {} of {}"
+
+
+def check_suffix(name: str, path: str, suffixes: Sequence[str]) -> None:
+    """Raise InputError unless a file's name ends in one of some suffixes."""
+    if not path.lower().endswith(tuple(suffixes)):
+        suffix = os.path.splitext(path)[1]
+        raise InputError(f"{name} {path!r} has suffix {suffix!r}; allowed: {', '.join(suffixes)}")
 
 
 def numbers(name: str, text: str, separator: str, count: int, kind: Callable[[str], Any]) -> Any:

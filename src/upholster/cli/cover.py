@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from upholster.cli.command_options import by_name, spelled_out
 from upholster.cli.console import compiled, new_console, progress_bars, say
-from upholster.cli.options import by_name, spelled_out
 from upholster.errors import InputError
 from upholster.formats import is_model_name, kind_of, outputs_in_words, split_name
 from upholster.options import ModelOptions, SampleOptions, SynthesisOptions, WriteOptions, differing

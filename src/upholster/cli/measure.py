@@ -5,7 +5,16 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from upholster.cli.console import add_row, limits_of, naming, new_console, noted, progress_bars, say
+from upholster.cli.console import (
+    add_row,
+    check_suffix,
+    limits_of,
+    naming,
+    new_console,
+    noted,
+    progress_bars,
+    say,
+)
 from upholster.errors import InputError
 from upholster.shown import in_bytes
 
@@ -60,13 +69,11 @@ def measure(
     from upholster.image import IMAGE_SUFFIXES
 
     suffix = Path(result).suffix.lower()
-    if suffix != ".uph" and suffix not in IMAGE_SUFFIXES:
-        allowed = " ".join([".uph", *IMAGE_SUFFIXES])
-        raise InputError(f"result {result!r} has suffix {suffix!r}; allowed: {allowed}")
+    check_suffix("result", result, (".uph", *IMAGE_SUFFIXES))
     if suffix != ".uph" and sample is None:
         raise InputError(f"--sample is missing; image {result!r} is compared with its sample")
-    if json is not None and Path(json).suffix.lower() != ".json":
-        raise InputError(f"output {json!r} has suffix {Path(json).suffix!r}; allowed: .json")
+    if json is not None:
+        check_suffix("output", json, (".json",))
     if suffix == ".uph" and tileable:
         raise InputError("--tileable belongs to a flat image; a stream stores its own surface")
     if suffix != ".uph" and any(value is not None for value in (sample_size, direction, crease, most_texels)):

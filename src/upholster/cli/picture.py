@@ -5,8 +5,8 @@ from typing import Annotated
 
 import typer
 
-from upholster.cli.console import numbers, progress_bars, say
-from upholster.errors import InputError
+from upholster.cli.console import check_suffix, numbers, progress_bars, say
+from upholster.formats import PICTURES
 from upholster.shown import in_bytes
 
 __all__ = ["picture"]
@@ -36,8 +36,7 @@ def picture(
     from upholster.image import from_linear, write_image
     from upholster.redrawn import SHEET, redrawn
 
-    if Path(output).suffix.lower() not in (".png", ".jpg", ".jpeg", ".webp", ".exr"):
-        raise InputError(f"output {output!r} is not a picture; allowed: .png, .jpg, .webp, .exr")
+    check_suffix("output", output, PICTURES)
     width, height = numbers("size", size, "x", 2, int)
     is_sheet = view == "sheet"
     views = SHEET if is_sheet else (numbers("view", view, ",", 2, float),)

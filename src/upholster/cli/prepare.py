@@ -4,8 +4,8 @@ from typing import Annotated
 
 import typer
 
+from upholster.cli.command_options import spelled_out
 from upholster.cli.console import progress_bars, say
-from upholster.cli.options import spelled_out
 from upholster.options import SampleOptions
 from upholster.shown import in_bytes
 

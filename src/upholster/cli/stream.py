@@ -1,14 +1,14 @@
 """``upholster refine``, ``info`` and ``levels``: a stream's contents, and files made from a stream."""
 
-from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from upholster.cli.cad import show_cad
+from upholster.cli.command_options import spelled_out
 from upholster.cli.console import (
     add_row,
     byte_count,
+    check_suffix,
     large_count,
     limits_of,
     naming,
@@ -19,10 +19,10 @@ from upholster.cli.console import (
     share,
 )
 from upholster.cli.models import show_model
-from upholster.cli.options import spelled_out
-from upholster.cli.project import show_project
+from upholster.cli.show_cad import show_cad
+from upholster.cli.show_project import show_project
 from upholster.errors import InputError
-from upholster.formats import CAD_SUFFIXES, OUTPUTS, PROJECT_SUFFIX, is_model_name, suffixes_of
+from upholster.formats import CAD_SUFFIXES, LDR_PICTURES, OUTPUTS, PROJECT_SUFFIX, is_model_name, suffixes_of
 from upholster.options import WriteOptions
 from upholster.shown import in_bytes
 
@@ -180,8 +180,7 @@ def levels(
     from upholster.image import write_image
     from upholster.levels import curve_picture, levels_picture
 
-    if Path(output).suffix.lower() not in (".png", ".jpg", ".jpeg", ".webp"):
-        raise InputError(f"output {output!r} has suffix {Path(output).suffix!r}; allowed: .png, .jpg, .webp")
+    check_suffix("output", output, LDR_PICTURES)
     options = WriteOptions(
         size=numbers("size", size, "x", 2, int), view=numbers("view", view, ",", 2, float), supersample=3
     )

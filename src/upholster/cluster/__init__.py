@@ -3,6 +3,6 @@
 ``pip install "upholster[cluster]"``; nothing else imports Dask.
 """
 
-from upholster.cluster.running import Outcome, Run, cluster_pool, run_jobs
+from upholster.cluster.job_runs import Outcome, Run, cluster_pool, run_jobs
 
 __all__ = ["Outcome", "Run", "cluster_pool", "run_jobs"]

@@ -175,7 +175,7 @@ class CoefficientEncoder(Coefficients):
     def code(self, most_bytes: int | None, most_significant: int | None) -> bool:
         """Continue to a length or a number of significant coefficients; return whether that was the end.
 
-        The end is that of the last plane, or the wanted number of significant coefficients.
+        It ends after the last plane, or at the wanted number of significant coefficients.
         """
         limit = _ENDLESS if most_bytes is None else most_bytes
         share = _ENDLESS if most_significant is None else most_significant

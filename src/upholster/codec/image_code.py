@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.codec.coder import MAX_PLANE, CoefficientEncoder
-from upholster.codec.color import fit_klt, to_ycocg
+from upholster.codec.color_transforms import fit_klt, to_ycocg
 from upholster.codec.header import MAX_PLACES, MAX_SAMPLES, ImageHeader
 from upholster.codec.partial_image import PartialImage, tree_of, unweight, window
 from upholster.codec.thresholds import share_thresholds, to_coded

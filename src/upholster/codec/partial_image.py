@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.codec.coder import MAX_PLANE, CoefficientDecoder, Coefficients
-from upholster.codec.color import from_ycocg, unmix
+from upholster.codec.color_transforms import from_ycocg, unmix
 from upholster.codec.header import ImageHeader
 from upholster.codec.thresholds import from_coded, to_coded
 from upholster.codec.tree import LL, Band, Tree, build_tree

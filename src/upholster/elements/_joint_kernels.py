@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from upholster.jit import inline, kernel
 from upholster.types import FloatArray
 
-__all__ = ["filter_plane", "measure_distances", "measure_ridges", "thin_ridges", "trace_lines"]
+__all__ = ["filter_plane", "measure_distances", "measure_ridges", "thin_ridges", "trace_joints"]
 
 
 @inline
@@ -90,7 +90,7 @@ def thin_ridges(ridges: FloatArray, across: NDArray[np.int8], least: float, thin
 
 
 @kernel
-def trace_lines(
+def trace_joints(
     ridges: FloatArray, thin: NDArray[np.uint8], strong: float, long: int, queue: NDArray[np.int32]
 ) -> None:
     """Mark the lines that touching pixels of `thin` make: long ones as 2, the others as 1.

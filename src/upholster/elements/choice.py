@@ -1,11 +1,11 @@
-"""Choosing the one or two waves that all others at which a sample repeats are made of."""
+"""Choosing one or two waves of which all other waves of a sample's repetition are sums."""
 
 from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.elements.peaks import Peak
+from upholster.elements.peaks import SpectrumPeak
 from upholster.types import FloatArray
 
 __all__ = ["TOLERANCE", "chosen_waves"]
@@ -39,7 +39,7 @@ _ALONE = 200.0
 
 
 def chosen_waves(
-    waves: FloatArray, prominences: FloatArray, peaks: Sequence[Peak], shape: tuple[int, int]
+    waves: FloatArray, prominences: FloatArray, peaks: Sequence[SpectrumPeak], shape: tuple[int, int]
 ) -> list[int]:
     """Choose the one or two waves of which all peaks are whole multiples, or sums of whole multiples.
 

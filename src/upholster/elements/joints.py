@@ -11,7 +11,7 @@ from upholster.elements._joint_kernels import (
     measure_distances,
     measure_ridges,
     thin_ridges,
-    trace_lines,
+    trace_joints,
 )
 from upholster.elements.planes import reduced
 from upholster.stages import stage
@@ -145,7 +145,7 @@ def _lines(
     measure_ridges(*derivatives, sign, ridges, across)
     usual = _below(ridges, _USUAL)
     thin_ridges(ridges, across, _WEAK * usual, thin)
-    trace_lines(ridges, thin, _STRONG * usual, int(_LONG * deviation), np.empty(ridges.size, np.int32))
+    trace_joints(ridges, thin, _STRONG * usual, int(_LONG * deviation), np.empty(ridges.size, np.int32))
     distances = np.empty(shape, np.int32)
     measure_distances((thin == 2).astype(np.uint8), distances)
     beyond = distances > 7.5 * deviation

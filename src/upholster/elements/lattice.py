@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from upholster.elements.choice import TOLERANCE, chosen_waves
 from upholster.elements.following import Followed, follow, pixel_phases
-from upholster.elements.peaks import LEAST_PERIODS, Peak, periods, spectrum_peaks
+from upholster.elements.peaks import LEAST_PERIODS, SpectrumPeak, periods, spectrum_peaks
 from upholster.elements.planes import Plane, planes, reduced
 from upholster.stages import stage
 from upholster.types import FloatArray, PixelArray, frozen_array
@@ -152,10 +152,10 @@ class _Wave(NamedTuple):
     parts: tuple[tuple[int, Followed], ...]  # signs and waves
 
 
-def _sure_waves(looked_at: list[Plane], peaks: list[Peak]) -> list[_Wave]:
+def _sure_waves(looked_at: list[Plane], peaks: list[SpectrumPeak]) -> list[_Wave]:
     # The most prominent peaks, each followed on the plane that shows it best; no repeats, and no multiples.
     shape = looked_at[0].shape
-    taken: list[Peak] = []
+    taken: list[SpectrumPeak] = []
     for peak in sorted(peaks, key=lambda peak: -peak.prominence):
         if len(taken) < _CANDIDATES and not _repeats(peak.wave, [other.wave for other in taken], shape):
             taken.append(peak)
@@ -199,7 +199,7 @@ def _pixel_phases(wave: _Wave, by: int, shape: tuple[int, int]) -> NDArray[np.in
     return total
 
 
-def _certainty(peak: Peak, followed: Followed) -> float:
+def _certainty(peak: SpectrumPeak, followed: Followed) -> float:
     # Noise has a prominence of up to 20, a steadiness of 0.79 and 0.07 residues.
     stands_out = min(1.0, peak.prominence / 80)
     steady = min(1.0, max(0.0, (followed.steadiness - 0.6) / 0.3))

@@ -7,7 +7,7 @@ import numpy as np
 from upholster.elements.planes import Plane
 from upholster.types import FloatArray
 
-__all__ = ["LEAST_PERIODS", "Peak", "periods", "spectrum_peaks"]
+__all__ = ["LEAST_PERIODS", "SpectrumPeak", "periods", "spectrum_peaks"]
 
 LEAST_PERIODS = 2.8
 """Least number of periods in the sample: three, with a margin for partial periods at the edges."""
@@ -22,7 +22,7 @@ _STEADY = 2.0**40
 """Powers are rounded to this part of the highest: the last bits of a transform differ between machines."""
 
 
-class Peak(NamedTuple):
+class SpectrumPeak(NamedTuple):
     """A peak of a spectrum.
 
     Attributes
@@ -45,7 +45,7 @@ def periods(wave: FloatArray, shape: tuple[int, int]) -> float:
     return float(abs(wave[0]) * shape[0] + abs(wave[1]) * shape[1])
 
 
-def spectrum_peaks(plane: Plane, index: int, least: float) -> list[Peak]:
+def spectrum_peaks(plane: Plane, index: int, least: float) -> list[SpectrumPeak]:
     """Return peaks of a plane's spectrum, of at least `least` prominence, the most prominent first.
 
     Power is multiplied by the squared frequency before it is compared, because it falls with frequency in
@@ -77,7 +77,7 @@ def spectrum_peaks(plane: Plane, index: int, least: float) -> list[Peak]:
     usual = np.median(around, axis=1) / np.log(2)
     prominence = steep[i, j] / np.maximum(usual, 1e-300)
     return [
-        Peak(np.array([down[i[n], 0], right[j[n]]]), float(prominence[n]), index)
+        SpectrumPeak(np.array([down[i[n], 0], right[j[n]]]), float(prominence[n]), index)
         for n in np.argsort(-prominence, kind="stable")
         if prominence[n] >= least
     ]

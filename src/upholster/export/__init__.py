@@ -3,10 +3,10 @@
 from upholster.export.bare import write_bare_obj, write_bare_ply
 from upholster.export.glb import TextureFormat, write_glb
 from upholster.export.html import viewer_page, write_html
-from upholster.export.maps import map_companion, write_map
+from upholster.export.map_files import map_companion, write_map
 from upholster.export.npz import write_npz
 from upholster.export.obj import ObjPart, write_obj, write_tiled_obj
-from upholster.export.pages import page_files, udim_tile
+from upholster.export.pages import PagedMesh, page_files, udim_tile
 from upholster.export.ply import write_ply
 from upholster.export.retextured import Cover, write_retextured_glb
 from upholster.export.stl import write_stl
@@ -16,6 +16,7 @@ from upholster.export.usdz import check_usd, write_usdz
 __all__ = [
     "Cover",
     "ObjPart",
+    "PagedMesh",
     "TextureFormat",
     "check_usd",
     "map_companion",

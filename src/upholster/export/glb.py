@@ -13,10 +13,9 @@ from numpy.typing import NDArray
 from upholster._version import __version__
 from upholster.errors import InputError
 from upholster.export.gltf_editing import mime_type
-from upholster.export.pages import PageImages, check_pages, images_of, polygons_by_page
+from upholster.export.pages import PagedMesh, PageImages, check_pages, images_of, polygons_by_page
 from upholster.export.pbr import PbrMaterial, TextureFormat, alpha_mode, build_material
-from upholster.model import Mesh
-from upholster.types import FloatArray, IntArray
+from upholster.types import FloatArray
 
 __all__ = ["TextureFormat", "write_glb"]
 
@@ -28,14 +27,11 @@ _HALF = 0.5**0.5
 
 def write_glb(
     path: str | os.PathLike[str],
-    mesh: Mesh,
-    uv: FloatArray,
-    pixels: PageImages,
+    model: PagedMesh,
     *,
     texture: TextureFormat = "png",
     quality: int = 90,
     maps: Mapping[str, PageImages] | None = None,
-    page: IntArray | None = None,
     tangents: FloatArray | None = None,
     normal_scale: float = 1.0,
     name: str = "upholster",
@@ -52,12 +48,8 @@ def write_glb(
     ----------
     path
         The file to write.
-    mesh
-        Positions in the model's unit, taken as metres; normals of length 1.
-    uv
-        (V, 2) in 0…1, v downward: on each vertex's page, see `upholster.model.Atlas.page_coordinates`.
-    pixels
-        (H, W, C) of the atlas: uint8, uint16 or float32. Or a list, with the image of each page.
+    model
+        The mesh, in units taken as metres, and its atlas.
     texture
         Image format: "auto" (colours without alpha "jpeg", others "png"), "png" (lossless), "jpeg" (no alpha)
         or "webp" (small; extension EXT_texture_webp).
@@ -66,9 +58,7 @@ def write_glb(
     maps
         Atlases of a material's other maps by role: normal (H, W, 3), in the frame that
         `upholster.quilt.paint_normals` defines; roughness, metallic, ao (H, W, 1), packed in one image;
-        emission. Floats become 16-bit. Each is a list if `pixels` is one.
-    page
-        (V,) the page of each vertex, the same for all vertices of a polygon; by default the first.
+        emission. Floats become 16-bit. Each is a list if the model's `pixels` is one.
     tangents
         (V, 3), as `upholster.model.vertex_tangents` gives: needed with a normal map.
     normal_scale
@@ -80,19 +70,19 @@ def write_glb(
     ------
     InputError
         If `texture` is unknown, cannot hold the alpha, or is too large; if a role is unknown, a map's shape
-        does not fit, or a normal map has no tangents; if the number of images is not that of pages; if the
+        does not fit, or a normal map has no tangents; if the numbers of images and pages differ; if the
         file would exceed 4 GiB.
 
     References
     ----------
     Khronos: glTF 2.0 specification, chapters 3 and 4 (3.7.2.1: tangents; 3.9: materials).
     """
-    maps = maps or {}
+    maps, mesh, page = maps or {}, model.mesh, model.page
     if "normal" in maps and (tangents is None or tangents.shape != mesh.positions.shape):
         raise InputError("a normal map needs tangents, one for each vertex of the mesh")
     if not 0 <= normal_scale <= 100:
         raise InputError(f"normal_scale is {normal_scale}; allowed: 0 to 100")
-    pages = images_of(pixels)
+    pages = model.images
     check_pages(len(pages), page, maps)
     mode = alpha_mode(pages)
     materials: list[PbrMaterial] = []
@@ -110,7 +100,11 @@ def write_glb(
             )
         )
     positions = mesh.positions.astype("<f4")
-    vertices = {"POSITION": positions, "NORMAL": mesh.normals.astype("<f4"), "TEXCOORD_0": uv.astype("<f4")}
+    vertices = {
+        "POSITION": positions,
+        "NORMAL": mesh.normals.astype("<f4"),
+        "TEXCOORD_0": model.uv.astype("<f4"),
+    }
     if "normal" in maps and tangents is not None:
         # The bitangent is (N × T)·w: up in the texture.
         vertices["TANGENT"] = np.concatenate([tangents, np.ones((len(tangents), 1))], axis=1).astype("<f4")

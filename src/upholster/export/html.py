@@ -12,7 +12,7 @@ import numpy as np
 
 from upholster._version import __version__
 
-__all__ = ["html_page", "printable", "viewer_page", "write_html"]
+__all__ = ["as_printable_ascii", "html_page", "viewer_page", "write_html"]
 
 _ALPHABET = np.array([code for code in range(33, 127) if chr(code) not in "&<>"], np.uint8)
 """Printable ASCII without HTML's special characters: 91 characters, two of which code 13 bits (91² > 2¹³)."""
@@ -122,7 +122,7 @@ def html_page(stream: bytes, *, title: str, viewer: bytes, worker: bytes, poster
         poster=_poster(poster, title),
         parts="\n".join(
             f'<script type="application/octet-stream" id="{name}" data-bytes="{len(data)}">'
-            f"{printable(data)}</script>"
+            f"{as_printable_ascii(data)}</script>"
             for name, data in parts.items()
         ),
         script=script,
@@ -137,7 +137,7 @@ def _poster(poster: bytes, title: str) -> str:
     return f'<img id="poster" alt="{html.escape(title)}" src="data:image/webp;base64,{data}">'
 
 
-def printable(data: bytes) -> str:
+def as_printable_ascii(data: bytes) -> str:
     """Return bytes as printable ASCII that HTML takes literally: 16 characters for 13 bytes.
 
     Base64 would take 17.3. Bits are grouped by 13, most significant first; the last group is padded with

@@ -9,21 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster._version import __version__
-from upholster.export.maps import map_companion
-from upholster.export.pages import PageImages, check_pages, images_of, page_files, polygons_by_page
+from upholster.export.map_files import map_companion
+from upholster.export.pages import PagedMesh, check_pages, page_files, polygons_by_page
 from upholster.image import alpha_channel, write_image
+from upholster.image.roles import MAP_ROLES
 from upholster.model import Mesh
 from upholster.types import FloatArray, IntArray
 
 __all__ = ["ObjPart", "whole_polygons", "write_obj", "write_tiled_obj"]
-
-_LINES = {
-    "normal": ("norm",),
-    "roughness": ("Pr 1", "map_Pr"),
-    "metallic": ("Pm 1", "map_Pm"),
-    "emission": ("Ke 1 1 1", "map_Ke"),
-}
-"""MTL's names for maps, of which the last word is used, and the factors that go with them."""
 
 _ROWS = 1 << 15
 """Lines formatted at a time."""
@@ -43,13 +36,10 @@ def write_obj(
     path: str | os.PathLike[str],
     material: str | os.PathLike[str],
     texture: str | os.PathLike[str] | Sequence[str | os.PathLike[str]],
-    mesh: Mesh,
-    uv: FloatArray,
-    pixels: PageImages,
+    model: PagedMesh,
     *,
     stem: str,
     maps: Collection[str] = (),
-    page: IntArray | None = None,
     parts: Sequence[ObjPart] = (),
     part: IntArray | None = None,
 ) -> None:
@@ -63,8 +53,8 @@ def write_obj(
     ----------
     path, material, texture
         The three files to write, which may be temporary ones; a texture for each page.
-    mesh, uv, pixels, page
-        As for `upholster.export.write_glb`; whole numbers may have been added to `uv`, as UDIM does.
+    model
+        The mesh and its atlas; whole numbers may have been added to `uv`, as UDIM does.
     stem
         The files refer to each other as ``stem.mtl`` and ``stem_texture`` with the suffix of `texture`; with
         several pages as ``stem_texture_1`` …
@@ -79,8 +69,8 @@ def write_obj(
     Raises
     ------
     InputError
-        If the texture's format is unknown or cannot hold the image, or the number of textures is not that of
-        pages.
+        If the texture's format is unknown or cannot hold the image, or the numbers of textures and pages
+        differ.
 
     References
     ----------
@@ -88,11 +78,11 @@ def write_obj(
     Exocortex: Extending the Wavefront MTL format for physically based rendering (Pr, Pm, norm), 2012.
     """
     textures = [texture] if isinstance(texture, (str, os.PathLike)) else texture
-    images = images_of(pixels)
-    check_pages(len(textures), page, {"base colour": images})
+    images = model.images
+    check_pages(len(textures), model.page, {"base colour": images})
     for file_name, image in zip(textures, images, strict=True):
         write_image(file_name, image, bits=16 if image.dtype == np.uint16 else 8)
-    _write_mesh(Path(path), mesh, uv, stem=stem, pages=len(images), page=page, parts=parts, part=part)
+    _write_mesh(Path(path), model, stem=stem, parts=parts, part=part)
     texture_name = f"{stem}_texture{Path(textures[0]).suffix}"
     files = {role: page_files(map_companion(texture_name, role), len(images)) for role in maps}
     files = {"albedo": page_files(texture_name, len(images)), **files}
@@ -131,23 +121,21 @@ def write_tiled_obj(
     alpha
         Whether the base colour has an alpha channel.
     """
-    _write_mesh(Path(path), mesh, uv, stem=stem)
+    _write_mesh(Path(path), PagedMesh(mesh, uv, ()), stem=stem)
     lines = _material(_names(stem, 1)[0], files, alpha=alpha)
     Path(material).write_text("\n".join(lines) + "\n", encoding="utf-8", newline="\n")
 
 
 def _write_mesh(
     path: Path,
-    mesh: Mesh,
-    uv: FloatArray,
+    model: PagedMesh,
     *,
     stem: str,
-    pages: int = 1,
-    page: IntArray | None = None,
     parts: Sequence[ObjPart] = (),
     part: IntArray | None = None,
 ) -> None:
     """Write the OBJ file: each part has one material per page that it uses."""
+    mesh, uv, page, pages = model.mesh, model.uv, model.page, max(1, len(model.images))
     turned = np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])  # applied from the right
     places, place_of = np.unique(mesh.positions @ turned + 0.0, axis=0, return_inverse=True)
     place_of = place_of.reshape(-1)  # + 0.0 made -0.0 equal to 0.0
@@ -200,7 +188,7 @@ def _material(name: str, files: Mapping[str, str], *, alpha: bool) -> list[str]:
         lines.append(f"map_d {files['albedo']}")
     for role, file in files.items():
         if role != "albedo":
-            *factors, word = _LINES.get(role, (f"# {role}:",))
+            *factors, word = (role in MAP_ROLES and MAP_ROLES[role].mtl) or (f"# {role}:",)
             lines += [*factors, f"{word} {file}"]
     return lines
 

@@ -1,4 +1,4 @@
-// Unpacks what the page holds, and opens it. Old syntax, so that an old browser comes far enough to say what it lacks.
+// Unpacks the content of the page, and opens it. Old syntax, so that an old browser can still report what it lacks.
 (function () {
   'use strict'
   var note = document.getElementById('note')
@@ -8,7 +8,7 @@
     note.hidden = false
   }
 
-  // Two characters of 91 are 13 bits; whatever an editor put between them (line ends) is skipped.
+  // Two characters of 91 are 13 bits; line ends that an editor put between them are skipped.
   function bytesOf(id) {
     var element = document.getElementById(id)
     var text = element.textContent
@@ -45,12 +45,12 @@
     document.head.appendChild(script)
     return customElements.whenDefined('upholster-viewer').then(function () {
       var element = document.createElement('upholster-viewer')
-      // From a file's page Chromium starts no module worker of a blob: URL.
+      // On a page from a file, Chromium starts no module worker from a blob: URL.
       element.setAttribute('worker', 'data:text/javascript,' + encodeURIComponent(worker))
-      // Nothing can be loaded later.
+      // The page cannot load anything later.
       element.setAttribute('painting', 'worker')
       document.body.appendChild(element)
-      // The picture of the whole model stays until the viewer has that, or cannot, or somebody takes hold of it.
+      // The picture of the whole model stays until the viewer shows it all, fails, or is touched.
       ;['complete', 'error', 'pointerdown', 'keydown'].forEach(function (type) {
         element.addEventListener(type, function () {
           var poster = document.getElementById('poster')
@@ -72,7 +72,7 @@
   function failed(error) {
     if (!document.querySelector('upholster-viewer')) {
       say('The model cannot be shown: ' + ((error && error.message) || error) + '.')
-    } // else the viewer says it
+    } // otherwise the viewer reports it
   }
   window.addEventListener('error', failed)
   Promise.all([unpacked('viewer'), unpacked('worker')])

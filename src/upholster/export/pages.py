@@ -1,7 +1,8 @@
-"""Pages of an atlas in files: their names, and the polygons on each."""
+"""A mesh with the pages of its atlas: the polygons on each, and the names of their files."""
 
 import os
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -9,14 +10,50 @@ from numpy.typing import NDArray
 
 from upholster.errors import InputError
 from upholster.formats import UDIM
-from upholster.types import IntArray, PixelArray
+from upholster.model import Mesh
+from upholster.types import FloatArray, IntArray, PixelArray
 
-__all__ = ["PageImages", "check_pages", "images_of", "page_files", "polygons_by_page", "udim_tile"]
+__all__ = [
+    "PageImages",
+    "PagedMesh",
+    "check_pages",
+    "images_of",
+    "page_files",
+    "polygons_by_page",
+    "udim_tile",
+]
 
 PageImages = PixelArray | Sequence[PixelArray]
 """The image of an atlas, or one for each of its pages."""
 
 _TILES_IN_ROW = 10
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PagedMesh:
+    """A mesh with the base colour of its atlas.
+
+    Attributes
+    ----------
+    mesh
+        Positions in the model's unit; normals of length 1.
+    uv
+        (V, 2) in 0…1, v downward: on each vertex's page, see `upholster.model.Atlas.page_coordinates`.
+    pixels
+        (H, W, C) of the atlas: uint8, uint16 or float32. Or a list, with the image of each page.
+    page
+        (V,) the page that each vertex lies on, one for all vertices of a polygon; by default the first.
+    """
+
+    mesh: Mesh
+    uv: FloatArray
+    pixels: PageImages
+    page: IntArray | None = None
+
+    @property
+    def images(self) -> Sequence[PixelArray]:
+        """The image of each page."""
+        return images_of(self.pixels)
 
 
 def images_of(images: PageImages) -> Sequence[PixelArray]:

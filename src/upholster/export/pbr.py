@@ -8,7 +8,7 @@ import numpy as np
 
 from upholster.errors import InputError, nearest
 from upholster.image import ImageFormat, alpha_channel, encode_image
-from upholster.image.material import DEFAULT_ROUGHNESS
+from upholster.image.roles import DEFAULT_ROUGHNESS, MAP_ROLES, ROLES
 from upholster.options import TextureFormat
 from upholster.types import PixelArray
 
@@ -16,8 +16,6 @@ __all__ = ["PbrMaterial", "TextureFormat", "alpha_mode", "build_material"]
 
 DATA_QUALITY = 90
 """Least quality of JPEG and WebP for maps other than colours: from here on JPEG keeps its full colour."""
-
-_ROLES = ("normal", "roughness", "metallic", "ao", "emission", "height", "opacity")
 
 
 @dataclass
@@ -80,7 +78,7 @@ def build_material(
     elif mode != "OPAQUE" and texture == "jpeg":
         raise InputError("texture 'jpeg' cannot hold the sample's alpha; allowed: 'png' or 'webp'")
     surface: dict[str, Any] = {
-        "baseColorTexture": {"index": first},
+        MAP_ROLES["albedo"].gltf: {"index": first},
         "metallicFactor": 1 if "metallic" in maps else 0,
         "roughnessFactor": 1 if "roughness" in maps else DEFAULT_ROUGHNESS,
     }
@@ -100,23 +98,23 @@ def build_material(
 
     if "normal" in maps:
         scale = {} if normal_scale == 1 else {"scale": normal_scale}
-        document["normalTexture"] = add("normal", _data(maps["normal"]), DATA_QUALITY) | scale
+        document[MAP_ROLES["normal"].gltf] = add("normal", _data(maps["normal"]), DATA_QUALITY) | scale
     if maps.keys() & {"ao", "roughness", "metallic"}:
         packed = add("occlusion-roughness-metallic", _packed(maps), DATA_QUALITY)
         if "ao" in maps:
-            document["occlusionTexture"] = packed
+            document[MAP_ROLES["ao"].gltf] = packed
         if maps.keys() & {"roughness", "metallic"}:
-            surface["metallicRoughnessTexture"] = packed
+            surface[MAP_ROLES["roughness"].gltf] = packed
     if "emission" in maps:
-        document["emissiveTexture"] = add("emission", maps["emission"], 1)
+        document[MAP_ROLES["emission"].gltf] = add("emission", maps["emission"], 1)
         document["emissiveFactor"] = [1, 1, 1]
     return made
 
 
 def _check_map(role: str, part: PixelArray) -> None:
-    if role not in _ROLES:
-        raise InputError(f"role {role!r} is unknown; {nearest(role, _ROLES)}")
-    channels = (3,) if role == "normal" else (1, 3) if role == "emission" else (1,)
+    if role not in ROLES[1:]:
+        raise InputError(f"role {role!r} is unknown; {nearest(role, ROLES[1:])}")
+    channels = MAP_ROLES[role].channels
     if part.ndim != 3 or part.shape[2] not in channels:
         raise InputError(f"{role} map has shape {part.shape}; allowed: (H, W, {channels[-1]})")
 

@@ -9,10 +9,9 @@ from numpy.typing import NDArray
 
 from upholster._version import __version__
 from upholster.export.obj import whole_polygons
-from upholster.export.pages import PageImages, check_pages, images_of, page_files
+from upholster.export.pages import PagedMesh, check_pages, page_files
 from upholster.geometry import welded
 from upholster.image import write_image
-from upholster.model import Mesh
 from upholster.types import FloatArray, IntArray
 
 __all__ = ["write_ply"]
@@ -21,12 +20,9 @@ __all__ = ["write_ply"]
 def write_ply(
     path: str | os.PathLike[str],
     texture: str | os.PathLike[str] | Sequence[str | os.PathLike[str]],
-    mesh: Mesh,
-    uv: FloatArray,
-    pixels: PageImages,
+    model: PagedMesh,
     *,
     stem: str,
-    page: IntArray | None = None,
 ) -> None:
     """Write a textured model as binary PLY and an image, or an image for each page of its atlas.
 
@@ -39,8 +35,8 @@ def write_ply(
     ----------
     path, texture
         The files to write, which may be temporary ones; a texture for each page.
-    mesh, uv, pixels, page
-        As for `upholster.export.write_glb`.
+    model
+        The mesh and its atlas.
     stem
         The file refers to ``stem_texture`` with the suffix of `texture`; with several pages to
         ``stem_texture_1`` …
@@ -48,15 +44,15 @@ def write_ply(
     Raises
     ------
     InputError
-        If the texture's format is unknown or cannot hold the image, or the number of textures is not that of
-        pages.
+        If the texture's format is unknown or cannot hold the image, or the numbers of textures and pages
+        differ.
 
     References
     ----------
     G. Turk: The PLY polygon file format, 1994.
     """
     textures = [texture] if isinstance(texture, (str, os.PathLike)) else texture
-    images = images_of(pixels)
+    images, mesh, uv, page = model.images, model.mesh, model.uv, model.page
     check_pages(len(textures), page, {"base colour": images})
     for file_name, image in zip(textures, images, strict=True):
         write_image(file_name, image, bits=16 if image.dtype == np.uint16 else 8)

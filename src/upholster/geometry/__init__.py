@@ -14,7 +14,6 @@ from upholster.geometry.corner_normals import corner_normals
 from upholster.geometry.cyclide import ring_cyclide, torus
 from upholster.geometry.face import Face, grid_face
 from upholster.geometry.face_seams import FaceSeam
-from upholster.geometry.files import read_bpt, read_nets, read_surface, write_nets
 from upholster.geometry.joining import join_patches
 from upholster.geometry.matching_edges import check_same_edges
 from upholster.geometry.patch import RationalPatch
@@ -22,6 +21,7 @@ from upholster.geometry.plane import plane
 from upholster.geometry.revolution import cone, cylinder, ellipsoid, revolve, vase
 from upholster.geometry.sphere import sphere
 from upholster.geometry.surface import BuiltIn, Surface
+from upholster.geometry.surface_files import read_bpt, read_nets, read_surface, write_nets
 from upholster.geometry.triangle_mesh import MeshSurface, TriangleMesh, welded
 
 AnySurface = Surface | MeshSurface

@@ -6,12 +6,13 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 from upholster.errors import InputError, nearest
+from upholster.formats import SURFACE_SUFFIXES
 from upholster.geometry.cyclide import ring_cyclide, torus
-from upholster.geometry.files import SURFACE_SUFFIXES, read_surface
 from upholster.geometry.plane import plane
 from upholster.geometry.revolution import cone, cylinder, ellipsoid, vase
 from upholster.geometry.sphere import sphere
 from upholster.geometry.surface import Surface
+from upholster.geometry.surface_files import read_surface
 
 __all__ = [
     "SURFACES",

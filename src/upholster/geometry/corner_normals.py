@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from upholster.geometry._mesh_kernels import join
+from upholster.geometry._mesh_join_kernels import join
 from upholster.geometry.triangle_mesh import TriangleMesh
 from upholster.types import FloatArray, IntArray, frozen_array
 

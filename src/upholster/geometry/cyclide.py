@@ -8,7 +8,7 @@ import numpy as np
 from upholster.errors import InputError
 from upholster.geometry.circle import unit_circle
 from upholster.geometry.face import grid_face
-from upholster.geometry.limits import LARGEST_LENGTH, check_length, check_spans
+from upholster.geometry.parameter_checks import LARGEST_LENGTH, check_length, check_spans
 from upholster.geometry.patch import RationalPatch
 from upholster.geometry.surface import Surface
 

@@ -9,7 +9,7 @@ from upholster.errors import InputError
 from upholster.geometry.bernstein import elevate_axis
 from upholster.geometry.circle import circle_arcs, unit_circle
 from upholster.geometry.face import Face, grid_face
-from upholster.geometry.limits import check_length, check_spans
+from upholster.geometry.parameter_checks import check_length, check_spans
 from upholster.geometry.patch import MAX_DEGREE, RationalPatch
 from upholster.geometry.surface import Surface
 from upholster.types import FloatArray

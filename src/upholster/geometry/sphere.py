@@ -6,7 +6,7 @@ from typing import Literal
 import numpy as np
 
 from upholster.errors import InputError, nearest
-from upholster.geometry.limits import check_length
+from upholster.geometry.parameter_checks import check_length
 from upholster.geometry.patch import RationalPatch
 from upholster.geometry.revolution import half_circle, revolve
 from upholster.geometry.surface import Surface

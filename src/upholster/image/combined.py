@@ -7,10 +7,10 @@ import numpy as np
 
 from upholster.errors import InputError
 from upholster.image.color import alpha_channel, from_linear, to_linear
-from upholster.image.material import DEFAULT_ROUGHNESS, Material
-from upholster.image.numbers import COLORS, as_depth, top_of
+from upholster.image.material import Material
+from upholster.image.numbers import as_depth, top_of
 from upholster.image.preparing import MAX_SIDE
-from upholster.image.roles import ROLES
+from upholster.image.roles import COLORS, MAP_ROLES, ROLES
 from upholster.types import PixelArray
 
 __all__ = ["Rectangle", "combined", "in_form_of"]
@@ -20,9 +20,6 @@ Rectangle = tuple[int, int, int, int]
 
 _ALIGNED = 64
 """Samples begin at multiples of this: at a whole pixel of every pyramid level that matters."""
-
-_NEUTRAL = {"roughness": DEFAULT_ROUGHNESS, "metallic": 0.0, "ao": 1.0, "height": 0.5, "opacity": 1.0}
-"""Stands in for a map that one sample lacks and another has."""
 
 
 def combined(samples: Sequence[Material]) -> tuple[Material, tuple[Rectangle, ...]]:
@@ -107,9 +104,9 @@ def _alike(role: str, samples: Sequence[Material]) -> list[PixelArray]:
 
 
 def _neutral(role: str, shape: tuple[int, int], dtype: np.dtype[Any], channels: int) -> PixelArray:
-    unit = np.full((*shape, channels), _NEUTRAL.get(role, 0.0))
-    if role == "normal":
-        unit[:] = 0.5, 0.5, 1.0
+    # A map that this sample lacks, and another has.
+    unit = np.empty((*shape, channels))
+    unit[:] = MAP_ROLES[role].neutral
     scaled = unit * top_of(dtype)
     return (scaled if dtype.kind == "f" else np.rint(scaled)).astype(dtype)
 

@@ -9,33 +9,18 @@ import numpy as np
 from upholster.errors import InputError, nearest
 from upholster.image.color import alpha_channel, from_linear
 from upholster.image.masks import Used, filled
-from upholster.image.numbers import COLORS, as_depth, to_unit, top_of
+from upholster.image.numbers import as_depth, to_unit
 from upholster.image.read import check_exemplar
-from upholster.image.roles import ROLES
+from upholster.image.roles import COLORS, MAP_ROLES, ROLES
 from upholster.shown import on_a_line
 from upholster.types import PixelArray, frozen_array
 
-__all__ = ["COLORS", "DEFAULT_ROUGHNESS", "MATCH_WEIGHTS", "Material", "as_depth", "to_unit", "top_of"]
+__all__ = ["MATCH_WEIGHTS", "Material"]
 
 MATCH_WEIGHTS: Mapping[str, float] = MappingProxyType(
-    {
-        "normal": 0.5,
-        "height": 0.5,
-        "opacity": 1.0,
-        "emission": 0.5,
-        "roughness": 0.25,
-        "metallic": 0.25,
-        "ao": 0,
-    }
+    {role: MAP_ROLES[role].match_weight for role in ROLES[1:]}
 )
-"""Weight of each map's squared differences in matching, relative to 1 for the albedo.
-
-Normal and height show where a stone ends as clearly as colour does, and count double; roughness and metallic
-mostly follow the albedo; occlusion adds nothing to the height.
-"""
-
-DEFAULT_ROUGHNESS = 0.8
-"""For a material without such a map."""
+"""Weight of each map's squared differences in matching, relative to 1 for the albedo."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,8 +67,7 @@ class Material:
                 array = check_exemplar(self.maps[role], lamp=role == "emission")[:]
             except InputError as error:
                 raise InputError(f"{role}: {error}") from None
-            allowed = (1, 2, 3, 4) if role == "albedo" else (3,) if role == "normal" else (1, 3)
-            allowed = allowed if role in ("albedo", "normal", "emission") else (1,)
+            allowed = MAP_ROLES[role].channels
             shape = checked["albedo"].shape[:2] if checked else array.shape[:2]
             if array.shape[2] not in allowed or array.shape[:2] != shape:
                 raise InputError(

@@ -10,15 +10,15 @@ from upholster.errors import InputError, nearest
 from upholster.files import path_text
 from upholster.image.color import alpha_channel
 from upholster.image.masks import as_map, filled, is_white, on_shape
-from upholster.image.material import COLORS, Material, top_of
+from upholster.image.material import Material
 from upholster.image.normal_convention import points_down
-from upholster.image.numbers import to_unit
+from upholster.image.numbers import to_unit, top_of
 from upholster.image.packages import MapFile, folder_images, is_zip, map_file, zip_images
 from upholster.image.preparing import check_crop, check_resize, cut_out, finished, resampled
 from upholster.image.profiles import Notes
 from upholster.image.read import read_used
 from upholster.image.rectify import Corners
-from upholster.image.roles import LEFT_OUT, ROLES, family_of, find_maps, packed_parts, role_of
+from upholster.image.roles import COLORS, LEFT_OUT, ROLES, family_of, find_maps, packed_parts, role_of
 from upholster.options import SampleOptions
 from upholster.types import PixelArray
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from upholster.image.material import to_unit
+from upholster.image.numbers import to_unit
 from upholster.types import FloatArray, PixelArray
 
 __all__ = ["points_down"]

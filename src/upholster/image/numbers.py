@@ -1,4 +1,4 @@
-"""Samples as numbers: which maps hold colours, and which value stands for 1 in the others."""
+"""Samples as numbers: the value that stands for 1 in maps that hold no colours."""
 
 from typing import Any
 
@@ -6,10 +6,7 @@ import numpy as np
 
 from upholster.types import FloatArray, PixelArray
 
-__all__ = ["COLORS", "as_depth", "to_unit", "top_of"]
-
-COLORS = ("albedo", "emission")
-"""Roles whose integers are sRGB-coded; those of the others are plain numbers."""
+__all__ = ["as_depth", "to_unit", "top_of"]
 
 
 def top_of(dtype: np.dtype[Any]) -> int:

@@ -8,9 +8,10 @@ import numpy as np
 from upholster.errors import InputError
 from upholster.image.color import from_linear
 from upholster.image.even_light import even_light
-from upholster.image.numbers import COLORS, as_depth, to_unit
+from upholster.image.numbers import as_depth, to_unit
 from upholster.image.rectify import Rectification
 from upholster.image.resize import resize_image
+from upholster.image.roles import COLORS
 from upholster.options import SampleOptions
 from upholster.types import FloatArray, PixelArray
 
@@ -22,7 +23,7 @@ __all__ = [
     "cut_out",
     "finished",
     "resampled",
-    "unit_normals",
+    "unit_normal_map",
 ]
 
 MIN_SIDE, MAX_SIDE = 32, 4096
@@ -105,7 +106,7 @@ def resampled(role: str, pixels: PixelArray, *, height: int, width: int) -> Pixe
     return _from_unit(role, unit, pixels)
 
 
-def unit_normals(pixels: PixelArray) -> PixelArray:
+def unit_normal_map(pixels: PixelArray) -> PixelArray:
     """Return a normal map whose vectors have length 1."""
     return _from_unit("normal", to_unit(pixels).astype(np.float32), pixels)
 

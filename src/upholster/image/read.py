@@ -23,7 +23,7 @@ from upholster.image.native import scratch_file, silent
 from upholster.image.preparing import MAX_SIDE, MIN_SIDE, check_resize, cut_out, finished
 from upholster.image.profiles import PHOTOS, Notes, ink_samples, is_cmyk, tell, to_srgb
 from upholster.image.rectify import Corners
-from upholster.image.shipped import located
+from upholster.image.shipped import sample_path
 from upholster.options import SampleOptions
 from upholster.types import MAX_SAMPLE, PixelArray
 
@@ -103,7 +103,7 @@ def read_exemplar(
         is missing; if the program includes no sample of that name.
     """
     options = SampleOptions(rectify=rectify, crop=crop, resize=resize, even_light=even_light)
-    return read_photo(located(path_text(path, "image")), options, notes=notes)[0]
+    return read_photo(sample_path(path_text(path, "image")), options, notes=notes)[0]
 
 
 def read_photo(

@@ -1,31 +1,133 @@
-"""The role of a material's map from its file name, in the common variants of texture libraries."""
+"""The roles of a material's maps, and the role of a file from its name, as texture libraries spell it."""
 
 import re
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Protocol, TypeVar
 
 from upholster.errors import InputError, nearest
 
-__all__ = ["LEFT_OUT", "ROLES", "family_of", "find_maps", "packed_parts", "role_of"]
+__all__ = [
+    "COLORS",
+    "DEFAULT_ROUGHNESS",
+    "LEFT_OUT",
+    "MAP_ROLES",
+    "ROLES",
+    "MapRole",
+    "family_of",
+    "find_maps",
+    "packed_parts",
+    "role_of",
+]
 
-ROLES = ("albedo", "normal", "roughness", "metallic", "ao", "height", "opacity", "emission")
-"""All roles of a material's maps."""
+DEFAULT_ROUGHNESS = 0.8
+"""Roughness of a material without a roughness map, from 0 to 1."""
+
+
+@dataclass(frozen=True, slots=True)
+class MapRole:
+    """What is the same for all maps of one role.
+
+    Attributes
+    ----------
+    name
+        The role.
+    spellings
+        Words for it in file names, without case and separators.
+    letter
+        The same as the last letter of Unreal's names, as in ``T_Wall_D``; '' if there is none.
+    channels
+        Numbers of channels that such a map may have.
+    is_color
+        Whether its integers are sRGB-coded; other maps hold plain numbers.
+    neutral
+        The value, from 0 to 1, where a material has no such map: one number, or one for each channel.
+    match_weight
+        Weight of its squared differences in matching, where the albedo's count 1.
+    gltf
+        Where glTF has its texture; '' if it has no place for it.
+    mtl
+        How MTL refers to it: factors, then the word before the file; () if there is no word that programs
+        agree on.
+    delay
+        How much later than colour and normals it may come in a stream: the eye misses it less.
+    """
+
+    name: str
+    spellings: str
+    letter: str = ""
+    channels: tuple[int, ...] = (1,)
+    is_color: bool = False
+    neutral: tuple[float, ...] = (0.0,)
+    match_weight: float = 0.0
+    gltf: str = ""
+    mtl: tuple[str, ...] = ()
+    delay: float = 1.0
+
+
+_METAL_ROUGH = "metallicRoughnessTexture"
+
+MAP_ROLES: Mapping[str, MapRole] = MappingProxyType(
+    {
+        role.name: role
+        for role in (
+            MapRole(
+                "albedo", "albedo basecolor basecolour diffuse diff color colour col bc", "d",
+                channels=(1, 2, 3, 4), is_color=True, match_weight=1.0,
+                gltf="baseColorTexture", mtl=("map_Kd",),
+            ),
+            MapRole(
+                "normal", "normal nor nrm norm normalmap", "n",
+                channels=(3,), neutral=(0.5, 0.5, 1.0), match_weight=0.5,
+                gltf="normalTexture", mtl=("norm",),
+            ),
+            MapRole(
+                "roughness", "roughness rough", "r",
+                neutral=(DEFAULT_ROUGHNESS,), match_weight=0.25,
+                gltf=_METAL_ROUGH, mtl=("Pr 1", "map_Pr"), delay=1.5,
+            ),
+            MapRole(
+                "metallic", "metallic metalness metal", "m",
+                match_weight=0.25, gltf=_METAL_ROUGH, mtl=("Pm 1", "map_Pm"), delay=1.5,
+            ),
+            MapRole(
+                "ao", "ao ambientocclusion occlusion occ",
+                neutral=(1.0,), gltf="occlusionTexture", delay=2.0,
+            ),
+            MapRole(
+                "height", "height heightmap displacement disp", "h",
+                neutral=(0.5,), match_weight=0.5, delay=2.0,
+            ),
+            MapRole("opacity", "opacity alpha", neutral=(1.0,), match_weight=1.0, delay=1.5),
+            MapRole(
+                "emission", "emission emissive emit", "e",
+                channels=(1, 3), is_color=True, match_weight=0.5,
+                gltf="emissiveTexture", mtl=("Ke 1 1 1", "map_Ke"),
+            ),
+        )
+    }
+)  # fmt: skip
+"""All roles by name, the albedo first.
+
+Match weights: normal and height show where a stone ends as well as colour does, and twice; roughness and
+metallic follow it mostly; occlusion adds nothing to the height.
+"""
+
+ROLES = tuple(MAP_ROLES)
+"""Names of the roles, the albedo first."""
+
+COLORS = tuple(role.name for role in MAP_ROLES.values() if role.is_color)
+"""Roles whose integers are sRGB-coded; those of the others are plain numbers."""
 
 LEFT_OUT = "left out"
 """`role_of` returns this for maps that nothing here uses."""
 
 _NAMES = {
-    "albedo": "albedo basecolor basecolour diffuse diff color colour col bc",
-    "normal": "normal nor nrm norm normalmap",
+    **{role.name: role.spellings for role in MAP_ROLES.values()},
     "normal_gl": "normalgl normalopengl norgl",
     "normal_dx": "normaldx normaldirectx nordx",
-    "roughness": "roughness rough",
     "gloss": "gloss glossiness smoothness",
-    "metallic": "metallic metalness metal",
-    "ao": "ao ambientocclusion occlusion occ",
-    "height": "height heightmap displacement disp",
-    "opacity": "opacity alpha",
-    "emission": "emission emissive emit",
     "+roughness+metallic": "metallicroughness",
     "metallic+++gloss": "metallicsmoothness metallicgloss",
     "metallic+ao++gloss": "maskmap",
@@ -37,8 +139,7 @@ _NAMES = {
 
 _ROLE_BY_NAME = {name: role for role, names in _NAMES.items() for name in names.split()}
 
-_LETTERS = {"d": "albedo", "n": "normal", "r": "roughness", "m": "metallic", "h": "height", "e": "emission"}
-_LETTERS |= {"s": LEFT_OUT}
+_LETTERS = {role.letter: role.name for role in MAP_ROLES.values() if role.letter} | {"s": LEFT_OUT}
 """Unreal's suffixes, as in ``T_Wall_D``."""
 
 _PACKED_LETTERS = {"ao": "ao", "a": "ao", "o": "ao", "r": "roughness", "m": "metallic"}
@@ -49,7 +150,7 @@ _DETAIL = re.compile(r"\d{1,2}k|\d{3,5}|\d{1,2}bit|lod\d|png|jpg|jpeg|exr|tif|ti
 """Words that libraries put after the role: resolution, depth, level of detail, format."""
 
 
-class Named(Protocol):
+class NamedFile(Protocol):
     """A file's name, without folders."""
 
     @property
@@ -58,7 +159,7 @@ class Named(Protocol):
         ...
 
 
-File = TypeVar("File", bound=Named)
+File = TypeVar("File", bound=NamedFile)
 
 
 def role_of(name: str) -> str | None:
@@ -180,5 +281,5 @@ def _packed_letters(word: str) -> str | None:
     return "+".join(parts) if "metallic" in parts or word in ("ord", "ordp") else None
 
 
-def _stem(file: Named) -> str:
+def _stem(file: NamedFile) -> str:
     return file.name.rpartition(".")[0]

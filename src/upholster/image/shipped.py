@@ -5,7 +5,7 @@ from pathlib import Path
 
 from upholster.errors import InputError, nearest
 
-__all__ = ["SHIPPED_PREFIX", "located", "shipped_folder", "shipped_samples"]
+__all__ = ["SHIPPED_PREFIX", "sample_path", "shipped_folder", "shipped_samples"]
 
 SHIPPED_PREFIX = "sample:"
 
@@ -24,7 +24,7 @@ def shipped_samples() -> dict[str, Path]:
     return {file.stem: file for file in sorted(shipped_folder().glob("*.png"))}
 
 
-def located(path: str | os.PathLike[str]) -> str | os.PathLike[str]:
+def sample_path(path: str | os.PathLike[str]) -> str | os.PathLike[str]:
     """Return a path unchanged, or the file of an included sample that it names.
 
     Parameters

@@ -16,7 +16,7 @@ from upholster.image.material_files import FilesByRole, read_material
 from upholster.image.packages import is_zip
 from upholster.image.profiles import Notes, tell
 from upholster.image.read import check_exemplar, read_photo
-from upholster.image.shipped import located
+from upholster.image.shipped import sample_path
 from upholster.image.write import IMAGE_SUFFIXES
 from upholster.lengths import read_length
 from upholster.options import SampleOptions, chosen
@@ -202,10 +202,10 @@ def _located(source: Source) -> Source:
     if isinstance(source, (Material, np.ndarray)) or not _names(source):
         return source
     if isinstance(source, (str, os.PathLike)):
-        return located(source)
+        return sample_path(source)
     if isinstance(source, Mapping):
-        return {role: located(file) for role, file in source.items()}
-    files = [located(file) for file in source]
+        return {role: sample_path(file) for role, file in source.items()}
+    files = [sample_path(file) for file in source]
     return tuple(files) if isinstance(source, tuple) else files
 
 

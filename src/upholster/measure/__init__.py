@@ -3,11 +3,11 @@
 from upholster.measure.broken import BrokenElements, broken_elements
 from upholster.measure.copies import Copies, copies
 from upholster.measure.cuts import cut_seam_ratio, matched_cut_ratio
-from upholster.measure.edges import MeshSeams, matched_edge_ratio, mesh_seams
 from upholster.measure.fidelity import sliced_wasserstein
 from upholster.measure.joint_ends import JointEnds, joint_ends
 from upholster.measure.landmarks import Landmarks, landmark_recurrence
 from upholster.measure.mapping import MappingReport, mapping, mesh_mapping
+from upholster.measure.mesh_seams import MeshSeams, matched_edge_ratio, mesh_seams
 from upholster.measure.patch_distance import PatchDistance, patch_distance, undistorted_views
 from upholster.measure.report import Measures, Seams, measure_cover, measure_image
 from upholster.measure.scale import TexelScale, mesh_texel_scale, texel_scale

@@ -6,11 +6,11 @@ from numpy.typing import NDArray
 from upholster.jit import kernel
 from upholster.types import IntArray
 
-__all__ = ["largest_square"]
+__all__ = ["largest_copied_square"]
 
 
 @kernel
-def largest_square(
+def largest_copied_square(
     painted: NDArray[np.bool_], below: NDArray[np.bool_], right: NDArray[np.bool_], sides: IntArray
 ) -> int:
     """Return the side of the largest square of `painted` texels (H, W) whose neighbours are all linked.

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from upholster.errors import InputError
-from upholster.measure._kernels import largest_square
+from upholster.measure._kernels import largest_copied_square
 from upholster.measure.trace import traces
 from upholster.quilt import Quilt
 
@@ -64,7 +64,7 @@ def copies(quilt: Quilt) -> Copies:
         pairs += int((shown[1:] & shown[:-1]).sum()) + int((shown[:, 1:] & shown[:, :-1]).sum())
         continued += int(np.count_nonzero(below)) + int(np.count_nonzero(right))
         scratch = np.zeros(trace.window.width, np.int32)
-        longest = max(longest, int(largest_square(shown, below, right, scratch)))
+        longest = max(longest, int(largest_copied_square(shown, below, right, scratch)))
     if not pairs:
         raise InputError("quilt has no neighbouring texels; allowed: charts of at least 1×2 texels")
     return Copies(continued / pairs, longest)

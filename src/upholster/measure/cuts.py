@@ -12,7 +12,7 @@ from upholster.quilt.displacement import centre_matrices, levels_of
 from upholster.quilt.pyramid import halved, most_levels
 from upholster.types import FloatArray, PixelArray
 
-__all__ = ["check_painted", "cut_seam_ratio", "matched_cut_ratio", "sampled"]
+__all__ = ["check_measured", "cut_seam_ratio", "matched_cut_ratio", "sampled"]
 
 BAND = 256
 MOST_PAIRS = 2**17
@@ -97,7 +97,7 @@ def matched_cut_ratio(quilt: Quilt, texels: Texels, exemplar: PixelArray) -> flo
     InputError
         If the texels' charts are not the quilt's, or the exemplar's shape is not.
     """
-    check_painted(quilt, texels, exemplar)
+    check_measured(quilt, texels, exemplar)
     rng = np.random.default_rng(SEED)
     found = list(traces(quilt))
     most = max(64, MOST_PAIRS // (2 * max(1, len(found))))
@@ -143,7 +143,7 @@ def _mirrored(places: FloatArray, shape: tuple[int, ...]) -> FloatArray:
     return found
 
 
-def check_painted(quilt: Quilt, texels: Texels, exemplar: PixelArray) -> None:
+def check_measured(quilt: Quilt, texels: Texels, exemplar: PixelArray) -> None:
     """Raise InputError unless the texels have the quilt's charts, and the exemplar its shape."""
     _check(quilt, texels)
     if exemplar.ndim != 3 or exemplar.shape[:2] != quilt.exemplar_shape:

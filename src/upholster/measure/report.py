@@ -16,11 +16,11 @@ from upholster.measure.broken import BrokenElements, broken_elements
 from upholster.measure.copies import Copies, copies
 from upholster.measure.crossings import Crossings, crossings
 from upholster.measure.cuts import cut_seam_ratio, matched_cut_ratio
-from upholster.measure.edges import mesh_seams
 from upholster.measure.fidelity import sliced_wasserstein
 from upholster.measure.joint_ends import JointEnds, joint_ends
 from upholster.measure.landmarks import Landmarks, landmark_recurrence
 from upholster.measure.mapping import MappingReport, mapping
+from upholster.measure.mesh_seams import mesh_seams
 from upholster.measure.patch_distance import PatchDistance, patch_distance, undistorted_views
 from upholster.measure.scale import TexelScale, texel_scale
 from upholster.measure.seams import WrapSeams, edge_seam_ratio, wrap_seams

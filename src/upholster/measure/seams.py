@@ -79,7 +79,7 @@ def edge_seam_ratio(
     Raises
     ------
     InputError
-        If a chart names a face that the surface does not have, or the number of fields is not that of charts.
+        If a chart names a face that the surface does not have, or there is not one field per chart.
 
     References
     ----------

@@ -7,7 +7,7 @@ import numpy as np
 
 from upholster.measure.fidelity import WINDOW, check_alike, looked_at
 from upholster.measure.samples import coded
-from upholster.methods.quilt.structure import RADIUS, correlation_peaks, shifted_products
+from upholster.methods.quilt.exemplar_structure import RADIUS, correlation_peaks, shifted_products
 from upholster.types import FloatArray, PixelArray
 
 __all__ = ["Peak", "Structure", "structure"]

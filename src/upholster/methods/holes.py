@@ -11,11 +11,11 @@ from upholster.charts.phases import TURN
 from upholster.elements import Lattice, find_lattice
 from upholster.errors import InputError
 from upholster.image.masks import Used, filled, largest_square
+from upholster.methods.quilt.exemplar_structure import block_size
 from upholster.methods.quilt.guides import Rectangle, Steering, Zones, cropped
 from upholster.methods.quilt.method import laid_quilt, planned
-from upholster.methods.quilt.options import QuiltOptions
 from upholster.methods.quilt.phases import WantedPhases
-from upholster.methods.quilt.structure import block_size
+from upholster.methods.quilt.quilt_options import QuiltOptions
 from upholster.methods.quilt.usable import LEAST_ROOM, largest_block, usable_side
 from upholster.quilt.chart import Chart
 from upholster.quilt.labels import LabelMap, label_shape

@@ -32,9 +32,9 @@ from upholster.charts.directions import (
 from upholster.charts.layout import LONGEST, TextureScale, density_layout, texture_scale, uniform_layout
 from upholster.charts.maps import MapGround
 from upholster.charts.mesh_layout import mesh_charts
-from upholster.charts.sizes import SizeField, parse_size_map, size_field
+from upholster.charts.mesh_warp_fields import triangle_frames, warp_fields
+from upholster.charts.size_map import SizeField, parse_size_map, size_field
 from upholster.charts.turns import chart_turns
-from upholster.charts.warp_fields import triangle_frames, warp_fields
 from upholster.elements import find_lattice
 from upholster.errors import InputError
 from upholster.geometry import AnySurface, MeshSurface, Surface
@@ -51,12 +51,12 @@ from upholster.methods.pixel.method import PixelOptions, check_sample, synthesiz
 from upholster.methods.quilt.guides import Again, Steering, on_charts
 from upholster.methods.quilt.laying import LayPlan
 from upholster.methods.quilt.method import laid_quilt, planned, step_level
-from upholster.methods.quilt.options import QuiltOptions
 from upholster.methods.quilt.phases import WantedPhases
+from upholster.methods.quilt.quilt_options import QuiltOptions
 from upholster.methods.quilt.sizes import turning_of
 from upholster.methods.quilt.usable import check_level, check_used
 from upholster.methods.seen import Seen
-from upholster.options import SampleOptions, SynthesisOptions, chosen, settled
+from upholster.options import SampleOptions, SynthesisOptions, chosen, settled_options
 from upholster.parallel import check_running
 from upholster.quilt.chart import MAX_CHART, Chart
 from upholster.quilt.model import Quilt
@@ -275,11 +275,11 @@ def prepare(
         return _prepare_mesh(seen, surface, options, model)
     if options.method == "paper":
         charts = uniform_layout(surface, chart=options.chart)
-        return Prepared(charts, (), None, "", settled(options, PaperOptions))
+        return Prepared(charts, (), None, "", settled_options(options, PaperOptions))
     if options.method == "pixel":
         check_sample(exemplar.shape[:2], options.levels)
         charts = uniform_layout(surface, chart=options.chart)
-        return Prepared(charts, (), None, "", settled(options, PixelOptions))
+        return Prepared(charts, (), None, "", settled_options(options, PixelOptions))
     if isinstance(options.texels, tuple):
         return _prepare_flat(seen, surface, _flat_chart(surface, *options.texels), options)
     scale = _scale(seen, surface, options, None)
@@ -306,7 +306,7 @@ def _prepare_flat(seen: Seen, surface: AnySurface, chart: Chart, options: Synthe
     vectors = np.broadcast_to((1.0, 0.0, 0.0), (len(charted.chart), 3, 3))
     ground = MapGround(charted, None, surface, True)
     phases = seen.wanted_phases(options, _FLAT_PHASE, charted, vectors, 1.0)
-    own = settled(options, QuiltOptions, block=seen.wanted_block(options))
+    own = settled_options(options, QuiltOptions, block=seen.wanted_block(options))
     turns = np.zeros(len(vectors), np.int32)
     return Prepared(
         (chart,),
@@ -364,7 +364,7 @@ def _on_charts(
     phases = seen.wanted_phases(options, _SURFACE_PHASE, charted, vectors, scale.scale, sizes)
     if any(one is not None for one in phases):
         block = seen.block_side(options, across, turning, phases)
-    own = settled(options, QuiltOptions, block=block)
+    own = settled_options(options, QuiltOptions, block=block)
     text = "strokes" if options.stroke and options.direction is None else direction.text
     return Prepared(
         charted.charts,

@@ -2,9 +2,9 @@
 
 from upholster.charts.tessellation import Mesh, face_parameters, tessellate
 from upholster.model.atlas import Atlas, build_atlas, build_page, by_chart, page_windows
-from upholster.model.charted_mesh import charted_mesh, charted_tangents
 from upholster.model.displaced import DisplacedMesh, displaced, kept_box, plain_solid
-from upholster.model.islands import pack_surface
+from upholster.model.islands import pack_atlas
+from upholster.model.mesh_on_charts import charted_tangents, mesh_on_charts
 from upholster.model.normal_atlas import build_normal_atlas, turn_gutters
 from upholster.model.packing import AtlasCell, AtlasLayout, AtlasPage, pack_charts
 from upholster.model.tangents import vertex_tangents
@@ -20,13 +20,13 @@ __all__ = [
     "build_normal_atlas",
     "build_page",
     "by_chart",
-    "charted_mesh",
     "charted_tangents",
     "displaced",
     "face_parameters",
     "kept_box",
+    "mesh_on_charts",
+    "pack_atlas",
     "pack_charts",
-    "pack_surface",
     "page_windows",
     "plain_solid",
     "tessellate",

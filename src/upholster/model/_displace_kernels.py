@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from upholster.jit import inline, kernel, shared
 
-__all__ = ["MOST_STEPS", "Growing", "HeightField", "measure_edges", "move_vertices", "refine"]
+__all__ = ["MOST_STEPS", "Growing", "HeightField", "measure_spacing", "move_vertices", "refine_triangles"]
 
 MOST_STEPS = 16
 """Greatest number of texels of the finest level along an edge, and of steps in which it is compared with the
@@ -324,7 +324,7 @@ def longest_nearby(mesh: Growing, edge: int) -> tuple[int, int]:
 
 
 @kernel
-def refine(
+def refine_triangles(
     mesh: Growing, field: HeightField, tolerance: float, most: int, counts: NDArray[np.int64]
 ) -> float:
     """Bisect edges until all errors are below a tolerance, or the limit of triangles is reached.
@@ -367,7 +367,7 @@ def refine(
 
 
 @kernel
-def measure_edges(mesh: Growing, count: int, spacing: NDArray[np.float32]) -> None:
+def measure_spacing(mesh: Growing, count: int, spacing: NDArray[np.float32]) -> None:
     """Find the shortest side in texels at each vertex: `spacing`, filled with large numbers on entry."""
     for triangle in range(count):
         if mesh.chart[triangle] >= 0:
@@ -399,7 +399,7 @@ def move_vertices(
     sums: NDArray[np.float64],
     out: NDArray[np.float64],
 ) -> None:
-    """Displace vertices into `out` (V, 3), with `spacing` from `measure_edges`; `sums` (V, 7) begins as 0.
+    """Displace vertices into `out` (V, 3), with `spacing` from `measure_spacing`; `sums` (V, 7) begins as 0.
 
     A vertex moves along the mean of its corners' normals, weighted by their angles, by the mean of its
     charts' heights. Where corners' normals differ, at creases, it moves farther, so that the adjacent faces

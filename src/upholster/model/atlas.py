@@ -18,7 +18,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.charts.seams import ChartSeam
+from upholster.charts.chart_seams import ChartSeam
 from upholster.charts.tessellation import Mesh
 from upholster.model.gutter import fill_gutters, shown_beyond
 from upholster.model.packing import AtlasCell, AtlasLayout, AtlasPage, gutter_depths, pack_charts
@@ -95,7 +95,7 @@ def build_atlas(
     texels
         The charts' texels.
     seams
-        Where the charts meet, from both sides: see `upholster.charts.seams.find_seams`.
+        Where the charts meet, from both sides: see `upholster.charts.chart_seams.find_seams`.
     layout
         The charts' places, by default those of `upholster.model.packing.pack_charts`.
     threads

@@ -17,7 +17,13 @@ from upholster.charts.tessellation import Mesh, connected
 from upholster.conditions import Condition
 from upholster.errors import InputError, check_whole
 from upholster.geometry.triangle_mesh import welded
-from upholster.model._displace_kernels import Growing, HeightField, measure_edges, move_vertices, refine
+from upholster.model._displace_kernels import (
+    Growing,
+    HeightField,
+    measure_spacing,
+    move_vertices,
+    refine_triangles,
+)
 from upholster.model.folds import held_back
 from upholster.model.heights import height_levels
 from upholster.quilt.model import Texels
@@ -154,10 +160,10 @@ def displaced(
     )
     limit = _TOLERANCE * abs(amount) if tolerance is None else tolerance
     growing, counts = _with_room(base, most)
-    error = refine(growing, heights, float(limit), most, counts)
+    error = refine_triangles(growing, heights, float(limit), most, counts)
     vertices, count, _ = counts.tolist()
     spacing = np.full(vertices, np.finfo(np.float32).max, np.float32)
-    measure_edges(growing, count, spacing)
+    measure_spacing(growing, count, spacing)
     positions = np.empty((vertices, 3))
     move_vertices(growing, heights, counts, spacing, np.zeros((vertices, 7)), positions)
     corners, before = growing.corners[:count].copy(), growing.positions[:vertices].copy()

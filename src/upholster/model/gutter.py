@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.charts.seams import ChartSeam
+from upholster.charts.chart_seams import ChartSeam
 from upholster.quilt.chart import Chart
 from upholster.types import FloatArray, PixelArray
 

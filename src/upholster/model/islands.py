@@ -23,16 +23,16 @@ from upholster.model.packing import (
     AtlasCell,
     AtlasLayout,
     AtlasPage,
-    check_charts,
+    check_charts_fit,
     check_fit,
-    check_pages,
+    check_page_count,
     pack_charts,
     power_of_two,
 )
 from upholster.quilt.chart import Chart
 from upholster.types import FloatArray, frozen_array
 
-__all__ = ["island_padding", "pack_islands", "pack_surface"]
+__all__ = ["island_padding", "pack_atlas", "pack_islands"]
 
 _LEAST_PADDING, _MOST_PADDING, _PADDINGS = 4, 16, 400
 """Default texels between islands: least, greatest, and about how many of these distances a square atlas is
@@ -53,7 +53,7 @@ _Page = tuple[dict[int, _Place], _Place]
 """Row and column of stencils on a page, and its rows and columns, in squares."""
 
 
-def pack_surface(
+def pack_atlas(
     surface: AnySurface,
     charts: Sequence[Chart],
     *,
@@ -100,7 +100,7 @@ def pack_islands(
     places = chart_places(surface, charts)
     texels = _area(places)
     gutter = island_padding(texels) if gutter is None else gutter
-    check_charts(charts, gutter)
+    check_charts_fit(charts, gutter)
     most = size or limit or PAGE_LIMIT
     side = 1 << max(0, gutter.bit_length() - 1)
     while min(math.sqrt(texels), most) > _SQUARES * side:
@@ -110,7 +110,7 @@ def pack_islands(
         check_fit(charts, gutter, size, side * int(stencils.sizes.max()))
     rounded = power_of_two if powers and size is None else int
     pages = _on_pages(stencils, most, rounded)
-    check_pages(len(pages))
+    check_page_count(len(pages))
     shapes = [(rounded(rows * side), rounded(columns * side)) for _, (rows, columns) in pages]
     return _layout(charts, stencils, pages, shapes if size is None else [(size, size)] * len(pages))
 

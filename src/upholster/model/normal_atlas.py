@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from upholster.charts.seams import ChartSeam
+from upholster.charts.chart_seams import ChartSeam
 from upholster.charts.tessellation import face_parameters, own_patches
 from upholster.errors import InputError
 from upholster.geometry import Surface

@@ -20,9 +20,9 @@ __all__ = [
     "AtlasCell",
     "AtlasLayout",
     "AtlasPage",
-    "check_charts",
+    "check_charts_fit",
     "check_fit",
-    "check_pages",
+    "check_page_count",
     "gutter_depths",
     "pack_charts",
     "power_of_two",
@@ -153,7 +153,7 @@ def pack_charts(
         more than 1000 pages.
     """
     gutter = GUTTER if gutter is None else gutter
-    check_charts(charts, gutter)
+    check_charts_fit(charts, gutter)
     step = 1 << max(0, gutter.bit_length() - 1)
 
     def padded(side: int) -> int:
@@ -173,7 +173,7 @@ def pack_charts(
         check_fit(charts, gutter, size, max(map(max, sizes)))
         places, shapes = _on_pages(tallest_first, size)
         shapes = [(size, size)] * len(shapes)
-    check_pages(len(shapes))
+    check_page_count(len(shapes))
     tops = list(accumulate((height for height, _ in shapes), initial=0))
     cells: dict[int, AtlasCell] = {}
     for index, (page, top, left) in zip(order, places, strict=True):
@@ -186,7 +186,7 @@ def pack_charts(
     )
 
 
-def check_charts(charts: Sequence[Chart], gutter: int) -> None:
+def check_charts_fit(charts: Sequence[Chart], gutter: int) -> None:
     """Raise InputError if there are no charts, or the gutter is out of range."""
     if not 0 <= gutter <= MAX_GUTTER:
         raise InputError(f"gutter is {gutter}; allowed: 0 to {MAX_GUTTER}")
@@ -194,7 +194,7 @@ def check_charts(charts: Sequence[Chart], gutter: int) -> None:
         raise InputError("there are no charts; allowed: at least one")
 
 
-def check_pages(count: int) -> None:
+def check_page_count(count: int) -> None:
     """Raise InputError if there are too many pages."""
     if count > MAX_PAGES:
         raise InputError(

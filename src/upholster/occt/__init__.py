@@ -3,8 +3,9 @@
 - `records`: the process's result: bodies, faces, their surfaces and triangles, as plain arrays
 - `process`: starts it, with limits of time and memory, and reads its result
 - `__main__`: the process itself; only it runs the modules below
-- `reading`: STEP, IGES and BREP as shapes with names, colours and layers; `rhino`: 3DM
-- `bodies`: shapes as bodies, each shape once; `surfaces`: the surface of a face; `meshing`: its triangles
+- `shape_reading`: STEP, IGES and BREP as shapes with names, colours and layers; `rhino`: 3DM
+- `bodies`: shapes as bodies, each shape once; `face_surfaces`: the surface of a face; `meshing`: its
+triangles
 
 Only the modules that run in the process import OCP and rhino3dm.
 """

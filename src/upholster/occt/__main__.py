@@ -49,7 +49,7 @@ def main(file: str, result: str, options: str) -> None:
 def _read(file: Path, options: dict[str, Any], report: Progress) -> CadRecord | str:
     try:
         from upholster.occt.bodies import add_bodies
-        from upholster.occt.reading import UnreadableError, read_shapes
+        from upholster.occt.shape_reading import UnreadableError, read_shapes
     except ModuleNotFoundError as error:
         return f"missing {error.name}"
     except ImportError as error:

@@ -18,10 +18,10 @@ from OCP.TopExp import TopExp, TopExp_Explorer
 from OCP.TopLoc import TopLoc_Location
 from OCP.TopoDS import TopoDS, TopoDS_Compound
 
+from upholster.occt.face_surfaces import describe_surface
 from upholster.occt.meshing import ANGLE, mesh_body
-from upholster.occt.reading import Leaf
 from upholster.occt.records import BodyRecord, CadRecord, FaceRecord, Placed
-from upholster.occt.surfaces import describe_surface
+from upholster.occt.shape_reading import Leaf
 from upholster.types import FloatArray, Progress
 
 __all__ = ["add_bodies"]

@@ -20,8 +20,8 @@ from OCP.TopAbs import TopAbs_FORWARD, TopAbs_REVERSED
 from OCP.TopLoc import TopLoc_Location
 from OCP.TopoDS import TopoDS_Compound, TopoDS_Edge, TopoDS_Face, TopoDS_Vertex, TopoDS_Wire
 
-from upholster.occt.reading import Leaf, UnreadableError
 from upholster.occt.records import CadRecord
+from upholster.occt.shape_reading import Leaf, UnreadableError
 
 __all__ = ["read_rhino"]
 

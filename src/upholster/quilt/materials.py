@@ -8,7 +8,13 @@ from upholster.errors import InputError
 from upholster.image.material import Material
 from upholster.image.source import Source, as_exemplar
 from upholster.quilt.model import Quilt, Texels
-from upholster.quilt.normals import lengthen, paint_normals, turn_window, turned_pyramid, unit_normals
+from upholster.quilt.normal_painting import (
+    lengthen,
+    paint_normals,
+    turn_window,
+    turned_pyramid,
+    unit_normal_texels,
+)
 from upholster.quilt.painting import ChartPainter, check_painted, image_pyramid, paint, painted_charts
 from upholster.types import PixelArray, Progress
 
@@ -38,8 +44,8 @@ def paint_material(
     -------
     dict
         Texels by role, each at its map's depth: "albedo", with the opacity as its alpha, then the other maps
-        except opacity. Normals are in the tangent frame of `upholster.quilt.normals.paint_normals` and have
-        length 1, also where blocks are blended.
+        except opacity. Normals are in the tangent frame of `upholster.quilt.normal_painting.paint_normals`
+        and have length 1, also where blocks are blended.
 
     Raises
     ------
@@ -55,7 +61,7 @@ def paint_material(
         if role not in ("albedo", "opacity"):
             painted[role] = paint_map(quilt, role, pixels, **how)
     if "normal" in painted:
-        painted["normal"] = unit_normals(painted["normal"], threads=threads)
+        painted["normal"] = unit_normal_texels(painted["normal"], threads=threads)
     return painted
 
 

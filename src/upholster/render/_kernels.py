@@ -18,7 +18,7 @@ from upholster.render.environment import FILL_LIGHT, KEY_LIGHT, SKY_ABOVE, SKY_B
 from upholster.render.texture import MipPyramid
 
 __all__ = [
-    "COVER", "DEPTH", "FLOOR", "LIGHT", "NORMAL", "SUMS", "EyeRays", "RayMesh", "Rays", "Studio",
+    "COVER", "DEPTH", "FLOOR", "LIGHT", "NORMAL", "SUMS", "EyeRays", "RayMesh", "Rays", "Scene",
     "resolve", "shade",
 ]  # fmt: skip
 
@@ -56,7 +56,7 @@ class RayMesh(NamedTuple):
     uv: Single  # (V, 2)
 
 
-class Studio(NamedTuple):
+class Scene(NamedTuple):
     """Camera and lights."""
 
     eye: NDArray[np.float64]  # (3,)
@@ -278,7 +278,7 @@ def shade(
     mesh: RayMesh,
     pyramid: MipPyramid,
     maps: SurfaceMaps,
-    studio: Studio,
+    studio: Scene,
     sums: Single,
     rays: Rays,
 ) -> int:
@@ -399,7 +399,7 @@ def _share(lights: Single, y: int, x: int, asked: int, arrived: int) -> float:
 
 @kernel
 def resolve(
-    sums: Single, lights: Single, start: int, studio: Studio, background: Single, image: Single
+    sums: Single, lights: Single, start: int, studio: Scene, background: Single, image: Single
 ) -> None:
     """Turn sums into pixels.
 

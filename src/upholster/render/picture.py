@@ -10,14 +10,14 @@ from embreex.rtcore_scene import EmbreeScene
 from numpy.typing import ArrayLike, NDArray
 
 from upholster.parallel import run_tasks, thread_count
-from upholster.render._kernels import DEPTH, LIGHT, SUMS, EyeRays, RayMesh, Rays, Studio, resolve, shade
+from upholster.render._kernels import DEPTH, LIGHT, SUMS, EyeRays, RayMesh, Rays, Scene, resolve, shade
 from upholster.render._material_kernels import SurfaceMaps
 from upholster.render.camera import Camera
 from upholster.render.checks import Color, check_numbers, checked_background, checked_model
 from upholster.render.light import MARGIN, TILE, averaged, key_direction, occlusion_pattern
-from upholster.render.maps import build_maps, checked_maps
-from upholster.render.texture import MipPyramid, build_pyramid, checked_texture
-from upholster.types import FloatArray, IntArray, PixelArray, Progress
+from upholster.render.material_maps import build_maps, checked_maps
+from upholster.render.texture import MipPyramid, build_mip_pyramid, checked_texture
+from upholster.types import FloatArray, PixelArray, Progress
 
 __all__ = ["STUDIO_BACKGROUND", "render"]
 
@@ -119,7 +119,8 @@ def render(
 
     References
     ----------
-    I. Wald et al.: Embree, SIGGRAPH 2014. Texture: see `build_pyramid`. Light: see `upholster.render.light`.
+    I. Wald et al.: Embree, SIGGRAPH 2014. Texture: see `build_mip_pyramid`. Light: see
+    `upholster.render.light`.
     """
     space, normals, uv, triangles = checked_model(positions, normals, uv, triangles)
     if texture is not None:
@@ -131,63 +132,41 @@ def render(
     thread_count(threads)
     shown, along = checked_maps(maps, texture, tangents, len(space))
     rows = checked_background(background, height)
-    mesh, studio, radius = _scene(
-        space,
-        normals,
-        uv,
-        triangles,
-        camera,
-        supersample,
-        floor=floor and shadows,
-        shadows=shadows,
+    middle, radius = _sphere(space)
+    mesh = RayMesh(triangles, ((space - middle) / radius).astype(np.float32), normals, uv)
+    ground = float(mesh.positions[:, 2].min()) if floor and shadows else -math.inf
+    studio = Scene(
+        eye=(camera.eye - middle) / radius,
+        right=camera.axes[0].copy(),
+        up=camera.axes[1].copy(),
+        key=key_direction(camera.axes),
+        floor=ground,
+        spread=1 / (camera.focal * supersample),
+        pattern=occlusion_pattern(camera.axes, supersample)[: None if shadows else 0],
+        samples=supersample**2,
         pales=bool(shown),
     )
     finest = 0
     if texture is not None:
         finest = _finest_level(mesh, camera, studio, *texture.shape[:2])
     first = min(finest, max_level)
-    pyramid = build_pyramid(texture, first=first, last=max_level, threads=threads)
+    pyramid = build_mip_pyramid(texture, first=first, last=max_level, threads=threads)
     others = build_maps(
         shown, along, camera.axes, normal_scale=normal_scale, first=first, last=max_level, threads=threads
     )
     image = np.empty((height, width, 4 if background is None else 3), np.float32)
-    work = _Work(mesh, pyramid, others, studio, camera, rows, image, depth, radius)
+    work = _Work(mesh, pyramid, others, studio, camera, rows, image, depth)
     work.paint(threads, progress)
+    if depth is not None:
+        depth *= radius
     return image
 
 
-def _scene(
-    positions: FloatArray,
-    normals: NDArray[np.float32],
-    uv: NDArray[np.float32],
-    triangles: IntArray,
-    camera: Camera,
-    supersample: int,
-    *,
-    floor: bool,
-    shadows: bool,
-    pales: bool,
-) -> tuple[RayMesh, Studio, float]:
-    """Return model, camera and lights in radii about the model's middle, and the radius.
-
-    In these units single precision is enough for any model.
-    """
+def _sphere(positions: FloatArray) -> tuple[FloatArray, float]:
+    """Return the middle of a model and its radius: in radii, single precision is enough for any model."""
     lowest, highest = positions.min(axis=0), positions.max(axis=0)
     middle, extent = lowest + (highest - lowest) / 2, float((highest - lowest).max())
-    radius = extent * float(np.sqrt((((positions - middle) / extent) ** 2).sum(axis=1).max()))
-    mesh = RayMesh(triangles, ((positions - middle) / radius).astype(np.float32), normals, uv)
-    studio = Studio(
-        eye=(camera.eye - middle) / radius,
-        right=camera.axes[0].copy(),
-        up=camera.axes[1].copy(),
-        key=key_direction(camera.axes),
-        floor=float(mesh.positions[:, 2].min()) if floor else -math.inf,
-        spread=1 / (camera.focal * supersample),
-        pattern=occlusion_pattern(camera.axes, supersample)[: None if shadows else 0],
-        samples=supersample**2,
-        pales=pales,
-    )
-    return mesh, studio, radius
+    return middle, extent * float(np.sqrt((((positions - middle) / extent) ** 2).sum(axis=1).max()))
 
 
 class _Work:
@@ -198,15 +177,14 @@ class _Work:
         mesh: RayMesh,
         pyramid: MipPyramid,
         maps: SurfaceMaps,
-        studio: Studio,
+        studio: Scene,
         camera: Camera,
         background: NDArray[np.float32],
         image: NDArray[np.float32],
         depth: NDArray[np.float32] | None,
-        radius: float,
     ) -> None:
         self.mesh, self.pyramid, self.maps, self.studio, self.camera = mesh, pyramid, maps, studio, camera
-        self.background, self.image, self.depth, self.radius = background, image, depth, radius
+        self.background, self.image, self.depth = background, image, depth
         self.supersample = math.isqrt(studio.samples)
         self.occlusion = len(studio.pattern) > 0
         # Set when the picture is abandoned, so that running bands end at once.
@@ -252,7 +230,7 @@ class _Work:
         rows = self.background[top:bottom]
         resolve(sums, lights, inner.start, self.studio, rows, self.image[top:bottom])
         if self.depth is not None:
-            np.multiply(sums[inner, :, DEPTH], self.radius, out=self.depth[top:bottom])
+            self.depth[top:bottom] = sums[inner, :, DEPTH]
 
     def _trace(
         self, rows: NDArray[np.int_], columns: NDArray[np.int_], start: int, sums: NDArray[np.float32]
@@ -311,7 +289,7 @@ def _room(count: int) -> Rays:
     )
 
 
-def _finest_level(mesh: RayMesh, camera: Camera, studio: Studio, height: int, width: int) -> int:
+def _finest_level(mesh: RayMesh, camera: Camera, studio: Scene, height: int, width: int) -> int:
     """Return the finest mip level that the picture can need: finer ones are not computed."""
     corners = mesh.positions[mesh.triangles].astype(np.float64)
     nearest = float(((corners - studio.eye) @ camera.axes[2]).min())

@@ -13,7 +13,7 @@ from upholster.image.color import to_linear
 from upholster.parallel import run_tasks
 from upholster.types import PixelArray, frozen_array
 
-__all__ = ["MipPyramid", "averaged_down", "build_pyramid", "checked_texture"]
+__all__ = ["MipPyramid", "averaged_down", "build_mip_pyramid", "checked_texture"]
 
 CLAY = (0.62, 0.60, 0.57, 1.0)
 """Linear colour of a model without texture."""
@@ -62,7 +62,7 @@ def checked_texture(texture: PixelArray) -> PixelArray:
     return texture
 
 
-def build_pyramid(
+def build_mip_pyramid(
     texture: PixelArray | None, *, first: int = 0, last: int = 4, threads: int | None = None
 ) -> MipPyramid:
     """Decode a texture to linear light and average it down.
@@ -114,7 +114,7 @@ def averaged_down(
     height, width
         Size of the image.
     first, last, threads
-        As for `build_pyramid`.
+        As for `build_mip_pyramid`.
     """
     last = min(last, max(0, math.ceil(math.log2(max(height, width)))))
     first = min(first, last)

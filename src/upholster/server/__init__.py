@@ -2,17 +2,18 @@
 
 In production any static host will do: see docs/serving.md.
 
-Any application on the user's machine can use `guard` (Host check, headers, one-line error reports), `running`
+Any application on the user's machine can use `guard` (Host check, headers, one-line error reports), `serving`
 (a free port, until Ctrl-C or while a block runs; on `connections` with deadlines), `browser` and `throttle`.
-Streams are served by `catalogue`, `pages`, `thumbnails` (drawn by `drawing`) and `app`, which joins them all.
+Streams are served by `catalogue`, `html_pages`, `thumbnails` (drawn by `thumbnail_drawing`) and `app`, which
+joins them all.
 """
 
 from upholster.server.app import STREAM_TYPE, make_app, serve
 from upholster.server.browser import open_in_browser
 from upholster.server.catalogue import Catalogue
 from upholster.server.guard import check_origin
-from upholster.server.pages import view_url
-from upholster.server.running import serving
+from upholster.server.html_pages import view_url
+from upholster.server.serving import serving
 
 __all__ = [
     "STREAM_TYPE",

@@ -19,8 +19,8 @@ from starlette.types import ASGIApp, Scope
 from upholster._version import __version__
 from upholster.server.catalogue import SUFFIX, Catalogue
 from upholster.server.guard import LOCAL_HOSTS, AddedHeaders, Guard, failed
-from upholster.server.pages import content_security_policy, missing_page, start_page, viewer_page
-from upholster.server.running import allowed_hosts, listen, run
+from upholster.server.html_pages import content_security_policy, hosted_page, missing_page, start_page
+from upholster.server.serving import allowed_hosts, listen, run_until_stopped
 from upholster.server.throttle import Pace, Throttle
 from upholster.server.thumbnails import Thumbnails
 
@@ -72,7 +72,9 @@ def serve(
     """
     with listen(host, port) as listener:
         hosts = allowed_hosts(host, listener)
-        run(make_app(catalogue, rate=rate, origins=origins, frames=frames, hosts=hosts), listener, listening)
+        run_until_stopped(
+            make_app(catalogue, rate=rate, origins=origins, frames=frames, hosts=hosts), listener, listening
+        )
 
 
 def make_app(
@@ -161,7 +163,7 @@ class _Site:
         found = self._catalogue.find(name)
         if found is None:
             return HTMLResponse(missing_page(), 404, _CACHING)
-        page = viewer_page(name, found[1].st_size, lab="lab" in request.query_params)
+        page = hosted_page(name, found[1].st_size, lab="lab" in request.query_params)
         return HTMLResponse(page, headers=_CACHING)
 
     async def thumbnail(self, request: Request) -> Response:

@@ -17,13 +17,13 @@ from upholster.errors import FormatError, InputError
 from upholster.files import MAX_BYTES, read_bytes
 from upholster.stream import read_stream
 
-__all__ = ["SUFFIX", "Catalogue", "Entry"]
+__all__ = ["SUFFIX", "Catalogue", "ListedStream"]
 
 SUFFIX = ".uph"
 
 
 @dataclass(frozen=True, slots=True)
-class Entry:
+class ListedStream:
     """A stream as the start page lists it.
 
     Attributes
@@ -85,14 +85,14 @@ class Catalogue:
         """Number of folders among the given paths."""
         return sum(given.folder for given in self._given)
 
-    def entries(self) -> list[Entry]:
+    def entries(self) -> list[ListedStream]:
         """Return the streams that exist now: files as given, those of a folder by name."""
         found = []
         for name, path in self._places().items():
             with suppress(OSError):
                 size = os.stat(path).st_size
                 if size <= MAX_BYTES:
-                    found.append(Entry(name, size))
+                    found.append(ListedStream(name, size))
         return found
 
     def find(self, name: str) -> tuple[str, os.stat_result] | None:

@@ -6,8 +6,8 @@ import os
 import anyio
 from anyio import BrokenWorkerProcess, CapacityLimiter, to_process
 
-from upholster.server.drawing import draw_file, placeholder
 from upholster.server.guard import report
+from upholster.server.thumbnail_drawing import draw_file, placeholder
 
 __all__ = ["Thumbnails"]
 

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from upholster.jit import inline, kernel, shared
 from upholster.stream._bit_kernels import BitCoder
-from upholster.stream._mesh_arrays import LAST_ISLAND, LAST_PART, MOST_PARAMETER, STATUS, Mesh, Origin
+from upholster.stream._mesh_arrays import LAST_ISLAND, LAST_PART, MOST_PARAMETER, STATUS, CodedMesh, Origin
 from upholster.stream._mesh_number_kernels import (
     ISLAND,
     PART,
@@ -69,7 +69,9 @@ def _is_seam(origin: Origin, edge: int, twin: int) -> bool:
 
 
 @kernel
-def code_seams(coder: BitCoder, mesh: Mesh, origin: Origin, encoding: bool, start: int, stop: int) -> Any:
+def code_seams(
+    coder: BitCoder, mesh: CodedMesh, origin: Origin, encoding: bool, start: int, stop: int
+) -> Any:
     """Code which edges of triangles from `start` to `stop` are seams; join what meets at the others."""
     for edge in range(3 * start, 3 * stop):
         twin = int64(mesh.twins[edge])
@@ -83,7 +85,7 @@ def code_seams(coder: BitCoder, mesh: Mesh, origin: Origin, encoding: bool, star
 
 
 @inline
-def _turned(mesh: Mesh, corner: int, beside: tuple[int, int], known: tuple[int, int]) -> tuple[int, int]:
+def _turned(mesh: CodedMesh, corner: int, beside: tuple[int, int], known: tuple[int, int]) -> tuple[int, int]:
     # Predicted parameters of a corner, from the triangle's shape and the parameters of its two other corners,
     # whose places are in `known`. The order of all operations is part of the format.
     p, q = mesh.positions, mesh.parameters
@@ -106,7 +108,7 @@ def _turned(mesh: Mesh, corner: int, beside: tuple[int, int], known: tuple[int, 
 
 
 @shared
-def _code_parameters(coder: BitCoder, mesh: Mesh, origin: Origin, corner: int, encoding: bool) -> None:
+def _code_parameters(coder: BitCoder, mesh: CodedMesh, origin: Origin, corner: int, encoding: bool) -> None:
     q, left = mesh.parameters, mesh.parameter_leftovers
     first = _root(mesh.wedges, corner)
     if first < corner:
@@ -134,7 +136,7 @@ def _code_parameters(coder: BitCoder, mesh: Mesh, origin: Origin, corner: int, e
 
 
 @inline
-def _code_groups(coder: BitCoder, mesh: Mesh, origin: Origin, t: int, encoding: bool) -> None:
+def _code_groups(coder: BitCoder, mesh: CodedMesh, origin: Origin, t: int, encoding: bool) -> None:
     # Island and part of a triangle: those of the first one in its piece, or coded relative to the last ones.
     counts, groups = mesh.counts, mesh.groups
     first = _root(mesh.pieces, t)
@@ -154,7 +156,9 @@ def _code_groups(coder: BitCoder, mesh: Mesh, origin: Origin, t: int, encoding: 
 
 
 @kernel
-def code_islands(coder: BitCoder, mesh: Mesh, origin: Origin, encoding: bool, start: int, stop: int) -> Any:
+def code_islands(
+    coder: BitCoder, mesh: CodedMesh, origin: Origin, encoding: bool, start: int, stop: int
+) -> Any:
     """Code islands, parts and parameters of triangles from `start` to, not including, `stop`."""
     for t in range(start, stop):
         _code_groups(coder, mesh, origin, t, encoding)

@@ -17,7 +17,7 @@ __all__ = [
     "TRIANGLES",
     "VERTICES",
     "WRONG",
-    "Mesh",
+    "CodedMesh",
     "Origin",
 ]
 
@@ -28,14 +28,14 @@ MOST_PARAMETER = 2**28
 """Largest magnitude of a parameter, in steps."""
 
 STATUS, TRIANGLES, VERTICES, STACKED, LAST_ISLAND, LAST_PART = range(6)
-"""Places in `Mesh.counts`: 0, or `LACKING` or `WRONG`; numbers of coded elements; edges on the stack; the
+"""Places in `CodedMesh.counts`: 0, or `LACKING` or `WRONG`; numbers of coded elements; edges on the stack; the
 island and the part that were coded last."""
 
 OPEN, BORDER = -1, -2
 """In place of a twin: an edge of the front; an edge without an adjacent triangle."""
 
 
-class Mesh(NamedTuple):
+class CodedMesh(NamedTuple):
     """The coded part of a mesh, in coded order; corner 3·t + k is corner k of triangle t.
 
     An edge is named by the corner of a coded triangle that begins it. Edges without a coded triangle on the

@@ -10,7 +10,7 @@ from upholster.stream._bit_kernels import (
     code_number,
     told,
 )
-from upholster.stream._mesh_arrays import LACKING, STATUS, WRONG, Mesh
+from upholster.stream._mesh_arrays import LACKING, STATUS, WRONG, CodedMesh
 from upholster.types import int64
 
 __all__ = [
@@ -49,7 +49,7 @@ def next_corner(corner: int) -> int:
 
 
 @shared
-def code_flag(coder: BitCoder, mesh: Mesh, place: int, encoding: bool, flag: bool) -> bool:
+def code_flag(coder: BitCoder, mesh: CodedMesh, place: int, encoding: bool, flag: bool) -> bool:
     """Code a flag; False if bytes are missing."""
     coder.log[0] = 0
     bit = told(coder, _FLAGS + place, encoding, 1 if flag else 0)
@@ -60,7 +60,13 @@ def code_flag(coder: BitCoder, mesh: Mesh, place: int, encoding: bool, flag: boo
 
 @shared
 def code_within(
-    coder: BitCoder, mesh: Mesh, kind: int, guess: int, most: tuple[int, int], encoding: bool, value: int
+    coder: BitCoder,
+    mesh: CodedMesh,
+    kind: int,
+    guess: int,
+    most: tuple[int, int],
+    encoding: bool,
+    value: int,
 ) -> Any:
     """Code a number within bounds as its difference from a guess; returns the least one on failure."""
     coder.log[0] = 0
@@ -78,7 +84,7 @@ def code_within(
 @inline
 def code_leftover(
     coder: BitCoder,
-    mesh: Mesh,
+    mesh: CodedMesh,
     what: int,
     beside: int,
     guess: int,

@@ -16,7 +16,7 @@ from upholster.stream._mesh_arrays import (
     TRIANGLES,
     VERTICES,
     WRONG,
-    Mesh,
+    CodedMesh,
     Origin,
 )
 from upholster.stream._mesh_number_kernels import (
@@ -38,14 +38,14 @@ it also closes the edge after; there is none; it has another known vertex."""
 
 
 @inline
-def _can_close(mesh: Mesh, gate: int, beside: int, beyond: int) -> bool:
+def _can_close(mesh: CodedMesh, gate: int, beside: int, beyond: int) -> bool:
     # Whether one triangle can close the gate and the adjacent edge `beside`, whose other neighbour is
     # `beyond`.
     return bool(mesh.twins[beside] == OPEN and beside != gate and beyond != gate)
 
 
 @inline
-def _next_gate(mesh: Mesh) -> int:
+def _next_gate(mesh: CodedMesh) -> int:
     # Take the open edge that was added last; −1 if there is none.
     counts = mesh.counts
     while counts[STACKED] > 0:
@@ -57,7 +57,7 @@ def _next_gate(mesh: Mesh) -> int:
 
 
 @inline
-def _add(mesh: Mesh, edge: int) -> None:
+def _add(mesh: CodedMesh, edge: int) -> None:
     # An edge of a new triangle comes to the front.
     mesh.leaving[mesh.vertices[next_corner(edge)]] = edge
     mesh.stack[mesh.counts[STACKED]] = edge
@@ -65,17 +65,17 @@ def _add(mesh: Mesh, edge: int) -> None:
 
 
 @inline
-def _link(mesh: Mesh, before: int, after: int) -> None:
+def _link(mesh: CodedMesh, before: int, after: int) -> None:
     mesh.after[before], mesh.before[after] = after, before
 
 
 @inline
-def _glue(mesh: Mesh, edge: int, other: int) -> None:
+def _glue(mesh: CodedMesh, edge: int, other: int) -> None:
     mesh.twins[edge], mesh.twins[other] = other, edge
 
 
 @inline
-def _enter(mesh: Mesh, origin: Origin, encoding: bool, source: int) -> None:
+def _enter(mesh: CodedMesh, origin: Origin, encoding: bool, source: int) -> None:
     # Adds a triangle whose vertices are known; `source` is the encoder's corner that becomes its first.
     t = mesh.counts[TRIANGLES]
     mesh.counts[TRIANGLES] = t + 1
@@ -89,7 +89,12 @@ def _enter(mesh: Mesh, origin: Origin, encoding: bool, source: int) -> None:
 
 @shared
 def _new_vertex(
-    coder: BitCoder, mesh: Mesh, origin: Origin, beside: tuple[int, int, int], encoding: bool, source: int
+    coder: BitCoder,
+    mesh: CodedMesh,
+    origin: Origin,
+    beside: tuple[int, int, int],
+    encoding: bool,
+    source: int,
 ) -> int:
     # A new vertex, at the fourth corner of a parallelogram; `beside`: its edge's ends and the vertex across.
     v, p, left = mesh.counts[VERTICES], mesh.positions, mesh.position_leftovers
@@ -115,14 +120,14 @@ def _new_vertex(
 
 
 @inline
-def _known_vertex(coder: BitCoder, mesh: Mesh, origin: Origin, encoding: bool, source: int) -> int:
+def _known_vertex(coder: BitCoder, mesh: CodedMesh, origin: Origin, encoding: bool, source: int) -> int:
     last = int64(mesh.counts[VERTICES] - 1)
     wanted = int64(origin.number[source]) if encoding else int64(0)
     return int(code_within(coder, mesh, VERTEX, last, (int64(0), last), encoding, wanted))
 
 
 @shared
-def _code_start(coder: BitCoder, mesh: Mesh, origin: Origin, encoding: bool) -> None:
+def _code_start(coder: BitCoder, mesh: CodedMesh, origin: Origin, encoding: bool) -> None:
     # A triangle that the front does not reach; the new front runs around it the other way.
     first = int64(3 * mesh.counts[TRIANGLES])
     at = int64(0)
@@ -154,7 +159,7 @@ def _across(origin: Origin, gate: int) -> int:
 
 
 @inline
-def _choose(mesh: Mesh, origin: Origin, gate: int, across: int) -> int:
+def _choose(mesh: CodedMesh, origin: Origin, gate: int, across: int) -> int:
     # For an encoder: chooses the operation at the gate.
     if across < 0:
         return NONE
@@ -170,7 +175,7 @@ def _choose(mesh: Mesh, origin: Origin, gate: int, across: int) -> int:
 
 
 @inline
-def _code_operation(coder: BitCoder, mesh: Mesh, gate: int, encoding: bool, wanted: int) -> int:
+def _code_operation(coder: BitCoder, mesh: CodedMesh, gate: int, encoding: bool, wanted: int) -> int:
     place = 8 * int64(mesh.degrees[mesh.vertices[next_corner(gate)]])
     found = 0
     while found < KNOWN and code_flag(coder, mesh, place + found, encoding, wanted > found):
@@ -179,7 +184,7 @@ def _code_operation(coder: BitCoder, mesh: Mesh, gate: int, encoding: bool, want
 
 
 @shared
-def _advance(mesh: Mesh, gate: int, closing: tuple[bool, bool], jump: int) -> None:
+def _advance(mesh: CodedMesh, gate: int, closing: tuple[bool, bool], jump: int) -> None:
     # Replaces the edges that a new triangle closes by its other edges.
     first = int64(mesh.twins[gate])
     left, right = int64(mesh.before[gate]), int64(mesh.after[gate])
@@ -204,7 +209,7 @@ def _advance(mesh: Mesh, gate: int, closing: tuple[bool, bool], jump: int) -> No
 
 
 @shared
-def _code_gate(coder: BitCoder, mesh: Mesh, origin: Origin, gate: int, encoding: bool) -> None:
+def _code_gate(coder: BitCoder, mesh: CodedMesh, origin: Origin, gate: int, encoding: bool) -> None:
     vertices = mesh.vertices
     across = _across(origin, gate) if encoding else 0
     operation = _code_operation(
@@ -245,7 +250,9 @@ def _code_gate(coder: BitCoder, mesh: Mesh, origin: Origin, gate: int, encoding:
 
 
 @kernel
-def code_triangles(coder: BitCoder, mesh: Mesh, origin: Origin, encoding: bool, start: int, stop: int) -> Any:
+def code_triangles(
+    coder: BitCoder, mesh: CodedMesh, origin: Origin, encoding: bool, start: int, stop: int
+) -> Any:
     """Code triangles up to, not including, `stop`, and their new vertices."""
     while mesh.counts[TRIANGLES] < stop and mesh.counts[STATUS] == 0:
         gate = _next_gate(mesh)

@@ -7,10 +7,10 @@ from upholster.errors import FormatError
 from upholster.limits import Limits
 from upholster.quilt import Chart
 
-__all__ = ["check_charts", "check_samples"]
+__all__ = ["check_chart_budget", "check_sample_budget"]
 
 
-def check_charts(charts: Sequence[Chart], limits: Limits) -> None:
+def check_chart_budget(charts: Sequence[Chart], limits: Limits) -> None:
     """Raise FormatError for more charts or texels than the limits."""
     if len(charts) > limits.of("charts"):
         raise FormatError(f"layout has {len(charts)} charts; allowed here: {limits.charts}")
@@ -19,7 +19,7 @@ def check_charts(charts: Sequence[Chart], limits: Limits) -> None:
         raise FormatError(f"layout has {texels} texels; allowed here: {limits.texels}")
 
 
-def check_samples(headers: Sequence[ImageHeader], limits: Limits) -> None:
+def check_sample_budget(headers: Sequence[ImageHeader], limits: Limits) -> None:
     """Raise FormatError for more samples, over all maps, than the limits."""
     samples = sum(header.height * header.width * header.channels for header in headers)
     if samples > limits.of("samples"):

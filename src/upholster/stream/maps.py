@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 
 from upholster.codec.header import MAX_SAMPLES
 from upholster.errors import FormatError, InputError
+from upholster.image.roles import MAP_ROLES
 from upholster.stream.byte_reader import ByteReader, varint
 
 __all__ = [
@@ -33,8 +34,6 @@ MOST_SIDE = 4096
 
 _LONGEST_ROLE = 32
 _TURNS = 12
-_LATE = {"ao": 2.0, "height": 2.0, "opacity": 1.5, "roughness": 1.5, "metallic": 1.5}
-"""How much later than colour and normals a map may come: its errors are less visible."""
 
 
 def check_roles(roles: Sequence[str]) -> None:
@@ -98,7 +97,8 @@ def interleaved(first: bytes, others: Mapping[str, bytes], start: int) -> list[t
         reached += len(part)
         chunks = [("D", part)] if part else []
         for number, (role, data) in enumerate(others.items(), 1):
-            part = _part(data, turn, _LATE.get(role, 1.0))
+            delay = MAP_ROLES[role].delay if role in MAP_ROLES else 1.0
+            part = _part(data, turn, delay)
             chunks += [("E", bytes([number]) + part)] if part else []
         if chunks:
             turns.append((reached, tuple(chunks)))

@@ -11,11 +11,11 @@ from upholster.errors import FormatError, InputError
 from upholster.geometry.triangle_mesh import MeshSurface, TriangleMesh
 from upholster.quilt import Chart
 from upholster.stream._island_kernels import code_islands, code_seams
-from upholster.stream._mesh_arrays import MOST_PARAMETER, OPEN, STATUS, VERTICES, WRONG, Mesh, Origin
+from upholster.stream._mesh_arrays import MOST_PARAMETER, OPEN, STATUS, VERTICES, WRONG, CodedMesh, Origin
 from upholster.stream._mesh_number_kernels import MESH_COUNTERS
 from upholster.stream._triangle_kernels import code_triangles
+from upholster.stream.bit_coder import BitReader, BitWriter
 from upholster.stream.byte_reader import ByteReader, varint
-from upholster.stream.coder import BitReader, BitWriter
 from upholster.types import FloatArray
 
 __all__ = ["MAX_TRIANGLES", "POSITION_BITS", "MeshPrecision", "pack_mesh", "parse_mesh", "precision_of"]
@@ -140,7 +140,7 @@ def parse_mesh(fields: ByteReader, most: int = MAX_TRIANGLES) -> MeshSurface:
     return surface
 
 
-def _code(bits: BitWriter | BitReader, mesh: Mesh, origin: Origin | None) -> int:
+def _code(bits: BitWriter | BitReader, mesh: CodedMesh, origin: Origin | None) -> int:
     # Triangles and positions, seams, islands and parameters; returns the error's status, or 0.
     known = _no_origin() if origin is None else origin
     count, counts = len(mesh.pieces), mesh.counts
@@ -182,9 +182,9 @@ def _no_origin() -> Origin:
     return Origin(rows, rows, rows, corners, pairs, list_, list_, flags, place)
 
 
-def _empty(triangles: int, vertices: int, limits: tuple[int, int, int]) -> Mesh:
+def _empty(triangles: int, vertices: int, limits: tuple[int, int, int]) -> CodedMesh:
     edges = 3 * triangles
-    return Mesh(
+    return CodedMesh(
         vertices=np.zeros(edges, np.int32),
         twins=np.full(edges, OPEN, np.int32),
         before=np.zeros(edges, np.int32),

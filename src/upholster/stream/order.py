@@ -13,11 +13,11 @@ from itertools import pairwise
 import numpy as np
 
 from upholster.stream.chunks import pack_chunk
+from upholster.stream.field_chunks import FieldCode
 from upholster.stream.plan import PlanCode
-from upholster.stream.warp_fields import FieldCode
 
 __all__ = [
-    "Part",
+    "StreamPart",
     "ordered",
     "plan_parts",
     "sample_parts",
@@ -40,7 +40,7 @@ _GROWTH, _LAST_SPLIT = 1.5, 40_000
 
 
 @dataclass(frozen=True)
-class Part:
+class StreamPart:
     """A part of the stream.
 
     Attributes
@@ -61,7 +61,7 @@ class Part:
         return sum(len(data) + _ROUND_CHUNK for _, data in self.chunks)
 
 
-def plan_parts(plan: PlanCode, fields: FieldCode | None) -> list[Part]:
+def plan_parts(plan: PlanCode, fields: FieldCode | None) -> list[StreamPart]:
     """Return placements from coarse to fine, then the finer nodes of warp fields, then labels."""
     sure = 1.0 if fields is None else _SURE
     parts = _parts("P", plan.placements, [(end, sure * right) for end, right in plan.placement_ends])
@@ -71,18 +71,18 @@ def plan_parts(plan: PlanCode, fields: FieldCode | None) -> list[Part]:
     return parts + _parts("M", plan.labels, plan.label_ends)
 
 
-def _parts(tag: str, data: bytes, ends: Sequence[tuple[int, float]]) -> list[Part]:
-    found, start, before = list[Part](), 0, 0.0
+def _parts(tag: str, data: bytes, ends: Sequence[tuple[int, float]]) -> list[StreamPart]:
+    found, start, before = list[StreamPart](), 0, 0.0
     for end, right in ends:
         if end - start >= _LEAST_PART or end >= len(data):
-            found.append(Part(((tag, data[start:end]),), right - before))
+            found.append(StreamPart(((tag, data[start:end]),), right - before))
             start, before = end, right
     return [part for part in found if part.chunks[0][1]]
 
 
-def sample_parts(turns: Sequence[tuple[int, tuple[Chunk, ...]]]) -> list[Part]:
+def sample_parts(turns: Sequence[tuple[int, tuple[Chunk, ...]]]) -> list[StreamPart]:
     """Return the sample's parts, each with the number of bytes of the first map up to its end."""
-    return [Part(chunks, reached) for reached, chunks in turns]
+    return [StreamPart(chunks, reached) for reached, chunks in turns]
 
 
 def split_sample(payload: bytes, first: int) -> list[tuple[int, tuple[Chunk, ...]]]:
@@ -96,8 +96,8 @@ def split_sample(payload: bytes, first: int) -> list[tuple[int, tuple[Chunk, ...
 
 
 def ordered(
-    queue: Sequence[Part],
-    sample: Sequence[Part],
+    queue: Sequence[StreamPart],
+    sample: Sequence[StreamPart],
     errors: tuple[float, dict[int, float]],
     first: int,
 ) -> list[bytes]:
@@ -129,7 +129,7 @@ def ordered(
     return [pack_chunk(tag, data) for tag, data in out]
 
 
-def _steepest(values: Sequence[float], parts: Sequence[Part], start: int) -> float:
+def _steepest(values: Sequence[float], parts: Sequence[StreamPart], start: int) -> float:
     # The largest gain per byte of the next parts, over any number of them together.
     best, length = -np.inf, 0
     for n in range(start, len(parts)):

@@ -18,8 +18,8 @@ from upholster.quilt.model import Quilt
 from upholster.quilt.placement import PLACEMENT, bare_placement
 from upholster.quilt.warp_field import WarpField
 from upholster.stream import _placement_kernels as kernels
-from upholster.stream._label_kernels import LABEL_COUNTERS, Named, code_labels
-from upholster.stream.coder import BitReader, BitWriter
+from upholster.stream._label_code_kernels import LABEL_COUNTERS, NamedPlacements, code_labels
+from upholster.stream.bit_coder import BitReader, BitWriter
 from upholster.stream.plan_head import MAX_PLACEMENTS, PlanHead
 
 __all__ = ["PlanCode", "PlanDecoder", "encode_plan", "refuse_pixel"]
@@ -155,7 +155,7 @@ def _encode_labels(
             wrong += part.cell**2 * int(np.count_nonzero(labels >= 0))
         if part.is_settled:
             continue
-        named = Named(part.layer, part.first, part.count)
+        named = NamedPlacements(part.layer, part.first, part.count)
         for start in range(0, labels.size, _CELLS_A_CALL):
             writer.room(64 * _CELLS_A_CALL)
             stop = min(labels.size, start + _CELLS_A_CALL)
@@ -298,7 +298,7 @@ class PlanDecoder:
             part, nearest = self._parts[number], self._nearest_of(number)
             labels = self._maps.setdefault(number, part.blank())
             stop = min(labels.size, self._within + _CELLS_A_CALL)
-            named = Named(part.layer, part.first, part.count)
+            named = NamedPlacements(part.layer, part.first, part.count)
             known = code_labels(self._labels.coder, labels, nearest, named, self._within, stop, False)
             if known < 0:
                 raise FormatError(f"a label of chart {part.number} names no placement of its layer")

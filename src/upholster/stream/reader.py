@@ -10,15 +10,15 @@ from upholster.quilt import Chart, Quilt, Texels
 from upholster.quilt.materials import paint_map
 from upholster.quilt.painting import painted_charts
 from upholster.shown import Shown, on_a_line
-from upholster.stream.budget import check_charts, check_samples
+from upholster.stream.budget import check_chart_budget, check_sample_budget
 from upholster.stream.byte_reader import ByteReader
 from upholster.stream.chunks import Chunk, ChunkReader
-from upholster.stream.layout import parse_layout
+from upholster.stream.field_chunks import FieldDecoder
+from upholster.stream.layout_chunk import parse_layout
 from upholster.stream.maps import FIRST_ROLE, MAX_MAP_SAMPLES, MOST_SIDE, parse_role
 from upholster.stream.plan import PlanDecoder
 from upholster.stream.plan_head import PlanHead
-from upholster.stream.surfaces import parse_surface
-from upholster.stream.warp_fields import FieldDecoder
+from upholster.stream.surface_chunk import parse_surface
 from upholster.types import PixelArray
 
 __all__ = ["StreamDecoder", "read_stream"]
@@ -308,7 +308,7 @@ class StreamDecoder(Shown):
             self.surface = parse_surface(fields, self._limits)
         elif tag == "L" and self.surface is not None:
             self.charts = parse_layout(fields, self.surface)
-            check_charts(self.charts, self._limits)
+            check_chart_budget(self.charts, self._limits)
         elif tag == "X":
             header = ImageHeader.parse(data, offset=offset)
             if header.length != len(data):
@@ -326,7 +326,7 @@ class StreamDecoder(Shown):
                 raise FormatError(
                     f"byte {offset}: first view ends here; the file says at {self._reader.view}"
                 )
-            check_samples([header], self._limits)
+            check_sample_budget([header], self._limits)
             self._image = self._maps[FIRST_ROLE] = ImageDecoder(header)
         elif tag == "F":
             self._fields = FieldDecoder(fields, self.charts)
@@ -335,7 +335,7 @@ class StreamDecoder(Shown):
         elif self._image is not None:
             shape = self._image.header.height, self._image.header.width
             head = PlanHead.parse(fields, self.charts)
-            check_charts(painted_charts(self.charts, head.density), self._limits)
+            check_chart_budget(painted_charts(self.charts, head.density), self._limits)
             self._plan = PlanDecoder(head, shape)
 
     def _add_map(self, data: bytes, offset: int) -> None:
@@ -356,7 +356,7 @@ class StreamDecoder(Shown):
         samples += header.height * header.width * header.channels
         if samples > MAX_MAP_SAMPLES:
             raise FormatError(f"byte {offset}: maps have {samples} samples; allowed: {MAX_MAP_SAMPLES}")
-        check_samples([*(image.header for image in self._maps.values()), header], self._limits)
+        check_sample_budget([*(image.header for image in self._maps.values()), header], self._limits)
         self._maps[role] = ImageDecoder(header)
 
     def _feed_map(self, chunk: Chunk, part: bytes) -> None:

@@ -3,7 +3,7 @@
 from upholster.errors import FormatError
 from upholster.geometry import Surface
 from upholster.stream.chunks import ChunkReader, assembled, pack_chunk
-from upholster.stream.surfaces import pack_surface
+from upholster.stream.surface_chunk import pack_surface
 
 __all__ = ["on_surface"]
 

@@ -9,7 +9,8 @@ from upholster.options import QUALITY, Quality
 from upholster.quilt import Chart, Quilt
 from upholster.quilt.painting import check_painted
 from upholster.stream.chunks import assembled, pack_chunk
-from upholster.stream.layout import pack_layout
+from upholster.stream.field_chunks import pack_fields
+from upholster.stream.layout_chunk import pack_layout
 from upholster.stream.maps import MAX_MAP_SAMPLES, MOST_SIDE, check_roles, interleaved, pack_role
 from upholster.stream.order import (
     ordered,
@@ -19,8 +20,7 @@ from upholster.stream.order import (
 )
 from upholster.stream.plan import encode_plan
 from upholster.stream.sample import coded_maps, sample_errors
-from upholster.stream.surfaces import pack_surface
-from upholster.stream.warp_fields import pack_fields
+from upholster.stream.surface_chunk import pack_surface
 from upholster.types import PixelArray
 from upholster.wavelet.lifting import Wavelet
 

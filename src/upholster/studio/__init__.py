@@ -1,10 +1,10 @@
 """The studio: a local page on which a project is made by hand. Needs the extra ``studio``.
 
-`app` has the routes, `entry` the checks in front of them, `folder` the uploaded files, `worker` the server's
-side of the process that holds the project, `work` that process itself; `words` writes the equivalent command.
-The page is in ``page``.
+`routes` has the routes, `entry` the checks in front of them, `folder` the uploaded files, `worker` the
+server's side of the process that holds the project, `worker_process` that process itself; `words` writes the
+equivalent command. The page is in ``page``.
 """
 
-from upholster.studio.app import make_studio, run_studio
+from upholster.studio.routes import make_studio, run_studio
 
 __all__ = ["make_studio", "run_studio"]

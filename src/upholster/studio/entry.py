@@ -12,13 +12,13 @@ from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
 from starlette.types import ASGIApp, Receive, Scope, Send
 
-__all__ = ["Entry"]
+__all__ = ["SessionGate"]
 
 _COOKIE = "upholster-studio"
 _OPEN = ("/", "/enter")
 
 
-class Entry:
+class SessionGate:
     """ASGI middleware of one session.
 
     Parameters

@@ -9,7 +9,7 @@ from collections.abc import AsyncIterator, Iterator
 from pathlib import Path
 
 from upholster.errors import InputError
-from upholster.formats import MODEL_SUFFIXES, PROJECT_SUFFIX
+from upholster.formats import MODEL_SUFFIXES, PROJECT_SUFFIX, SURFACE_SUFFIXES
 from upholster.image.shipped import shipped_folder, shipped_samples
 from upholster.image.write import IMAGE_SUFFIXES
 from upholster.shown import in_bytes
@@ -24,7 +24,7 @@ _MOST_NAME = 120
 _SHARE = 8
 """All files together may be this many times as large as one file."""
 
-_MODELS = (*MODEL_SUFFIXES, ".bpt", ".json")
+_MODELS = (*MODEL_SUFFIXES, *SURFACE_SUFFIXES)
 
 
 def file_kind(name: str) -> str:

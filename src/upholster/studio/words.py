@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import fields
 from typing import Any
 
-from upholster.charts.sizes import parse_size_map
+from upholster.charts.size_map import parse_size_map
 from upholster.image.source import Sample
 from upholster.options import Options, SampleOptions, differing
 from upholster.project import KINDS, Project

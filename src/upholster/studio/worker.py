@@ -11,7 +11,7 @@ from multiprocessing.connection import Connection
 from typing import Any
 
 from upholster.errors import InputError
-from upholster.studio.work import run
+from upholster.studio.worker_process import serve_pipe
 
 __all__ = ["Revision", "Worker"]
 
@@ -127,7 +127,7 @@ class Worker:
         context = multiprocessing.get_context("spawn")
         own, theirs = context.Pipe()
         self._process = context.Process(
-            target=run, args=(theirs, self._folder, self._most_bytes), daemon=True, name="studio"
+            target=serve_pipe, args=(theirs, self._folder, self._most_bytes), daemon=True, name="studio"
         )
         self._process.start()
         theirs.close()

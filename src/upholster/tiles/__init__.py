@@ -7,9 +7,9 @@ to the outputs, on a disk or at a URL. A task that lays or labels a parcel reads
 and a task that paints a tile reads its charts. Finished work is kept when a worker or the whole run is
 killed.
 
-`places` is that folder, `task_files` the format of its files, `work` the content of tasks, `running` their
-order, `covering` the entry points for `upholster.pipeline`. Tasks run on threads (`upholster.parallel`) or on
-Dask's workers (`upholster.cluster`).
+`storage` is that folder, `task_files` the format of its files, `work` the content of tasks, `task_order`
+their order, `covering` the entry points for `upholster.pipeline`. Tasks run on threads (`upholster.parallel`)
+or on Dask's workers (`upholster.cluster`).
 """
 
 from upholster.tiles.covering import are_tiles_alone, check_tasks, spread_quilt, task_pool, tiled

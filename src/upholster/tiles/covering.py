@@ -10,7 +10,7 @@ from upholster.coverings import Covering
 from upholster.errors import InputError, check_whole
 from upholster.export import map_companion, udim_tile, write_tiled_obj
 from upholster.files import Outputs
-from upholster.formats import OBJ, UDIM
+from upholster.formats import UDIM
 from upholster.geometry import Surface
 from upholster.image import alpha_channel
 from upholster.image.source import source_parts
@@ -21,8 +21,8 @@ from upholster.outputs import Output
 from upholster.parallel import TaskPool, thread_pool
 from upholster.quilt import Quilt
 from upholster.reports import laid_counts
-from upholster.tiles.places import Place
-from upholster.tiles.running import laid_by_tasks, write_tiles
+from upholster.tiles.storage import Place
+from upholster.tiles.task_order import laid_by_tasks, write_tiles
 from upholster.tiles.work import TileWork, tile_work
 from upholster.types import Progress
 
@@ -38,7 +38,7 @@ def are_tiles_alone(wanted: Sequence[Output], coverings: Sequence[Covering]) -> 
     The OBJ then refers to the tiles, and needs no texels.
     """
     others = [output for output in wanted if not output.in_tiles]
-    are_obj = all(output.kind is OBJ for output in others)
+    are_obj = all(output.kind.name == "obj" for output in others)
     patches = isinstance(coverings[0].surface, Surface)
     return len(wanted) == len(others) + 1 and are_obj and patches and _is_by_tasks(coverings)
 

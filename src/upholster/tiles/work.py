@@ -22,7 +22,7 @@ from upholster.paging import PagedAtlas, write_page
 from upholster.quilt.materials import WindowPainter
 from upholster.quilt.model import Quilt
 from upholster.quilt.painting import painted_charts
-from upholster.tiles.places import Place
+from upholster.tiles.storage import Place
 from upholster.tiles.task_files import (
     array_bytes,
     blocks_bytes,

@@ -8,7 +8,7 @@ from scipy.ndimage import maximum_filter
 
 from upholster import InputError
 from upholster.charts.maps import MapGround, parse_map, region
-from upholster.charts.maps.ground import located
+from upholster.charts.maps.map_ground import triangles_at_steps
 from upholster.methods.guidance import region_again
 
 
@@ -29,11 +29,11 @@ def test_steps_of_the_surface_outside_stay_and_three_round_each(ground: MapGroun
     again = region_again(wanted, ground, 1)
     inside = region(wanted, ground)
     assert any(own.any() for own in inside)
-    for own, triangles, stays in zip(inside, located(ground.charted), again.stays, strict=True):
+    for own, triangles, stays in zip(inside, triangles_at_steps(ground.charted), again.stays, strict=True):
         outside = (triangles >= 0) & ~own
         np.testing.assert_array_equal(stays, maximum_filter(outside, 7))
 
 
 def test_a_region_beside_the_surface_is_refused(ground: MapGround) -> None:
-    with pytest.raises(InputError, match="has nothing of the surface"):
+    with pytest.raises(InputError, match="contains no part of the surface"):
         region_again(parse_map("50,0,0:1"), ground, 1)

@@ -1,10 +1,10 @@
 """The texture's direction: smooth fields of unit directions that follow what the user asks for.
 
-`direction`, `images` and `strokes` read what users ask for. `on_patches` converts u and v, and
+`direction`, `direction_image` and `strokes` read what users ask for. `on_patches` converts u and v, and
 `on_coordinates` images, to vectors on triangles, which `detail` makes small enough. `asked` evaluates a
 direction on the smooth surface that the triangles approximate, `wishes` on each triangle. `frames` has the
-triangles' planes and carries directions from one to the next. `solving` finds the smoothest field, `singular`
-the points where it has no direction, and `field` combines them all.
+triangles' planes and carries directions from one to the next. `field_solving` finds the smoothest field,
+`singular` the points where it has no direction, and `field` combines them all.
 """
 
 from upholster.charts.directions.asked import asked_at_corners
@@ -16,8 +16,8 @@ from upholster.charts.directions.direction import (
     Vectors,
     parse_direction,
 )
+from upholster.charts.directions.direction_image import is_direction_image
 from upholster.charts.directions.field import DirectionField, default_direction, direction_field
-from upholster.charts.directions.images import is_direction_image
 from upholster.charts.directions.on_patches import default_on_patches, told_on_patches
 from upholster.charts.directions.strokes import asked_by_strokes, is_stroke_file, parse_strokes, stroke_texts
 

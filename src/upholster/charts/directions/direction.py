@@ -7,7 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from upholster.charts.directions.images import DirectionImage, is_direction_image, read_direction_image
+from upholster.charts.directions.direction_image import (
+    DirectionImage,
+    is_direction_image,
+    read_direction_image,
+)
 from upholster.errors import InputError
 from upholster.stages import file_stage
 from upholster.types import FloatArray

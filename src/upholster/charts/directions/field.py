@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from upholster.charts._multigrid_kernels import ComplexArray
 from upholster.charts.directions._kernels import comb, corner_fans, take_branches, vertex_vectors
 from upholster.charts.directions.direction import Direction, Vectors, parse_direction
+from upholster.charts.directions.field_solving import field_power, followed
 from upholster.charts.directions.frames import PlaneFrames, plane_frames, power, root
 from upholster.charts.directions.held import Held, held_on_faces
 from upholster.charts.directions.on_coordinates import told_on_coordinates
@@ -17,7 +18,6 @@ from upholster.charts.directions.singular import (
     jumps_over_edges,
     vertices_at_creases,
 )
-from upholster.charts.directions.solving import field_power, followed
 from upholster.charts.directions.strokes import Strokes, parse_strokes, with_strokes
 from upholster.charts.directions.wishes import Wish, asked_of_slopes, prior_of, wish_of
 from upholster.errors import InputError

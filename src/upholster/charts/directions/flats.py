@@ -16,7 +16,7 @@ from upholster.charts.directions.frames import PlaneFrames
 from upholster.geometry import TriangleMesh
 from upholster.types import FloatArray, IntArray
 
-__all__ = ["Border", "flat_faces", "mean_planes"]
+__all__ = ["FaceBorder", "flat_faces", "mean_planes"]
 
 _FLAT = 2.0
 """Greatest angle, in degrees, between a flat face's normals and their mean."""
@@ -36,7 +36,7 @@ _ROUNDING = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class Border:
+class FaceBorder:
     """Edges of faces' triangles that have a triangle outside the face, or none, on the other side.
 
     Attributes
@@ -58,7 +58,7 @@ class Border:
     length: FloatArray
 
     @classmethod
-    def of(cls, mesh: TriangleMesh, face: IntArray) -> "Border":
+    def of(cls, mesh: TriangleMesh, face: IntArray) -> "FaceBorder":
         """Return the edges around faces; `face` (T,) holds each triangle's face number, −1 for none."""
         beyond = np.where(mesh.neighbours >= 0, face[mesh.neighbours // 3], -1)
         triangle, edge = np.nonzero((face[:, None] >= 0) & (beyond != face[:, None]))
@@ -79,7 +79,7 @@ def flat_faces(mesh: TriangleMesh, frames: PlaneFrames) -> IntArray:
     for link in _LINKS:
         linked = (mesh.neighbours >= 0) & (bend >= np.cos(np.radians(link)))
         face, planes = _level_pieces(mesh, frames, number, linked)
-        border = Border.of(mesh, face)
+        border = FaceBorder.of(mesh, face)
         around = np.bincount(border.face, border.length, len(planes))
         areas = np.bincount(face[face >= 0], frames.areas[face >= 0], len(planes))
         width = 2 * areas / np.maximum(around, 1e-300)
@@ -120,7 +120,9 @@ def _level_pieces(
     return kept[piece].astype(np.int32), planes[~bent]
 
 
-def _at_faces(mesh: TriangleMesh, bend: FloatArray, border: Border, number: IntArray) -> NDArray[np.bool_]:
+def _at_faces(
+    mesh: TriangleMesh, bend: FloatArray, border: FaceBorder, number: IntArray
+) -> NDArray[np.bool_]:
     """Return which edges (B,) bend sharply, by cosines (T, 3), to a face that has a `number` (T,) already."""
     met = mesh.neighbours[border.triangle, border.edge]
     bent: NDArray[np.bool_] = bend[border.triangle, border.edge] <= np.cos(np.radians(_CHAMFER)) + _ROUNDING
@@ -128,7 +130,7 @@ def _at_faces(mesh: TriangleMesh, bend: FloatArray, border: Border, number: IntA
 
 
 def _is_sharp(
-    mesh: TriangleMesh, frames: PlaneFrames, border: Border, planes: FloatArray, width: FloatArray
+    mesh: TriangleMesh, frames: PlaneFrames, border: FaceBorder, planes: FloatArray, width: FloatArray
 ) -> NDArray[np.bool_]:
     """Return the edges of a border (B,) at which a face ends sharply: see `flat_faces`."""
     sharp = np.empty(len(border.face), np.bool_)

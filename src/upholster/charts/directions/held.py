@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.charts._multigrid_kernels import ComplexArray
-from upholster.charts.directions.flats import Border, flat_faces, mean_planes
+from upholster.charts.directions.flats import FaceBorder, flat_faces, mean_planes
 from upholster.charts.directions.frames import PlaneFrames, power, root
 from upholster.charts.directions.wishes import Wish, asked_of_slopes
 from upholster.geometry import TriangleMesh
@@ -68,14 +68,14 @@ class _Planes:
     x: FloatArray
     y: FloatArray
     upright: FloatArray
-    border: Border
+    border: FaceBorder
     along: ComplexArray
     around: FloatArray
 
     @classmethod
     def of(cls, mesh: TriangleMesh, frames: PlaneFrames, face: IntArray) -> "_Planes":
         """Return the planes of the faces in `face` (T,), −1 for none."""
-        normals, border = mean_planes(frames, face), Border.of(mesh, face)
+        normals, border = mean_planes(frames, face), FaceBorder.of(mesh, face)
         x = np.cross((0.0, 0.0, 1.0), normals)
         flat = asked_of_slopes(normals[:, 2]) == 0
         x[flat] += (0.1, 0.01, 0.0)

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from upholster.charts._multigrid_kernels import ComplexArray
 from upholster.charts.directions.asked import asked_at_corners, laid_over, shading_normals, vectors_at
 from upholster.charts.directions.direction import Direction, TriangleVectors
+from upholster.charts.directions.field_solving import spread_evenly
 from upholster.charts.directions.frames import PlaneFrames, power
-from upholster.charts.directions.solving import spread_evenly
 from upholster.errors import InputError
 from upholster.geometry import TriangleMesh
 from upholster.types import FloatArray

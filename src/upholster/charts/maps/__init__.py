@@ -1,12 +1,12 @@
 """Surface maps: a value from 0 to 1 at each step of a surface, which steers the texture there.
 
 `text` parses maps as users write them: an image, a part, faces that point up, hollows. It returns a
-`surface_map`. `ground` has everything on which a map is evaluated, and iterates over its steps. Each kind of
-map is a `source`: `shapes` has maps of place and normal, `images` those of pictures and vertex colours,
-`rays` those of edges and hollows (evaluated at `coarse` steps), `noise` and `painted` one each.
+`surface_map`. `map_ground` has everything on which a map is evaluated, and iterates over its steps. Each kind
+of map is a `map_source`: `shapes` has maps of place and normal, `map_images` those of pictures and vertex
+colours, `ray_maps` those of edges and hollows (evaluated at `coarse` steps), `noise` and `painted` one each.
 """
 
-from upholster.charts.maps.ground import MapGround
+from upholster.charts.maps.map_ground import MapGround
 from upholster.charts.maps.softened import softened
 from upholster.charts.maps.surface_map import SurfaceMap, region
 from upholster.charts.maps.text import parse_map

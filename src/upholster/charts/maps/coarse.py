@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 
 from upholster.charts.charted import ChartedSurface
 from upholster.charts.maps._map_kernels import ALIKE, middle_steps, spread
-from upholster.charts.maps.ground import AtSteps, Steps, located
+from upholster.charts.maps.map_ground import AtSteps, Steps, triangles_at_steps
 from upholster.types import FloatArray, IntArray
 
-__all__ = ["CLASSES", "Cells", "SurfacePoints", "coarse_cells", "spread_over_steps"]
+__all__ = ["CLASSES", "CoarseCells", "SurfacePoints", "coarse_cells", "spread_over_steps"]
 
 MOST_POINTS = 250_000
 """Greatest number of cells with a step on the surface, over all charts."""
@@ -54,7 +54,7 @@ class SurfacePoints:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Cells:
+class CoarseCells:
     """A chart's cells.
 
     Attributes
@@ -76,9 +76,9 @@ class Cells:
     length: FloatArray
 
 
-def coarse_cells(charted: ChartedSurface, *, threads: int | None = None) -> tuple[Cells, ...]:
+def coarse_cells(charted: ChartedSurface, *, threads: int | None = None) -> tuple[CoarseCells, ...]:
     """Cut charts into cells of as few steps as `MOST_POINTS` allows: 1, 2, 4 … each way."""
-    triangles = located(charted, threads=threads)
+    triangles = triangles_at_steps(charted, threads=threads)
     count, stride = sum(int((each >= 0).sum()) for each in triangles), 1
     while count > stride * stride * MOST_POINTS:  # an upper limit, as if all cells were full
         stride *= 2
@@ -100,7 +100,7 @@ def coarse_cells(charted: ChartedSurface, *, threads: int | None = None) -> tupl
         # Points exactly on an edge may be on either side of another triangle by chance.
         positions[on] = (1 - _INWARD) * steps.mean_of(corners) + _INWARD * corners[mine].mean(axis=1)
         normals[on], length[on] = charted.mesh.flat_normals[mine], stride * longest[mine]
-        out.append(Cells(stride, on, positions, normals, length))
+        out.append(CoarseCells(stride, on, positions, normals, length))
     return tuple(out)
 
 
@@ -110,7 +110,9 @@ def _middles(triangles: IntArray, stride: int) -> NDArray[np.int64]:
     return found
 
 
-def spread_over_steps(cells: Sequence[Cells], evaluate: Callable[[SurfacePoints], FloatArray]) -> AtSteps:
+def spread_over_steps(
+    cells: Sequence[CoarseCells], evaluate: Callable[[SurfacePoints], FloatArray]
+) -> AtSteps:
     """Return a function that evaluates cells' values at steps.
 
     Parameters
@@ -142,7 +144,7 @@ def spread_over_steps(cells: Sequence[Cells], evaluate: Callable[[SurfacePoints]
     return at
 
 
-def _smoothed(cells: Cells, values: FloatArray) -> NDArray[np.float32]:
+def _smoothed(cells: CoarseCells, values: FloatArray) -> NDArray[np.float32]:
     """Return means over adjacent cells, weighted by `_TENT` each way; NaN where there is no cell."""
     total, weights = np.zeros(values.shape), np.zeros(values.shape)
     height, width = values.shape

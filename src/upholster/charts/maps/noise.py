@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.charts.maps._noise_kernels import add_noise
-from upholster.charts.maps.ground import AtSteps, MapGround, Steps
+from upholster.charts.maps.map_ground import AtSteps, MapGround, Steps
+from upholster.charts.maps.map_source import Source
 from upholster.charts.maps.shapes import corners_of, length_on
-from upholster.charts.maps.source import Source
 from upholster.errors import InputError
 from upholster.lengths import Length
 from upholster.types import FloatArray

@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 from upholster.charts.directions.strokes import MOST_STROKES, read_stroke_list, stroke_triangles
 from upholster.charts.maps._map_kernels import nearest_strokes
-from upholster.charts.maps.ground import AtSteps, MapGround, Steps
+from upholster.charts.maps.map_ground import AtSteps, MapGround, Steps
+from upholster.charts.maps.map_source import Source
 from upholster.charts.maps.shapes import corners_of, length_on
-from upholster.charts.maps.source import Source
 from upholster.errors import InputError
 from upholster.lengths import Length, read_length
 

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.charts.maps.ground import AtSteps, MapGround, Steps
-from upholster.charts.maps.source import Source
+from upholster.charts.maps.map_ground import AtSteps, MapGround, Steps
+from upholster.charts.maps.map_source import Source
 from upholster.errors import InputError
 from upholster.geometry import TriangleMesh, corner_normals
 from upholster.lengths import Length

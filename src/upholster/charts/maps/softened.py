@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.charts.maps.ground import MapGround, Steps, over_steps
+from upholster.charts.maps.map_ground import MapGround, Steps, over_steps
 from upholster.charts.maps.shapes import corners_of
 from upholster.types import FloatArray
 

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.charts.maps.ground import MapGround, Steps, over_steps
-from upholster.charts.maps.source import Source
+from upholster.charts.maps.map_ground import MapGround, Steps, over_steps
+from upholster.charts.maps.map_source import Source
 from upholster.errors import InputError
 from upholster.stages import file_stage, keeping
 

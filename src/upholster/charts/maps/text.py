@@ -6,12 +6,12 @@ from collections.abc import Callable
 from pathlib import PurePath
 
 from upholster.charts.directions import NUMBER, is_stroke_file
-from upholster.charts.maps.images import Image, VertexColors
+from upholster.charts.maps.map_images import Image, VertexColors
+from upholster.charts.maps.map_source import Source
 from upholster.charts.maps.noise import Noise
 from upholster.charts.maps.painted import Painted
-from upholster.charts.maps.rays import Curvature, Occlusion
+from upholster.charts.maps.ray_maps import Curvature, Occlusion
 from upholster.charts.maps.shapes import Ball, Facing, Height, Part, Slope
-from upholster.charts.maps.source import Source
 from upholster.charts.maps.surface_map import SurfaceMap
 from upholster.errors import InputError
 from upholster.image import IMAGE_SUFFIXES
@@ -47,8 +47,7 @@ def parse_map(text: str) -> SurfaceMap:
     text
         One of these, at most 4096 characters; words may have capitals:
 
-        - the name of an image, ``mask.png``: the mean of its colours as stored. It covers a flat texture,
-        each
+        - the name of an image, ``mask.png``: the mean of its stored colours. It covers a flat texture, each
           face of patches, or a model by its texture coordinates; where it is clear, the map has no value;
         - ``colors``: the mean of the colours of a model's vertices;
         - ``part:Leg*``: 1 on the parts of a model whose name fits;

@@ -2,8 +2,8 @@
 
 A *wave* is one generator of the sample's lattice (`upholster.elements`), in cycles per exemplar pixel. The
 surface is cut into *cells*. *Links* between neighbouring cells give the advance of each wave from one to the
-next. `solving` finds the phases that fit all links best. `cells` makes cells and links, and evaluates the
-wanted phase anywhere.
+next. `phase_solving` finds the phases that fit all links best. `phase_cells` makes cells and links, and
+evaluates the wanted phase anywhere.
 
 References
 ----------
@@ -12,6 +12,6 @@ F. Knöppel, K. Crane, U. Pinkall, P. Schröder: Stripe patterns on surfaces, AC
 is their double cover.
 """
 
-from upholster.charts.phases.cells import TURN, PhaseField, phase_field
+from upholster.charts.phases.phase_cells import TURN, PhaseField, phase_field
 
 __all__ = ["TURN", "PhaseField", "phase_field"]

@@ -11,12 +11,12 @@ from math import ceil
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.charts.seams import ChartSeam
+from upholster.charts.chart_seams import ChartSeam
 from upholster.geometry import Surface
 from upholster.quilt.chart import Chart
 from upholster.types import FloatArray
 
-__all__ = ["EPS", "ChartGrid", "bent_counts", "chart_grids", "connected", "even_counts"]
+__all__ = ["EPS", "VertexGrid", "bent_counts", "chart_grids", "connected", "even_counts"]
 
 EPS = 1e-6
 """Places on a chart's edge closer than this share of its length count as one."""
@@ -40,7 +40,7 @@ SAMPLES, MOST_SAMPLED = 8, 32
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class ChartGrid:
+class VertexGrid:
     """The rows and columns of vertices on a chart.
 
     Attributes
@@ -75,14 +75,14 @@ class ChartGrid:
 
 def chart_grids(
     surface: Surface, charts: Sequence[Chart], counts: FloatArray, least: int, *, tips: bool = False
-) -> list[ChartGrid]:
+) -> list[VertexGrid]:
     """Return a grid for each chart, with about `counts` intervals down and to the right, (charts, 2).
 
     Each patch has at least `least` intervals, and patches end where intervals end. If `least` is 0, intervals
     have to end only where derivatives jump. With `tips`, the row next to an edge that is a point is a step
     high.
     """
-    grids: list[ChartGrid] = []
+    grids: list[VertexGrid] = []
     first = first_quad = 0
     for chart, cells in zip(charts, counts.tolist(), strict=True):
         face = surface.faces[chart.face]
@@ -95,7 +95,7 @@ def chart_grids(
         )
         if tips:
             rows, columns = _with_tips(surface, chart, rows, columns)
-        grids.append(ChartGrid(rows, columns, first, first_quad))
+        grids.append(VertexGrid(rows, columns, first, first_quad))
         first += grids[-1].vertices
         first_quad += (len(rows) - 1) * (len(columns) - 1)
     return grids

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.charts.seams import ChartSeam
-from upholster.charts.tessellation.grids import EPS, ChartGrid, connected
+from upholster.charts.chart_seams import ChartSeam
+from upholster.charts.tessellation.grids import EPS, VertexGrid, connected
 from upholster.geometry import Surface
 from upholster.quilt.chart import Chart
 from upholster.types import FloatArray, IntArray
@@ -45,7 +45,7 @@ class Junctions:
         self.places.append((row, column))
         return self.first + len(self.chart) - 1
 
-    def on_edge(self, chart: int, edge: int, at: float, grid: ChartGrid) -> int:
+    def on_edge(self, chart: int, edge: int, at: float, grid: VertexGrid) -> int:
         """Return the extra vertex at a place of an edge, adding it if it is new."""
         side, height, width = self.sides[chart, edge], grid.rows[-1], grid.columns[-1]
         near = EPS * (height if edge & 1 else width)
@@ -66,7 +66,7 @@ class Fans:
 
 
 def find_junctions(
-    surface: Surface, charts: Sequence[Chart], seams: Sequence[ChartSeam], grids: Sequence[ChartGrid]
+    surface: Surface, charts: Sequence[Chart], seams: Sequence[ChartSeam], grids: Sequence[VertexGrid]
 ) -> Junctions:
     """Find vertices that coincide, and add the missing ones where the vertices of two sides do not match."""
     found = Junctions(first=grids[-1].first + grids[-1].vertices)
@@ -81,7 +81,7 @@ def find_junctions(
 
 
 def _collapsed(
-    surface: Surface, charts: Sequence[Chart], grids: Sequence[ChartGrid]
+    surface: Surface, charts: Sequence[Chart], grids: Sequence[VertexGrid]
 ) -> Iterator[NDArray[np.int64]]:
     """Yield pairs of vertices along edges of patches that are points."""
     if not surface.degenerate:
@@ -105,7 +105,7 @@ def _collapsed(
             yield np.stack([ring[point], ring[point + 1]], axis=1)
 
 
-def _unite(m: ChartSeam, grids: Sequence[ChartGrid], found: Junctions) -> NDArray[np.int64]:
+def _unite(m: ChartSeam, grids: Sequence[VertexGrid], found: Junctions) -> NDArray[np.int64]:
     """Give both sides of a seam the vertices of the other; return the pairs that coincide."""
     sides = (
         (m.chart, m.edge, m.start, m.stop),
@@ -133,7 +133,7 @@ def _unite(m: ChartSeam, grids: Sequence[ChartGrid], found: Junctions) -> NDArra
 
 def _vertices_at(
     found: Junctions,
-    grids: Sequence[ChartGrid],
+    grids: Sequence[VertexGrid],
     chart: int,
     edge: int,
     start: float,
@@ -152,7 +152,7 @@ def _vertices_at(
     return vertices
 
 
-def cell_fans(found: Junctions, grids: Sequence[ChartGrid]) -> Fans:
+def cell_fans(found: Junctions, grids: Sequence[VertexGrid]) -> Fans:
     """Cut cells with extra vertices on their sides into triangles around a new vertex in the middle."""
     extras: dict[tuple[int, int, int], list[list[int]]] = defaultdict(lambda: [[], [], [], []])
     for (chart, edge), side in found.sides.items():

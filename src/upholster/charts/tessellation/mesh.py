@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.charts.seams import ChartSeam, find_seams
+from upholster.charts.chart_seams import ChartSeam, find_seams
 from upholster.charts.tessellation.grids import (
     EPS,
-    ChartGrid,
+    VertexGrid,
     bent_counts,
     chart_grids,
     connected,
@@ -102,7 +102,7 @@ def tessellate(
     charts
         The charts on it; by default one per face, with one texel per patch.
     seams
-        Where they meet, see `upholster.charts.seams.find_seams`; found by default.
+        Where they meet, see `upholster.charts.chart_seams.find_seams`; found by default.
     quads
         Wanted number over the complete surface: 1 to 10,000,000.
 
@@ -152,7 +152,7 @@ def tessellate_by_bends(
 
 
 def _on_grids(
-    surface: Surface, charts: Sequence[Chart], seams: Sequence[ChartSeam], grids: Sequence[ChartGrid]
+    surface: Surface, charts: Sequence[Chart], seams: Sequence[ChartSeam], grids: Sequence[VertexGrid]
 ) -> tuple[Mesh, NDArray[np.int64]]:
     # The mesh, and which of its vertices coincide, (N, 2).
     found = find_junctions(surface, charts, seams, grids)
@@ -195,7 +195,7 @@ def own_patches(surface: Surface, chart: Chart) -> tuple[Face, Chart]:
     return part, Chart(0, chart.height, chart.width, s0, s1, t0, t1)
 
 
-def _grid_vertices(surface: Surface, chart: Chart, grid: ChartGrid) -> tuple[FloatArray, ...]:
+def _grid_vertices(surface: Surface, chart: Chart, grid: VertexGrid) -> tuple[FloatArray, ...]:
     """Return positions, normals and places of a chart's uniform grid, row by row."""
     face, chart = own_patches(surface, chart)
     positions, normals = face.frames_grid(*face_parameters(chart, grid.rows, grid.columns))
@@ -203,7 +203,7 @@ def _grid_vertices(surface: Surface, chart: Chart, grid: ChartGrid) -> tuple[Flo
     return positions.reshape(-1, 3), normals.reshape(-1, 3), places.reshape(-1, 2)
 
 
-def _polygons(grid: ChartGrid) -> IntArray:
+def _polygons(grid: VertexGrid) -> IntArray:
     """Return a chart's quadrilaterals, row by row, (Q, 4)."""
     width = len(grid.columns)
     down, right = np.arange(len(grid.rows) - 1)[:, None], np.arange(width - 1)

@@ -328,7 +328,7 @@ def singular_values(shapes: FloatArray, corners: FloatArray, values: FloatArray)
 
 
 @allocating_kernel
-def crossings(ends: FloatArray, pairs: IntArray) -> int:
+def count_crossings(ends: FloatArray, pairs: IntArray) -> int:
     """Return the number of pairs of segments that cross and have no common end.
 
     ``ends`` (N, 2, 2); ``pairs`` (N, 2) are the numbers of their ends. Uses cells about as wide as a segment.

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from upholster.charts.unwrap._flatten_kernels import (
-    crossings,
+    count_crossings,
     relax,
     rest_shapes,
     singular_values,
@@ -151,7 +151,7 @@ def _judged(piece: Piece, points: FloatArray, areas: FloatArray, shapes: FloatAr
     turned = signed_areas(points[piece.vertex])
     scale = np.sqrt(areas.sum() / max(float(turned.sum()), 1e-300))
     border = piece.border()
-    crossed = int(crossings(points[border], border)) if len(border) else 0
+    crossed = int(count_crossings(points[border], border)) if len(border) else 0
     if crossed == 0 and len(areas) > 1:
         crossed = _covered_twice(points[piece.vertex])
     real = areas > 0

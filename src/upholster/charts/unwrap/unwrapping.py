@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from upholster.charts.unwrap.clusters import Triangles, clusters, divided
 from upholster.charts.unwrap.flattening import Flat, flatten, percentile, shapes_of, signed_areas, stretches
-from upholster.charts.unwrap.joining import Layout, join_islands
+from upholster.charts.unwrap.island_joining import Layout, join_islands
 from upholster.charts.unwrap.kept import kept_islands
 from upholster.charts.unwrap.pieces import Piece, pieces_of
 from upholster.errors import InputError

@@ -4,7 +4,7 @@
 - `gltf`: document and buffers of a glTF file; `accessors`: its arrays; `gltf_scene`: its meshes in the scene
 - `draco`, `meshopt`: compressed geometry
 - `obj`, `ply`, `stl`, `off`: the other formats, each returns a `RawModel`; `text_numbers`: numbers in text
-- `cad`: CAD files, which `upholster.occt` reads; `units`: units that a user can name
+- `cad_model`: CAD files, which `upholster.occt` reads; `units`: units that a user can name
 - `colors`: colours of vertices
 - `polygons`: quadrilaterals and polygons as triangles
 """

@@ -20,7 +20,7 @@ from urllib.parse import unquote, urlsplit
 from upholster.errors import FormatError, InputError
 from upholster.files import path_inside, read_bytes
 
-__all__ = ["MAX_BUFFER", "Gltf", "Json", "numbers", "parse_gltf", "whole"]
+__all__ = ["MAX_BUFFER", "Gltf", "Json", "number_list", "parse_gltf", "whole"]
 
 Json = dict[str, Any]
 
@@ -252,7 +252,7 @@ def whole(entry: Mapping[str, Any], key: str, least: int, most: int, default: in
     return value
 
 
-def numbers(entry: Mapping[str, Any], key: str, count: int) -> list[float] | None:
+def number_list(entry: Mapping[str, Any], key: str, count: int) -> list[float] | None:
     """Return a list of `count` finite numbers of an object; None if it is missing.
 
     Raises

@@ -7,7 +7,7 @@ import numpy as np
 
 from upholster.errors import FormatError
 from upholster.geometry.mesh_files.accessors import Accessor, Accessors, as_floats
-from upholster.geometry.mesh_files.gltf import Gltf, Json, numbers
+from upholster.geometry.mesh_files.gltf import Gltf, Json, number_list
 from upholster.types import FloatArray
 
 __all__ = ["Stand", "stands", "vertex_matrices"]
@@ -136,11 +136,11 @@ def _matrices(nodes: list[Json], parents: list[int]) -> list[FloatArray]:
 
 def _own_matrix(node: Json, number: int) -> FloatArray:
     try:
-        matrix = numbers(node, "matrix", 16)
+        matrix = number_list(node, "matrix", 16)
         if matrix is not None:
             return np.array(matrix).reshape(4, 4).T
         out = np.eye(4)
-        x, y, z, w = numbers(node, "rotation", 4) or (0.0, 0.0, 0.0, 1.0)
+        x, y, z, w = number_list(node, "rotation", 4) or (0.0, 0.0, 0.0, 1.0)
         length = (x * x + y * y + z * z + w * w) ** 0.5 or 1.0
         x, y, z, w = x / length, y / length, z / length, w / length
         out[:3, :3] = (
@@ -148,8 +148,8 @@ def _own_matrix(node: Json, number: int) -> FloatArray:
             (2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)),
             (2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)),
         )
-        out[:3, :3] *= numbers(node, "scale", 3) or (1.0, 1.0, 1.0)
-        out[:3, 3] = numbers(node, "translation", 3) or (0.0, 0.0, 0.0)
+        out[:3, :3] *= number_list(node, "scale", 3) or (1.0, 1.0, 1.0)
+        out[:3, 3] = number_list(node, "translation", 3) or (0.0, 0.0, 0.0)
     except FormatError as error:
         raise FormatError(f"node {number}: {error}") from None
     return out

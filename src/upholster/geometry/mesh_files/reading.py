@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from upholster.errors import FormatError, InputError
 from upholster.files import path_text, read_bytes
-from upholster.formats import CAD_SUFFIXES, MODEL_SUFFIXES
-from upholster.geometry.mesh_files.cad import read_cad_model
+from upholster.formats import CAD_SUFFIXES, MODEL_SUFFIXES, input_kind
+from upholster.geometry.mesh_files.cad_model import read_cad_model
 from upholster.geometry.mesh_files.gltf import parse_gltf
 from upholster.geometry.mesh_files.gltf_scene import read_scene
 from upholster.geometry.mesh_files.model_file import ModelFile, chosen_parts, welded_within
@@ -28,11 +28,12 @@ from upholster.types import FloatArray, Progress
 __all__ = ["read_model"]
 
 _READERS: dict[str, Callable[[bytes, str], RawModel]] = {
-    ".obj": read_obj,
-    ".ply": read_ply,
-    ".stl": read_stl,
-    ".off": read_off,
+    "OBJ": read_obj,
+    "PLY": read_ply,
+    "STL": read_stl,
+    "OFF": read_off,
 }
+"""Readers of bytes and a name, by the names of `upholster.formats.INPUTS`."""
 
 
 def read_model(
@@ -80,29 +81,29 @@ def read_model(
         If it violates its format.
     """
     name = path_text(path, "model")
-    suffix = Path(name).suffix.lower()
-    if suffix not in MODEL_SUFFIXES:
+    kind = input_kind(name)
+    if kind is None or kind.holds == "patches":
         raise InputError(
             f"model {name!r} has suffix {Path(name).suffix!r}; allowed: {', '.join(MODEL_SUFFIXES)}"
         )
     metres = unit_in_metres(unit)
     if up not in (None, "y", "z"):
         raise InputError(f"up is {up!r}; allowed: 'y' or 'z'")
-    if suffix not in CAD_SUFFIXES and (deviation is not None or unique):
+    if kind.holds != "cad" and (deviation is not None or unique):
         raise InputError("deviation and unique are for CAD models; allowed: with " + ", ".join(CAD_SUFFIXES))
     data = read_bytes(name)
     try:
         if not data:
             raise InputError("is empty; allowed: a model")
         with np.errstate(all="ignore"):  # the mesh refuses numbers out of range
-            if suffix in CAD_SUFFIXES:
+            if kind.holds == "cad":
                 wanted = _millimetres(deviation)
                 raw = read_cad_model(Path(name), metres, up, wanted, unique=unique, progress=progress)
                 metres = up = None  # it is in millimetres now, with z up
-            elif suffix in (".glb", ".gltf"):
+            elif kind.name == "glTF":
                 raw = read_scene(parse_gltf(data, name))
             else:
-                raw = _READERS[suffix](data, Path(name).stem)
+                raw = _READERS[kind.name](data, Path(name).stem)
             chosen = None if parts is None else chosen_parts(raw.parts, parts)
             return _model(name, raw, chosen, raw.metres if metres is None else metres, up or raw.up)
     except (FormatError, InputError) as error:

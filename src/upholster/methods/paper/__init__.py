@@ -1,6 +1,6 @@
 """Method "paper": blocks on every patch by the paper's rule, then edge blocks along the shared edges.
 
-`method` has the steps, `matching` the coefficients by which blocks are compared, `edges` the shared edges,
+`method` has the steps, `matching` the coefficients by which blocks are compared, `strips` the shared edges,
 `coefficients` the threshold of equation 7.
 """
 

@@ -15,7 +15,7 @@ from upholster.methods.paper._match_kernels import (
     best_candidate,
 )
 
-__all__ = ["EdgeBlocks", "SharedCharts", "lay_blocks", "lay_edge_blocks"]
+__all__ = ["EdgeBlocks", "SharedCharts", "lay_chart_blocks", "lay_edge_blocks"]
 
 
 class SharedCharts(NamedTuple):
@@ -51,7 +51,7 @@ class EdgeBlocks(NamedTuple):
     cell: int
 
 
-class CutScratch(NamedTuple):
+class EdgeCutScratch(NamedTuple):
     """Scratch of a block's cut, by cells."""
 
     difference: NDArray[np.int64]
@@ -93,7 +93,7 @@ def _blend_line(
 
 
 @allocating_kernel
-def lay_blocks(
+def lay_chart_blocks(
     canvas: NDArray[np.uint16],
     chosen: NDArray[np.int32],
     rows: tuple[int, int],
@@ -197,7 +197,7 @@ def _cut_block(
     source_column: int,
     channels: int,
     cell: int,
-    scratch: CutScratch,
+    scratch: EdgeCutScratch,
 ) -> None:
     # Cuts between the current content and the match, cell by cell; the seeds are set. A cell's squared
     # coefficient differences at levels 1 to n - 1 equal those of its texels, because the transform is
@@ -312,14 +312,14 @@ def lay_edge_blocks(
     """Choose, cut and paint a range of edge blocks (from, to) along an edge that charts A and B share.
 
     A block is upright on A. The part that its cut keeps goes onto the canvases and into the labels of both
-    charts. `working` and `table` are as in `lay_blocks`.
+    charts. `working` and `table` are as in `lay_chart_blocks`.
     """
     channels, tile = numbers.channels, numbers.tile
     block, cell = blocks.side, blocks.cell
     tiles, side = block // tile, block // cell
     old = np.empty((block, block * channels), np.uint16)
     features = _features(numbers, tiles)
-    scratch = CutScratch(
+    scratch = EdgeCutScratch(
         np.empty((side, side), np.int64),
         np.empty((4, side * side), np.int64),
         np.empty(side * side, np.int8),

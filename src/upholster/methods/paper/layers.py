@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.methods.paper.edges import Strip
+from upholster.methods.paper.strips import Strip
 from upholster.quilt.chart import Chart
 from upholster.quilt.labels import LabelMap, cell_centres, label_shape
 from upholster.quilt.placement import PLACEMENT, SYMMETRIES

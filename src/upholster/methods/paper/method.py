@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 
 from upholster.errors import InputError
 from upholster.geometry import Surface
-from upholster.methods.paper._paper_kernels import EdgeBlocks, SharedCharts, lay_blocks, lay_edge_blocks
-from upholster.methods.paper.edges import Strip, block_count, color_classes, strip_along
+from upholster.methods.paper._paper_kernels import EdgeBlocks, SharedCharts, lay_chart_blocks, lay_edge_blocks
 from upholster.methods.paper.layers import Layer, block_layer, edge_placements, on_cells
 from upholster.methods.paper.matching import Candidates
+from upholster.methods.paper.strips import Strip, block_count, color_classes, strip_along
 from upholster.options import SynthesisOptions
 from upholster.parallel import run_tasks
 from upholster.quilt import Chart, Quilt
@@ -175,7 +175,7 @@ def _cover_chart(
     down, across = chosen.shape
     chunk = max(1, _BLOCKS_PER_CALL // across)
     for start in range(0, down, chunk):
-        lay_blocks(
+        lay_chart_blocks(
             canvas,
             chosen,
             (start, min(start + chunk, down)),

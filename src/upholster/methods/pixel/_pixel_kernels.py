@@ -14,9 +14,9 @@ from upholster.types import int64
 __all__ = [
     "PARENT_REACH",
     "REACH",
+    "ChosenTexels",
     "Neighbourhood",
     "PixelLevel",
-    "Texels",
     "choose_pixels",
     "similar_pixels",
 ]
@@ -48,7 +48,7 @@ class PixelLevel(NamedTuple):
     channels: int
 
 
-class Texels(NamedTuple):
+class ChosenTexels(NamedTuple):
     """The texels of a chart that are to be chosen, and its layout in the arrays of its level.
 
     Texel (r, c) is `first + r·stride + c`; its parent likewise. Rows run from `row` up to but excluding
@@ -97,7 +97,7 @@ def _gather(
     parents: NDArray[np.int32],
     at: int,
     parent_at: int,
-    chart: Texels,
+    chart: ChosenTexels,
     level: PixelLevel,
     known: Neighbourhood,
 ) -> Any:
@@ -198,7 +198,7 @@ def _best_of_all(level: PixelLevel, known: Neighbourhood, count: int, best: Any,
 def choose_pixels(
     sources: NDArray[np.int32],
     parents: NDArray[np.int32],
-    chart: Texels,
+    chart: ChosenTexels,
     level: PixelLevel,
     known: Neighbourhood,
     full: bool,
@@ -248,7 +248,7 @@ def similar_pixels(
     pixels: NDArray[np.int32],
     parents: NDArray[np.int32],
     among: NDArray[np.int32],
-    chart: Texels,
+    chart: ChosenTexels,
     level: PixelLevel,
     known: Neighbourhood,
 ) -> None:

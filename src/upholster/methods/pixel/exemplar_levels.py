@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 from upholster.methods.pixel._pixel_kernels import (
     PARENT_REACH,
     REACH,
+    ChosenTexels,
     Neighbourhood,
     PixelLevel,
-    Texels,
     similar_pixels,
 )
 from upholster.methods.working_form import working_form
@@ -113,12 +113,12 @@ def _fill_similar(level: PixelLevel, among: IntArray, threads: int | None) -> No
     rows = max(1, _PAIRS_PER_CALL // (candidates * level.width))
     for row in range(REACH, level.height - REACH, rows):
         end = min(row + rows, level.height - REACH)
-        chart = Texels(0, level.width, 0, level.width // 2, row, end, REACH, level.width - REACH, 1, 0)
+        chart = ChosenTexels(0, level.width, 0, level.width // 2, row, end, REACH, level.width - REACH, 1, 0)
         tasks.append(partial(_fill_rows, level, pixels, parents, among, chart))
     run_tasks(tasks, threads=threads)
 
 
 def _fill_rows(
-    level: PixelLevel, pixels: IntArray, parents: IntArray, among: NDArray[np.int32], chart: Texels
+    level: PixelLevel, pixels: IntArray, parents: IntArray, among: NDArray[np.int32], chart: ChosenTexels
 ) -> None:
     similar_pixels(pixels, parents, among, chart, level, scratch(level))

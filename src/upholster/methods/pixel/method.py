@@ -14,7 +14,7 @@ import numpy as np
 
 from upholster.errors import InputError
 from upholster.geometry import Surface
-from upholster.methods.pixel._pixel_kernels import REACH, PixelLevel, Texels, choose_pixels
+from upholster.methods.pixel._pixel_kernels import REACH, ChosenTexels, PixelLevel, choose_pixels
 from upholster.methods.pixel.exemplar_levels import NOTHING, doubled, exemplar_levels, scratch
 from upholster.methods.pixel.surface_levels import SurfaceLevel
 from upholster.options import SynthesisOptions
@@ -168,7 +168,7 @@ def _scan(sources: IntArray, layout: SurfaceLevel, index: int, level: PixelLevel
     chart, known = layout.charts[index], scratch(level)
     rows = _rows_per_call(chart.width, level, True)
     for row in range(0, chart.height, rows):  # between two calls, Python can be interrupted
-        part = Texels(
+        part = ChosenTexels(
             layout.firsts[index], layout.strides[index], 0, 0, row, min(row + rows, chart.height), 0,
             chart.width, 1, lone,
         )  # fmt: skip
@@ -212,7 +212,7 @@ def _choose_again(
             for row in range(first_row, chart.height, rows):
                 end = min(row + rows, chart.height)
                 count += across * len(range(row, end, APART))
-                chosen = Texels(
+                chosen = ChosenTexels(
                     layout.firsts[n],
                     layout.strides[n],
                     *parent,
@@ -227,7 +227,7 @@ def _choose_again(
         tasks.run(parts, count)
 
 
-def _choose(sources: IntArray, above: IntArray, texels: Texels, level: PixelLevel, full: bool) -> None:
+def _choose(sources: IntArray, above: IntArray, texels: ChosenTexels, level: PixelLevel, full: bool) -> None:
     choose_pixels(sources, above, texels, level, scratch(level), full)
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.charts.seams import find_seams
+from upholster.charts.chart_seams import find_seams
 from upholster.geometry import Surface
 from upholster.methods.pixel._pixel_kernels import REACH
 from upholster.quilt.chart import Chart

@@ -1,0 +1,39 @@
+"""The source of a map, before it is inverted or compared."""
+
+from abc import ABC, abstractmethod
+
+from upholster.charts.maps.map_ground import AtSteps, MapGround
+
+__all__ = ["Source"]
+
+
+class Source(ABC):
+    """A kind of map with the user's settings. Sources with the same settings are equal."""
+
+    is_binary = False
+    """Whether its only values are 0 and 1."""
+
+    @property
+    def files(self) -> tuple[str, ...]:
+        """The files that it reads."""
+        return ()
+
+    @abstractmethod
+    def values(self, ground: MapGround, threads: int | None, /) -> AtSteps:
+        """Return a function for values: from 0 to 1, NaN where there is none; on this many threads.
+
+        Raises
+        ------
+        InputError
+            If it cannot be evaluated on this ground, or a file is wrong.
+        """
+
+    def codes(self, _: MapGround, /) -> AtSteps | None:
+        """Return a function for labels, int32 0xRRGGBB, −1 where there is none; None if it has no labels.
+
+        Raises
+        ------
+        InputError
+            As `values`.
+        """
+        return None

@@ -1,0 +1,286 @@
+"""STEP, IGES and BREP files as shapes, with the file's names, colours and layers."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from OCP.BRep import BRep_Builder
+from OCP.BRepBuilderAPI import BRepBuilderAPI_Transform
+from OCP.BRepTools import BRepTools
+from OCP.collections import Sequence_TCollection_AsciiString, Sequence_TDF_Label
+from OCP.gp import gp_Trsf
+from OCP.IFSelect import IFSelect_RetDone
+from OCP.IGESCAFControl import IGESCAFControl_Reader
+from OCP.Interface import Interface_Static
+from OCP.Quantity import Quantity_Color
+from OCP.StepBasic import StepBasic_ConversionBasedUnitAndLengthUnit, StepBasic_SiUnitAndLengthUnit
+from OCP.STEPCAFControl import STEPCAFControl_Reader
+from OCP.STEPControl import STEPControl_Reader
+from OCP.TCollection import TCollection_ExtendedString
+from OCP.TDataStd import TDataStd_Name
+from OCP.TDF import TDF_Label
+from OCP.TDocStd import TDocStd_Document
+from OCP.TopAbs import TopAbs_FACE, TopAbs_SOLID
+from OCP.TopExp import TopExp_Explorer
+from OCP.TopLoc import TopLoc_Location
+from OCP.TopoDS import TopoDS_Compound, TopoDS_Shape
+from OCP.XCAFDoc import (
+    XCAFDoc_ColorCurv,
+    XCAFDoc_ColorGen,
+    XCAFDoc_ColorSurf,
+    XCAFDoc_DocumentTool,
+    XCAFDoc_ShapeTool,
+)
+
+from upholster.formats import input_kind
+from upholster.occt.records import CadRecord
+
+__all__ = ["Leaf", "UnreadableError", "read_shapes"]
+
+
+class UnreadableError(Exception):
+    """The file cannot be read. Its text gives the reason as the end of a sentence about the file."""
+
+
+@dataclass(eq=False)
+class Leaf:
+    """A shape at the end of an assembly: not an assembly itself.
+
+    Attributes
+    ----------
+    name, colour, layer
+        As in `upholster.occt.records.FaceRecord`.
+    shape
+        A ``TopoDS_Shape`` with its own location.
+    place
+        A ``TopLoc_Location``.
+    faces
+        Name, colour and layer of faces, each a ``TopoDS_Shape`` in the shape's own space.
+    """
+
+    name: str
+    shape: Any
+    place: Any
+    colour: str = ""
+    layer: str = ""
+    faces: list[tuple[Any, str, str, str]] = field(default_factory=list)
+
+
+def read_shapes(path: Path, unit: float | None) -> tuple[CadRecord, list[Leaf]]:
+    """Read a file by its suffix, in millimetres.
+
+    Parameters
+    ----------
+    path
+        The file.
+    unit
+        Length of its unit in millimetres, if the file states none; by default 1.
+
+    Raises
+    ------
+    UnreadableError
+        If it cannot be read.
+    """
+    kind = input_kind(path.name)
+    name = "" if kind is None else kind.name
+    if name == "BREP":
+        return _brep(path, unit)
+    if name == "3DM":
+        from upholster.occt.rhino import read_rhino
+
+        return read_rhino(path, unit)
+    if unit is not None:
+        raise UnreadableError("states its unit itself; allowed: --unit with .brep, and .3dm without one")
+    return _exchange(path, is_step=name == "STEP")
+
+
+def _brep(path: Path, unit: float | None) -> tuple[CadRecord, list[Leaf]]:
+    shape = TopoDS_Shape()
+    if not BRepTools.Read_s(shape, str(path), BRep_Builder()) or shape.IsNull():
+        raise UnreadableError("is not a BREP file that Open CASCADE can read")
+    if unit is not None and unit != 1.0:
+        larger = gp_Trsf()
+        larger.SetScaleFactor(unit)
+        shape = BRepBuilderAPI_Transform(shape, larger, True).Shape()
+    known = "" if unit is None else f"{unit:g} mm"
+    return CadRecord("BREP", known), [Leaf(path.stem, shape, TopLoc_Location())]
+
+
+def _exchange(path: Path, *, is_step: bool) -> tuple[CadRecord, list[Leaf]]:
+    """Read STEP or IGES: both produce a document of labelled shapes."""
+    Interface_Static.SetIVal_s("read.stepcaf.subshapes.name", 1)
+    reader = STEPCAFControl_Reader() if is_step else IGESCAFControl_Reader()
+    reader.SetNameMode(True)
+    reader.SetColorMode(True)
+    reader.SetLayerMode(True)
+    format_ = "STEP" if is_step else "IGES"
+    if reader.ReadFile(str(path)) != IFSelect_RetDone:
+        raise UnreadableError(f"is not a {format_} file that Open CASCADE can read")
+    record = CadRecord(format_, _step_unit(reader) if is_step else _iges_unit(path))
+    document = TDocStd_Document(TCollection_ExtendedString("XmlOcaf"))
+    leaves = _Labels(document).leaves() if reader.Transfer(document) else []
+    if not any(TopExp_Explorer(leaf.shape, TopAbs_FACE).More() for leaf in leaves):
+        leaves = _without_products(path, record) if is_step else []
+    if not leaves:
+        raise UnreadableError("has no shapes with faces; allowed: a model with some")
+    return record, leaves if is_step else _as_one(path.stem, leaves)
+
+
+def _without_products(path: Path, record: CadRecord) -> list[Leaf]:
+    """Read the shapes of a STEP file whose products have none, without names and colours."""
+    Interface_Static.SetIVal_s("read.step.product.mode", 0)
+    reader = STEPControl_Reader()
+    reader.ReadFile(str(path))
+    reader.TransferRoots()
+    record.unit = record.unit or _first_unit(reader.WS().Model())
+    shapes = [reader.Shape(k) for k in range(1, reader.NbShapes() + 1)]
+    with_faces = [shape for shape in shapes if TopExp_Explorer(shape, TopAbs_FACE).More()]
+    if with_faces:
+        record.notes.append("no product has a shape: the shapes are read without names and colours")
+    return [Leaf(path.stem, shape, TopLoc_Location()) for shape in with_faces]
+
+
+def _first_unit(model: Any) -> str:
+    """Return the first length unit among a STEP file's entities."""
+    for k in range(1, model.NbEntities() + 1):
+        one = model.Value(k)
+        if isinstance(one, StepBasic_ConversionBasedUnitAndLengthUnit):
+            return str(one.Name().ToCString()).lower()
+        if isinstance(one, StepBasic_SiUnitAndLengthUnit):
+            prefix = one.Prefix().name.removeprefix("StepBasic_sp").lower() if one.HasPrefix() else ""
+            return f"{prefix}metre"
+    return ""
+
+
+def _as_one(name: str, leaves: list[Leaf]) -> list[Leaf]:
+    """Combine the sheets of an IGES file: each of its faces may be a separate shape."""
+    solids = [leaf for leaf in leaves if TopExp_Explorer(leaf.shape, TopAbs_SOLID).More()]
+    sheets = [leaf for leaf in leaves if leaf not in solids]
+    if len(sheets) < 2:
+        return leaves
+    builder = BRep_Builder()
+    whole = TopoDS_Compound()
+    builder.MakeCompound(whole)
+    faces = []
+    for leaf in sheets:
+        moved = leaf.shape.Moved(leaf.place)
+        builder.Add(whole, moved)
+        faces.append((moved, leaf.name, leaf.colour, leaf.layer))
+        faces += [(shape.Moved(leaf.place), *known) for shape, *known in leaf.faces]
+    return [*solids, Leaf(name, whole, TopLoc_Location(), faces=faces)]
+
+
+def _step_unit(reader: Any) -> str:
+    lists = [Sequence_TCollection_AsciiString() for _ in range(3)]
+    reader.ChangeReader().FileUnits(*lists)
+    names = dict.fromkeys(lists[0].Value(k).ToCString().lower() for k in range(1, lists[0].Length() + 1))
+    return ", ".join(names)
+
+
+def _iges_unit(path: Path) -> str:
+    """Return the unit in an IGES file's global section."""
+    lines = path.read_text("latin-1").splitlines()
+    text = "".join(line[:72] for line in lines[:400] if line[72:73] == "G")
+    fields, rest = [], text
+    separator = ","
+    if rest[:2] == "1H":
+        separator, rest = rest[2], rest[3:].lstrip(separator)
+        fields.append(separator)
+    while rest and len(fields) < 16:
+        count, mark, after = rest.partition("H")
+        if mark and count.strip().isdigit():
+            length = int(count)
+            fields.append(after[:length])
+            rest = after[length:].lstrip()[1:]
+        else:
+            one, _, rest = rest.partition(separator)
+            fields.append(one.strip())
+    names = {"IN": "inch", "INCH": "inch", "MM": "millimetre", "M": "metre", "FT": "foot", "CM": "centimetre"}
+    unit = fields[14].strip().upper() if len(fields) > 14 else ""
+    return names.get(unit, unit.lower())
+
+
+class _Labels:
+    """The labelled shapes of a document."""
+
+    def __init__(self, document: Any) -> None:
+        self._shapes = XCAFDoc_DocumentTool.ShapeTool_s(document.Main())
+        self._colours = XCAFDoc_DocumentTool.ColorTool_s(document.Main())
+        self._layers = XCAFDoc_DocumentTool.LayerTool_s(document.Main())
+
+    def leaves(self) -> list[Leaf]:
+        found = Sequence_TDF_Label()
+        self._shapes.GetFreeShapes(found)
+        out: list[Leaf] = []
+        for k in range(1, found.Length() + 1):
+            self._walk(found.Value(k), TopLoc_Location(), "", "", out)
+        return out
+
+    def _walk(self, label: Any, place: Any, name: str, colour: str, out: list[Leaf]) -> None:
+        """Descend an assembly; a component's name and colour override its product's."""
+        if XCAFDoc_ShapeTool.IsReference_s(label):
+            target = TDF_Label()
+            XCAFDoc_ShapeTool.GetReferredShape_s(label, target)
+            own = self._colour(label)
+            self._walk(
+                target,
+                place.Multiplied(XCAFDoc_ShapeTool.GetLocation_s(label)),
+                _own_name(label) or name,
+                own or colour,
+                out,
+            )
+            return
+        if XCAFDoc_ShapeTool.IsAssembly_s(label):
+            parts = Sequence_TDF_Label()
+            XCAFDoc_ShapeTool.GetComponents_s(label, parts)
+            for k in range(1, parts.Length() + 1):
+                self._walk(parts.Value(k), place, "", self._colour(label) or colour, out)
+            return
+        shape = XCAFDoc_ShapeTool.GetShape_s(label)
+        product = _own_name(label)
+        if name.startswith("=>") or not name:
+            name = product
+        out.append(
+            Leaf(
+                name if not product or product == name else f"{name}\0{product}",
+                shape,
+                place,
+                self._colour(label) or colour,
+                self._layer(label),
+                self._sub_shapes(label),
+            )
+        )
+
+    def _sub_shapes(self, label: Any) -> list[tuple[Any, str, str, str]]:
+        parts = Sequence_TDF_Label()
+        XCAFDoc_ShapeTool.GetSubShapes_s(label, parts)
+        out = []
+        for k in range(1, parts.Length() + 1):
+            part = parts.Value(k)
+            named = (_own_name(part), self._colour(part), self._layer(part))
+            if any(named):
+                out.append((XCAFDoc_ShapeTool.GetShape_s(part), *named))
+        return out
+
+    def _colour(self, label: Any) -> str:
+        found = Quantity_Color()
+        shape = XCAFDoc_ShapeTool.GetShape_s(label)
+        for kind in (XCAFDoc_ColorSurf, XCAFDoc_ColorGen, XCAFDoc_ColorCurv):
+            if self._colours.GetColor_s(label, kind, found) or (
+                not shape.IsNull() and self._colours.GetColor(shape, kind, found)
+            ):
+                return str(Quantity_Color.ColorToHex_s(found).ToCString()).lower()
+        return ""
+
+    def _layer(self, label: Any) -> str:
+        shape = XCAFDoc_ShapeTool.GetShape_s(label)
+        found = None if shape.IsNull() else self._layers.GetLayers(label)
+        return found.Value(1).ToExtString() if found is not None and found.Length() else ""
+
+
+def _own_name(label: Any) -> str:
+    if not label.IsAttribute(TDataStd_Name.GetID_s()):  # checked first: without one OCP crashes
+        return ""
+    found = TDataStd_Name()
+    label.FindAttribute(TDataStd_Name.GetID_s(), found)
+    return " ".join(found.Get().ToExtString().split())

@@ -1,0 +1,345 @@
+"""The studio's worker process: it holds the project, shows it while it changes, and saves it.
+
+Messages are tuples over a pipe. In: ``(number, name, arguments)``. Out: ``("answer", number, value)`` or
+``("error", number, words)``. And the messages of a revision: ``("stage", revision, name, done, total)``,
+``("look", revision, is_final, seconds, streams)``, ``("facts", revision, facts)``,
+``("failed", revision, words)``, ``("ended", revision)``.
+"""
+
+import os
+import shutil
+import sys
+import tempfile
+import threading
+import time
+import zipfile
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from dataclasses import replace
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from upholster.coverings import Covering, settled_values
+from upholster.elements import find_lattice
+from upholster.errors import CancelledError, InputError, UpholsterError
+from upholster.formats import split_name
+from upholster.geometry import MeshSurface, TriangleMesh
+from upholster.geometry.rays import first_hit
+from upholster.image import from_linear, to_linear
+from upholster.image.even_light import UNEVEN, light_range
+from upholster.image.perspective import proposed_corners
+from upholster.image.preparing import resampled
+from upholster.image.source import Sample, read_source, source_parts
+from upholster.image.write import encode_image
+from upholster.options import WriteOptions
+from upholster.project import Look, Preview, Project, project_of, read_project, save_project, told_of
+from upholster.project.preview import Previews
+from upholster.quilt import Quilt
+from upholster.stream import encode_stream
+from upholster.studio import words
+from upholster.studio.overlays import segments
+from upholster.types import FloatArray
+
+__all__ = ["serve_pipe"]
+
+_LOOK = 10_000
+"""Number of texels that Python paints for a look: the page paints its own."""
+
+_HERE = "files that were dropped here"
+
+_SHOWN = 4
+"""Number of recent looks that can still be saved."""
+
+_QUIET = 0.1
+"""Seconds between two progress messages of the same stage."""
+
+
+def serve_pipe(pipe: Connection, folder: str, most_bytes: int) -> None:
+    """Serve a pipe until it is closed: the process's main function."""
+    with suppress(ImportError, OSError, ValueError):
+        import resource
+
+        resource.setrlimit(resource.RLIMIT_DATA, (most_bytes, most_bytes))
+    work = _Work(pipe, Path(folder))
+    with suppress(EOFError, KeyboardInterrupt):
+        while True:
+            number, name, arguments = pipe.recv()
+            threading.Thread(target=work.answer, args=(number, name, arguments), daemon=True).start()
+
+
+class _Work:
+    """The current project, and what was shown of it."""
+
+    def __init__(self, pipe: Connection, folder: Path) -> None:
+        self.pipe, self.folder = pipe, folder
+        self.lock = threading.Lock()
+        self.changing = threading.Lock()
+        self.previews = Previews()
+        self.project: Project | None = None
+        self.revision = 0
+        self.shown: dict[int, Project] = {}
+
+    def send(self, *message: Any) -> None:
+        with self.lock, suppress(OSError):
+            self.pipe.send(message)
+
+    def answer(self, number: int, name: str, arguments: tuple[Any, ...]) -> None:
+        known: dict[str, Callable[..., Any]] = {
+            "state": self.state,
+            "source": self.source,
+            "picture": self.picture,
+            "prepared": self.prepared,
+            "hints": self.hints,
+            "pick": self.pick,
+            "save": self.save,
+            "overlay": self.overlay,
+        }
+        try:
+            self.send("answer", number, known[name](*arguments))
+        except UpholsterError as error:
+            self.send("error", number, self.shortened(str(error)))
+        except MemoryError:
+            self.send("error", number, "this takes more memory than the studio allows")
+        except Exception as error:
+            print(f"upholster: {name} failed: {type(error).__name__}: {error}", file=sys.stderr)
+            self.send("error", number, "an internal error occurred; see the terminal for details")
+
+    def shortened(self, text: str) -> str:
+        """Return an error's text with the page's names of files."""
+        text = text.replace(f"{self.folder}{os.sep}", "")
+        return text.replace(f"files in the folder {str(self.folder)!r}, and in those of --allow DIR", _HERE)
+
+    # -------------------------------------------------------------- what is shown
+
+    def state(self, written: Any, revision: int) -> dict[str, Any]:
+        """Begin to show a state; the previous one is cancelled."""
+        project = replace(project_of(written, self.folder), previews=self.previews)
+        with self.changing:
+            if revision < self.revision:
+                raise CancelledError("a later change replaced it")
+            self.project, self.revision = project, revision
+            stage = _Stages(lambda *said: self.send("stage", revision, *said))
+            preview = project.preview(texels=_LOOK, progress=stage)
+        threading.Thread(target=self.follow, args=(revision, project, preview), daemon=True).start()
+        output = f"{words.stem(project)}.glb"
+        return {
+            "revision": revision,
+            "name": words.stem(project),
+            "command": words.command(project, output),
+            "python": words.python(project, output),
+            "notes": list(project.notes),
+        }
+
+    def follow(self, revision: int, project: Project, preview: Preview) -> None:
+        """Send a preview's looks."""
+        try:
+            for look in preview:
+                with self.previews.stages.active():
+                    streams = _streams(project.coverings(), look)
+                if preview.is_cancelled:
+                    break
+                if look.is_final:
+                    self.shown = {**dict(list(self.shown.items())[1 - _SHOWN :]), revision: project}
+                self.send("look", revision, look.is_final, look.seconds, streams)
+                self.send("facts", revision, self.facts(project))
+        except CancelledError:
+            pass
+        except UpholsterError as error:
+            self.send("failed", revision, self.shortened(str(error)))
+        except MemoryError:
+            self.send("failed", revision, "this takes more memory than the studio allows")
+        except Exception as error:
+            print(f"upholster: the preview failed: {type(error).__name__}: {error}", file=sys.stderr)
+            self.send("failed", revision, "an internal error occurred; see the terminal for details")
+        self.send("ended", revision)
+
+    def facts(self, project: Project) -> dict[str, Any]:
+        """Return facts about model and sample."""
+        notes: list[str] = []
+        with self.previews.stages.active():
+            coverings = project.coverings(notes)
+            first = coverings[0]
+            model, scale = first.covered.model, first.prepared.scale
+            found: dict[str, Any] = {
+                "sample_size": None if scale is None else scale.sample_size,
+                "texels": sum(each.texels for each in coverings),
+                "settled": settled_values(coverings),
+                "notes": notes + [note for each in coverings for note in each.notes()],
+                "parts": [],
+                "unit": None,
+            }
+            if model is None:
+                return found
+            whole = self.whole_model(project)
+            counts = np.bincount(whole.mesh.part, minlength=len(whole.parts))
+            found["parts"] = [
+                {"name": part.name, "material": part.material, "triangles": int(count)}
+                for part, count in zip(whole.parts, counts, strict=True)
+            ]
+            found["unit"] = None if whole.mesh.metres is None else _unit(whole.mesh.metres)
+        return found
+
+    def whole_model(self, project: Project) -> Any:
+        """Return the model of the file, with all of its parts."""
+        whole = replace(project.reading, part=None)
+        with self.previews.stages.active():
+            found = replace(project, reading=whole, materials={}, sample=project.sample or _any(project))
+            return found.coverings()[0].covered.model
+
+    def pick(self, origin: Sequence[float], direction: Sequence[float]) -> dict[str, Any]:
+        """Return the part that a ray hits first."""
+        project = self.project
+        if project is None or (model := self.whole_model(project)) is None:
+            return {"part": None}
+        mesh = model.mesh
+        hit = first_hit(mesh.positions, mesh.triangles, _vector(origin), _vector(direction))
+        if hit is None:
+            return {"part": None}
+        triangle, point = hit
+        return {"part": model.parts[int(model.mesh.part[triangle])].name, "point": list(point)}
+
+    def overlay(self, kind: str) -> bytes:
+        """Return line segments, float32: where charts meet, or the direction of rows."""
+        project = self.project
+        if project is None:
+            return b""
+        with self.previews.stages.active():
+            found = [segments(each, kind) for each in project.coverings()]
+        return np.concatenate(found).astype("<f4").tobytes()
+
+    # -------------------------------------------------------------- samples
+
+    def source(self, path: str) -> dict[str, Any]:
+        """Return the kind and contents of a source, or the state of a project's file."""
+        if path.endswith(".json"):
+            project = read_project(str(self.folder / path))
+            return {"kind": "project", "state": told_of(project, self.folder), "notes": list(project.notes)}
+        with self.previews.stages.active():
+            parts = source_parts(read_source(str(self.folder / path)))
+        height, width = parts["albedo"].shape[:2]
+        kind = "material" if len(parts) > 1 else "image"
+        return {"kind": kind, "roles": list(parts), "width": width, "height": height}
+
+    def picture(self, path: str, size: int, role: str) -> tuple[bytes, int, int]:
+        """Return a PNG of a source's map as it is read, and the map's own size."""
+        with self.previews.stages.active():
+            parts = source_parts(read_source(str(self.folder / path)))
+        return _png(parts.get(role, parts["albedo"]), size)
+
+    def prepared(self, path: str, options: dict[str, Any], size: int) -> tuple[bytes, int, int, list[float]]:
+        """Return a PNG of a sample read with options, its own size, and the size of its repeating element.
+
+        The element's size is its width and height in pixels, the distance of rows alone, or nothing.
+        """
+        written = {"upholster": 1, "model": "plane", "sample": {"source": path, **options}}
+        sample = project_of(written, self.folder).sample
+        assert sample is not None
+        with self.previews.stages.active():
+            pixels = source_parts(read_source(sample))["albedo"]
+            lattice = find_lattice(pixels)
+        return *_png(pixels, size), [] if lattice is None else list(lattice.element)
+
+    def hints(self, path: str) -> dict[str, Any]:
+        """Return suggestions for a photo: corners of a rectangle if certain, and how uneven its light is."""
+        with self.previews.stages.active():
+            pixels = source_parts(read_source(str(self.folder / path)))["albedo"]
+        return {"corners": proposed_corners(pixels), "light": light_range(pixels), "uneven": UNEVEN}
+
+    # -------------------------------------------------------------- saving
+
+    def save(self, revision: int, targets: Sequence[str]) -> dict[str, Any]:
+        """Write files of the model shown into a folder of their own."""
+        project = self.shown.get(revision)
+        if project is None:
+            raise CancelledError("the model has changed in the meantime; save again")
+        with self.changing:
+            saved = self.folder / "saved"
+            number = 1 + (len(os.listdir(saved)) if saved.is_dir() else 0)  # an earlier worker's too
+            folder = saved / str(number)
+            folder.mkdir(parents=True)
+        notes: list[str] = []
+        for target in targets:
+            if target == "project":
+                _save_project(project, folder)
+            else:
+                prefix, place = split_name(target)
+                notes += project.cover([f"{prefix}{folder / os.path.basename(place)}"]).notes
+        files = sorted(one for one in folder.iterdir() if one.is_file())
+        listed = [{"name": one.name, "bytes": one.stat().st_size} for one in files]
+        return {"id": number, "files": listed, "notes": notes}
+
+
+class _Stages:
+    """Reports stages as they begin, and the progress within one from time to time."""
+
+    def __init__(self, say: Callable[[str, int, int], None]) -> None:
+        self.say, self.last, self.time = say, "", 0.0
+
+    def __call__(self, stage: str, done: int, total: int) -> None:
+        now = time.perf_counter()
+        if stage == self.last and now - self.time < _QUIET:
+            return
+        self.last, self.time = stage, now
+        self.say(stage, done, total)
+
+
+def _vector(numbers: Any) -> FloatArray:
+    try:
+        return np.array(numbers, float)
+    except (TypeError, ValueError):
+        raise InputError(f"a ray has {str(numbers)[:40]!r}; allowed: three numbers") from None
+
+
+def _any(project: Project) -> Sample:
+    return next(iter(project.materials.values()))
+
+
+def _unit(metres: float) -> str | None:
+    known = {"mm": 0.001, "cm": 0.01, "dm": 0.1, "m": 1.0, "km": 1000.0, "in": 0.0254, "ft": 0.3048}
+    return next((name for name, size in known.items() if abs(size - metres) < 1e-9 * metres), None)
+
+
+def _streams(coverings: Sequence[Covering], look: Look) -> list[bytes]:
+    """Return a look as streams, one for each sample: its own triangles; the first also has the plain ones."""
+    if len(coverings) == 1:
+        return [_stream(coverings[0], coverings[0].surface, look.quilts[0])]
+    surfaces = [each.surface for each in coverings if isinstance(each.surface, MeshSurface)]
+    plain = np.all([surface.island < 0 for surface in surfaces], axis=0)
+    streams = []
+    for n, (covering, surface, quilt) in enumerate(zip(coverings, surfaces, look.quilts, strict=True)):
+        kept = (surface.island >= 0) | (plain if n == 0 else False)
+        mesh = TriangleMesh(surface.mesh.positions, surface.mesh.triangles[kept])
+        own = MeshSurface(mesh, surface.island[kept], surface.parameters[kept])
+        streams.append(_stream(covering, own, replace(quilt, surface=own)))
+    return streams
+
+
+def _stream(covering: Covering, surface: Any, quilt: Quilt) -> bytes:
+    parts = source_parts(covering.source)
+    return encode_stream(surface, quilt, parts.pop("albedo"), maps=parts, **WriteOptions().transform)
+
+
+def _png(pixels: Any, size: int) -> tuple[bytes, int, int]:
+    """Return an image with its longer side at most `size`, and its own width and height."""
+    height, width = pixels.shape[:2]
+    longer = max(height, width)
+    if longer > size:
+        small = {"height": max(1, height * size // longer), "width": max(1, width * size // longer)}
+        pixels = resampled("albedo", pixels, **small)
+    shown = pixels if pixels.dtype == np.uint8 else from_linear(to_linear(pixels), "uint8")
+    return encode_image(shown[..., :4], "png"), width, height
+
+
+def _save_project(project: Project, folder: Path) -> None:
+    """Write a zip of a project's file and the files that it needs."""
+    name = words.stem(project)
+    with tempfile.TemporaryDirectory(dir=folder.parent) as own:
+        save_project(project, Path(own) / f"{name}.upholster.json")
+        with zipfile.ZipFile(folder / f"{name}.zip", "w", zipfile.ZIP_DEFLATED) as file:
+            for one in sorted(Path(own).rglob("*")):
+                if one.is_file():
+                    file.write(one, one.relative_to(own))
+    shutil.rmtree(own, ignore_errors=True)

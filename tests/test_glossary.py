@@ -1,0 +1,109 @@
+"""One word means one thing: names in the sources, and the tables of words in CONVENTIONS.md."""
+
+import ast
+import re
+from collections import defaultdict
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+
+from upholster.cli import app
+
+ROOT = Path(__file__).parent.parent
+SOURCES = ROOT / "src" / "upholster"
+CONVENTIONS = (ROOT / "CONVENTIONS.md").read_text(encoding="utf-8")
+
+SHARED_MODULES = {
+    "__init__": "Python's own",
+    "__main__": "Python's own",
+    "_kernels": "the kernels of its folder",
+    "method": "one for each method of synthesis",
+    "obj": "one format, read and written",
+    "ply": "one format, read and written",
+    "stl": "one format, read and written",
+}
+"""Names that several modules have, and why. Commands in ``cli`` are named after themselves."""
+
+SHARED_NAMES = {"main": "what a console script or ``python -m`` runs"}
+"""Public names that several modules define, and why."""
+
+
+@cache
+def _trees() -> dict[str, ast.Module]:
+    """Return each module by its path below the package."""
+    files = sorted(SOURCES.rglob("*.py"))
+    return {
+        file.relative_to(SOURCES).as_posix(): ast.parse(file.read_text(encoding="utf-8")) for file in files
+    }
+
+
+def _commands() -> set[str]:
+    """Return the commands: each is a function, in a module of its own or in one of its kind."""
+    return {command.callback.__name__ for command in app.registered_commands if command.callback}
+
+
+def _table(heading: str) -> list[tuple[str, str]]:
+    """Return the rows of a table in CONVENTIONS.md: two columns."""
+    section = re.split(r"^#+ ", CONVENTIONS, flags=re.MULTILINE)
+    (text,) = (part for part in section if part.startswith(heading + "\n"))
+    rows = re.findall(r"^\| (.+?) \| (.+?) \|$", text, re.MULTILINE)
+    return [(left, right) for left, right in rows[1:] if set(left) != {"-"}]
+
+
+def _identifiers(tree: ast.Module) -> Iterator[str]:
+    for node in ast.walk(tree):
+        match node:
+            case ast.FunctionDef(name=name) | ast.AsyncFunctionDef(name=name) | ast.ClassDef(name=name):
+                yield name
+            case ast.Name(id=name, ctx=ast.Store()) | ast.arg(arg=name):
+                yield name
+
+
+def _words(identifier: str) -> list[str]:
+    """Return the words of a name in small letters, ``["chart", "grid"]`` of ``ChartGrid``."""
+    spaced = re.sub(r"([a-z0-9])([A-Z])", r"\1_\2", identifier)
+    return [word for word in spaced.lower().split("_") if word]
+
+
+def test_no_two_modules_define_one_public_name() -> None:
+    places, commands = defaultdict(list), _commands()
+    for path, tree in _trees().items():
+        for node in tree.body:
+            if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
+                is_command = path.startswith("cli/") and node.name in commands
+                if not (is_command or node.name.startswith("_")):
+                    places[node.name].append(path)
+    assert len(places) > 1000
+    twice = {name: found for name, found in places.items() if len(found) > 1}
+    assert set(twice) == set(SHARED_NAMES), twice
+
+
+def test_no_two_modules_have_one_name() -> None:
+    places = defaultdict(list)
+    for path in _trees():
+        folder, _, name = path.rpartition("/")
+        if not (folder == "cli" and name.removesuffix(".py") in {*_commands(), "codec", "stream"}):
+            places[name.removesuffix(".py")].append(path)
+    twice = {name: found for name, found in places.items() if len(found) > 1}
+    assert set(twice) == set(SHARED_MODULES), twice
+
+
+def test_the_words_of_the_glossary_are_used() -> None:
+    text = "\n".join(file.read_text(encoding="utf-8") for file in SOURCES.rglob("*.py")).lower()
+    used = set(re.findall(r"[a-z]+", text))
+    words = [word for word, _ in _table("Words")]
+    assert len(words) > 50
+    assert [word for word in words if not all({part, part + "s"} & used for part in word.split())] == []
+
+
+def test_no_identifier_has_a_word_that_the_glossary_forbids() -> None:
+    forbidden = {word: instead for words, instead in _table("Not these") for word in words.split(", ")}
+    assert forbidden
+    found = {
+        f"{path}: {name}, rather: {forbidden[word]}"
+        for path, tree in _trees().items()
+        for name in _identifiers(tree)
+        for word in _words(name)
+        if word in forbidden
+    }
+    assert found == set()
