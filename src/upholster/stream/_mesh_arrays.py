@@ -28,8 +28,8 @@ MOST_PARAMETER = 2**28
 """Largest magnitude of a parameter, in steps."""
 
 STATUS, TRIANGLES, VERTICES, STACKED, LAST_ISLAND, LAST_PART = range(6)
-"""Places in `CodedMesh.counts`: 0, or `LACKING` or `WRONG`; numbers of coded elements; edges on the stack; the
-island and the part that were coded last."""
+"""Places in `CodedMesh.counts`: 0, or `LACKING` or `WRONG`; numbers of coded elements; edges on the stack;
+the island and the part that were coded last."""
 
 OPEN, BORDER = -1, -2
 """In place of a twin: an edge of the front; an edge without an adjacent triangle."""
