@@ -120,7 +120,7 @@ def test_what_can_not_be_displaced_is_refused_before_work() -> None:
         assert [output.kind.solid for output in parse_outputs([name, "b.glb"], options)] == [True, False]
     with pytest.raises(InputError, match="displace needs a height map, and the sample has none"):
         check_displacement(options, roles=("normal",), metres=1.0)
-    with pytest.raises(InputError, match="displace is '1mm', and this model does not tell"):
+    with pytest.raises(InputError, match="displace is '1mm', and this model does not state"):
         check_displacement(options, roles=("height",), metres=None)
     check_displacement(options, roles=("height",), metres=1.0)
     check_displacement(WriteOptions(), roles=(), metres=None)

@@ -3,8 +3,8 @@
 //     npm ci && npm run build      writes the files
 //     npm run check                compares them with what would be written
 //
-// The same sources and the pinned version of esbuild give the same bytes on any machine. Each script is whole: pages that
-// hold viewer and stream in one file can load nothing.
+// The same sources and the pinned version of esbuild give the same bytes on any machine. Each script is self-contained:
+// pages that hold viewer and stream in one file can load nothing.
 
 import { mkdir, readFile, writeFile } from 'node:fs/promises'
 import { fileURLToPath } from 'node:url'
@@ -28,9 +28,9 @@ async function bundled(name) {
     target: 'es2022',
     write: false,
     external: ON_DEMAND.filter((other) => other !== name).map((other) => `./${other}`),
-    legalComments: 'none', // all is ours; LICENSES.txt has the notice
+    legalComments: 'none', // all code is our own; LICENSES.txt has the notice
     banner: { js: '/*! upholster, SPDX-License-Identifier: MIT, see LICENSES.txt */' },
-    logLevel: 'silent', // errors are thrown, and told once, below
+    logLevel: 'silent', // errors are thrown, and printed once, below
   })
   return outputFiles[0].text
 }

@@ -1,4 +1,4 @@
-// The page's side of `uph-worker.js`: sends a stream's bytes, and hands what comes back to whoever shows it, some per frame.
+// The page's side of `uph-worker.js`: sends a stream's bytes, and passes the results to the view, some per frame.
 
 const TEXELS_PER_FRAME = 2 ** 21 // handed over at once
 
@@ -8,7 +8,7 @@ export const SKETCHED_TEXELS = 2 ** 18
 const nextFrame = globalThis.requestAnimationFrame?.bind(globalThis) ?? ((work) => setTimeout(work, 16))
 
 /**
- * One stream and its worker. What it tells goes to `view`, which has these methods:
+ * One stream and its worker. Results go to `view`, which has these methods:
  *
  * - `begin({bounds, sphere, plain})`: spheres of the charts and round them, triangles on no chart; once
  * - `takeMeshes({pieces, counts})`: geometry of the charts that changed
@@ -25,13 +25,13 @@ export class UphClient {
   #view
   #abort = new AbortController()
   #parts = [] // pieces of the stream
-  #queue = [] // textures that came and are not taken yet
+  #queue = [] // received textures that are not taken yet
   #isDrawing = false
   #begun = false
   #ticket = 0
   #state = null
-  #painted = null // the state of the textures that came last
-  #settling = [] // to be told when all is shown
+  #painted = null // the state of the latest textures
+  #settling = [] // callbacks for when everything is shown
   #ended = false
   #failed = false
   #foundSize
@@ -67,7 +67,7 @@ export class UphClient {
     this.#view.notify('progress', { received: this.received, total: this.total, loaded: this.received })
   }
 
-  /** Say that no more bytes will come. */
+  /** Report that all bytes have been fed. */
   end() {
     this.#ended = true
     this.send({ kind: 'end' })
@@ -79,12 +79,12 @@ export class UphClient {
     this.#view.notify('error', { error })
   }
 
-  /** What `receive` tells of the line. */
+  /** Events of `receive` about the connection. */
   dispatchEvent({ type, ...detail }) {
     this.#view.notify(type, detail)
   }
 
-  /** What has come so far. */
+  /** The bytes received so far. */
   bytes() {
     const all = new Uint8Array(this.received)
     let at = 0
@@ -95,14 +95,14 @@ export class UphClient {
     return all
   }
 
-  /** Send a message, see `uph-worker.js`, with a new ticket: states tell when it was heard. */
+  /** Send a message, see `uph-worker.js`, with a new ticket: states report which tickets have been handled. */
   send(message) {
     this.#worker.postMessage({ ...message, ticket: ++this.#ticket })
   }
 
   /**
-   * Show the model with another sample in place of its own, as `upholster.paint` does: what a canvas draws, a Blob or ImageData; null:
-   * the stream's own. Resolves when it is in the textures, or another call took its place.
+   * Show the model with another sample in place of its own, as `upholster.paint` does: an image source of a canvas, a Blob or ImageData; null:
+   * the stream's own. Resolves when it is in the textures, or another call has replaced it.
    */
   async setExemplar(image) {
     const call = ++this.#exemplarCalls
@@ -113,7 +113,7 @@ export class UphClient {
     await this.settled()
   }
 
-  /** Resolves when all that has come, up to the limit, has been taken. */
+  /** Resolves when all received bytes, up to the limit, are in the textures. */
   settled() {
     return new Promise((resolve) => {
       this.#settling.push(resolve)
@@ -160,7 +160,7 @@ export class UphClient {
     })
   }
 
-  /** Hand textures over, some per frame, so that no frame takes long. */
+  /** Pass textures on, some per frame, so that no frame takes long. */
   #draw() {
     const buffers = []
     let texels = 0
@@ -183,7 +183,7 @@ export class UphClient {
     this.#view.show(this.#painted, isFirst)
   }
 
-  /** Tell those who wait if all that was sent is shown. */
+  /** Resolve waiting promises if everything that was sent is shown. */
   #settle() {
     const state = this.#state
     if (!state?.idle || state.ticket !== this.#ticket || this.#queue.length) return

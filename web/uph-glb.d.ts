@@ -1,15 +1,15 @@
-/** A texture with a gutter of one texel round it: RGBA, (height + 2) × (width + 2). */
+/** A texture with a gutter of one texel around it: RGBA, (height + 2) × (width + 2). */
 export interface ChartTexture {
   height: number
   width: number
   data: Uint8Array
 }
 
-/** What is written: a model as `uph-worker.js` makes it. */
+/** The model to write, as `uph-worker.js` makes it. */
 export interface GlbModel {
   name: string
   charts: {
-    /** Of its textures, without gutters. */
+    /** Size of its textures, without gutters. */
     size: { height: number; width: number }
     geometry: {
       positions: Float32Array

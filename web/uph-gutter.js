@@ -22,7 +22,7 @@ export function edgeLines(data, { height, width }) {
 /**
  * The gutter of a chart: top and bottom with corners, right and left without, in one array.
  *
- * `lines` are its own edge lines; `beyond(edge)` tells what lies beyond an edge: `seams`, each {start, stop, otherStart,
+ * `lines` are its own edge lines; `beyond(edge)` returns what is beyond an edge: `seams`, each {start, stop, otherStart,
  * otherStop, line}, and, for normals, by which angle to turn each texel, `angles`. Borders repeat the chart.
  */
 export function makeGutter(lines, { height, width }, beyond) {

@@ -1,13 +1,13 @@
 import type { Chart, Patch, Surface } from './uph.js'
 
-/** A seam as an edge of a chart sees it: an interval that lies along another chart's edge (or of its own). */
+/** A seam from the side of one chart's edge: an interval that coincides with one of another chart's edge (or of its own). */
 export interface ChartSeam {
   /** 0 ≤ start < stop ≤ 1, in the edge's own parameter: t on edges 0 and 2, s on edges 1 and 3. */
   start: number
   stop: number
   chart: number
   edge: number
-  /** Parameters there of start and stop, linear in between; otherStart > otherStop where it runs back. */
+  /** Parameters there of start and stop, linear in between; otherStart > otherStop if it runs in the opposite direction. */
   otherStart: number
   otherStop: number
 }
@@ -24,45 +24,45 @@ export interface Bounds {
   bendT: number
 }
 
-/** Triangles, counter-clockwise seen from outside. Where a chart lies across a crease the normals are those behind it. */
+/** Triangles, counter-clockwise seen from outside. Where a chart crosses a crease, the normals are those after it. */
 export interface ChartMesh {
   positions: Float32Array
-  /** Of length 1; at a point where an edge has collapsed the limit along the chart. */
+  /** Of length 1; where an edge has collapsed to a point, the limit along the chart. */
   normals: Float32Array
   /** (x, y, z, w): where t, the texture's columns, grows; cross(normal, tangent)·w is up in the texture; w is 1. */
   tangents: Float32Array
-  /** (s, t), from 0 to 1 over the chart: row 0 of its texels lies at s = 0, column 0 at t = 0. */
+  /** (s, t), from 0 to 1 over the chart: row 0 of its texels is at s = 0, column 0 at t = 0. */
   parameters: Float32Array
   indices: Uint16Array | Uint32Array
-  /** The chart's edges as line segments: pairs of points, once round it. */
+  /** The chart's edges as line segments: pairs of points, once around it. */
   outline: Float32Array
 }
 
 /**
- * Makes meshes of a surface's charts, of any fineness each. Along a seam both charts' vertices lie at the breaks of
- * either, at positions equal to the bit: there are no gaps, and a closed surface's meshes close.
+ * Makes meshes of a surface's charts, each of any fineness. Along a seam both charts have the vertices of either, at
+ * positions equal to the bit: there are no gaps, and the meshes of a closed surface are closed.
  */
 export class SurfaceMesher {
-  /** What `UphDecoder` has. */
+  /** Data from `UphDecoder`. */
   constructor(surface: Surface, charts: readonly Chart[])
-  /** The surface's patches, those of a built-in one as well. */
+  /** The surface's patches, including those of a built-in one. */
   readonly patches: readonly Patch[]
   /** The seams of an edge of a chart, along it. Throws `RangeError` if there is no such chart. */
   seams(chart: number, edge: 0 | 1 | 2 | 3): ChartSeam[]
   /**
    * At each of `count` places along an edge, (n + ½)/count: the angle by which the tangents beyond it are turned against
-   * the chart's own, about its normal; 0 at borders. What a normal map's gutter needs.
+   * the chart's own, about its normal; 0 at borders. Used for a normal map's gutter.
    */
   frameAngles(chart: number, edge: 0 | 1 | 2 | 3, count: number): Float32Array
-  /** Where a chart is and how it bends, sampled. Throws `RangeError` if there is no such chart. */
+  /** Position and bending of a chart, from samples. Throws `RangeError` if there is no such chart. */
   bounds(chart: number): Bounds
   /**
    * The mesh of a chart.
    *
    * `counts` holds two numbers for every chart of the surface, its segments along s and along t: 1 to 256, powers of
-   * two if vertices along seams shall be few. A chart gets at least 2, or 4 where it may close to a ring.
+   * two to keep vertices along seams few. A chart gets at least 2, or 4 where it may close to a ring.
    * Borders of patches inside a chart are lines of the mesh where derivatives jump. A mesh changes with the counts of
-   * its chart and of those beside it. Throws `RangeError` if there is no such chart, or for a count outside its range.
+   * its chart and of the adjacent charts. Throws `RangeError` if there is no such chart, or for a count outside its range.
    */
   mesh(chart: number, counts: ArrayLike<number>): ChartMesh
 }
@@ -72,20 +72,20 @@ export class SurfaceMesher {
  * methods of `SurfaceMesher`; there are no seams to fill, and `counts` change nothing.
  */
 export class TriangleMesher {
-  /** What `UphDecoder` has, its surface of the kind 'mesh'. */
+  /** Data from `UphDecoder`, with a surface of kind 'mesh'. */
   constructor(surface: Surface, charts: readonly Chart[])
   seams(chart: number, edge: 0 | 1 | 2 | 3): ChartSeam[]
   frameAngles(chart: number, edge: 0 | 1 | 2 | 3, count: number): Float32Array
   bounds(chart: number): Bounds
   mesh(chart: number): ChartMesh
-  /** The triangles that lie on no chart; null where there are none. */
+  /** The triangles on no chart; null if there are none. */
   plainMesh(): ChartMesh | null
 }
 
 /**
  * Segments along s and t, powers of two from 1 to 256, with which the mesh stays within `errorPixels` of the surface.
  *
- * `pixelsPerUnit` tells how large the model's unit is on the screen at the chart's nearest point.
+ * `pixelsPerUnit` is the size of the model's unit on the screen at the chart's nearest point.
  */
 export function countsFor(
   bounds: Pick<Bounds, 'bendS' | 'bendT'>,

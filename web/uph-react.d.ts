@@ -10,7 +10,7 @@ import './upholster-viewer.js'
 import type { DetailedHTMLProps, HTMLAttributes } from 'react'
 import type { UpholsterViewer, UpholsterViewerEventMap } from './upholster-viewer.js'
 
-/** The element's attributes, as `upholster-viewer.d.ts` tells them. */
+/** The element's attributes, described in `upholster-viewer.d.ts`. */
 export interface UpholsterViewerAttributes extends HTMLAttributes<UpholsterViewer> {
   src?: string | null
   alt?: string

@@ -1,3 +1,3 @@
-/** `<upholster-viewer>` for React 19, which takes elements as they are: the types beside this module are all that is added. */
+/** `<upholster-viewer>` for React 19, which supports custom elements: this module only adds types. */
 
 import './upholster-viewer.js'

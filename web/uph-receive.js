@@ -1,23 +1,23 @@
-// Fetching a stream over a line that may break: what is missing is asked for by range.
+// Fetching a stream over an unreliable connection: missing bytes are requested by range.
 
 const MAX_ATTEMPTS = 8 // in a row without a byte
 const SILENCE_LIMIT = 20_000 // milliseconds without a byte, after which the connection counts as lost
 const LONGEST_WAIT = 8000
 
-/** An answer that asking again would not change. */
+/** An error that a repeated request would not change. */
 class Refusal extends Error {}
 
 /**
- * Fetch `url` and hand its bytes to `sink` as they come.
+ * Fetch `url` and pass its bytes to `sink` as they arrive.
  *
  * `sink` has `received`, the bytes it has; `signal`, which ends the transfer; `feed(bytes)`, `end()`; and
  * `dispatchEvent`, for `stalled` {attempt, message} and `resumed`. Rejects with an Error of one line.
  *
- * `early` may be the promise of a response to `url` that was asked for before, of all or of a first part: then the rest is asked
- * for when `sink.running` says that somebody can use it.
+ * `early` may be the promise of an earlier response to `url`, of all or of a first part: then the rest is requested
+ * when `sink.running` resolves, because only then it can be used.
  */
 export async function receive(url, sink, options, early = null) {
-  let version = null // what tells this version of the file from another
+  let version = null // identifies this version of the file
   for (let attempt = 0; !sink.signal.aborted; ) {
     const before = sink.received
     const own = early
@@ -34,7 +34,7 @@ export async function receive(url, sink, options, early = null) {
     } catch (error) {
       if (sink.signal.aborted) return
       if (error instanceof Refusal) throw error
-      if (own && !sink.received) continue // it is asked again, as if nobody had asked before
+      if (own && !sink.received) continue // request it again, as if there had been no early response
       attempt = sink.received > before ? 1 : attempt + 1
       if (!(sink.received || error.answered) || attempt > MAX_ATTEMPTS) throw new Error(`${url} can not be loaded: ${error.message}`)
       version = before ? (version ?? error.version) : error.version
@@ -44,7 +44,7 @@ export async function receive(url, sink, options, early = null) {
   }
 }
 
-/** One request and its answer: what version it was of, and whether it was asked for a part that is not the last. */
+/** One request and its answer: the version of the file, and whether a part other than the last was requested. */
 async function receiveOnce(url, sink, { headers, ...options }, known, attempt, early) {
   const start = sink.received
   const connection = new AbortController()

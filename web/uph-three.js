@@ -9,26 +9,26 @@ export { UphModel }
 
 let spareWorker = null // waits for a stream
 
-/** Loads `.uph` streams, as three.js' loaders do; what it gives goes on refining while bytes come. */
+/** Loads `.uph` streams like three.js' loaders; the model refines further while bytes arrive. */
 export class UphLoader extends Loader {
-  /** Texture side that the graphics card is sure to take; larger charts are halved. */
+  /** Texture side that every graphics card supports; larger charts are halved. */
   maxTextureSize = LIMITS.maxTextureSize
   /** Texels of all charts together; models with more are shown at half the size, or a quarter… */
   maxTexels = LIMITS.maxTexels
-  /** How far the mesh may be from the surface, in pixels. */
+  /** Largest distance of the mesh from the surface, in pixels. */
   errorPixels = LIMITS.errorPixels
 
   #workerURL = null
   #running = new Set()
 
-  /** Where `uph-worker.js` lies, if not beside this module. */
+  /** Address of `uph-worker.js`, if it is not next to this module. */
   setWorkerURL(url) {
     this.#workerURL = url
     return this
   }
 
   /**
-   * Load a stream. `onLoad(model)` comes with the first textured view; the model is returned at once, still empty.
+   * Load a stream. `onLoad(model)` is called with the first textured view; the model is returned immediately, still empty.
    * A lost connection is resumed by a range request.
    */
   load(url, onLoad, onProgress, onError) {
@@ -71,7 +71,7 @@ export class UphLoader extends Loader {
     return model
   }
 
-  /** Show a stream that is here already, whole or cut. */
+  /** Show a stream that has been loaded already, complete or cut. */
   parse(bytes) {
     const model = this.#newModel()
     const copy = ArrayBuffer.isView(bytes) ? bytes.slice() : new Uint8Array(bytes.slice(0))
@@ -80,13 +80,13 @@ export class UphLoader extends Loader {
     return model
   }
 
-  /** Stop all that is under way: the models stay as they are. */
+  /** Stop all transfers: the models stay as they are. */
   abort() {
     for (const model of this.#running) model.abort()
     return this
   }
 
-  /** Start the worker before there is a stream: it takes longer than the first bytes to arrive. */
+  /** Start the worker before there is a stream: starting takes longer than receiving the first bytes. */
   prepare() {
     spareWorker ??= { url: this.#workerURL, worker: this.#startWorker() }
     return this
@@ -106,8 +106,8 @@ export class UphLoader extends Loader {
   }
 }
 
-/** What a model tells of its progress, as three.js' loaders tell it. */
+/** A model's progress as an event of three.js' loaders. */
 function loadEvent({ received, total }) {
-  const told = { loaded: received, total: total ?? 0, lengthComputable: total !== null }
-  return Object.assign(new ProgressEvent('progress', told), { received })
+  const progress = { loaded: received, total: total ?? 0, lengthComputable: total !== null }
+  return Object.assign(new ProgressEvent('progress', progress), { received })
 }

@@ -1,2 +1,2 @@
-/** The worker: a script to be started by its address, which gives no names. */
+/** The worker: a script that is started by its address; it exports nothing. */
 export {}

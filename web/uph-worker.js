@@ -1,28 +1,28 @@
-// Decodes, paints and tessellates a `.uph` stream beside the page: the module Worker of `uph-three.js`.
+// Decodes, paints and tessellates a `.uph` stream off the main thread: the module Worker of `uph-three.js`.
 //
 // In:  open {maxTextureSize, maxTexels, eye, pixels, onPage, sketches}
-//                                         once, first; `eye`, maybe, is a vector toward who looks: what is near is painted first;
-//                                         the model's radius is so many `pixels` long where it is nearest: textures get about
-//                                         as many texels; without it, all;
-//                                         with `onPage` the page paints, as far as it shows the same; textures have at
-//                                         most so many texels at first, `sketches`, as their entries say;
-//                                         `whole`: nothing is decoded and shown before all has come, and a sample that
+//                                         once, first; `eye`, optional, is a vector toward the viewer: near charts are painted first;
+//                                         the model's radius is `pixels` long at its nearest point: textures get about as
+//                                         many texels; without it, all;
+//                                         with `onPage` the page paints, if it shows the same; textures have at most
+//                                         `sketches` texels at first, as their entries say;
+//                                         `whole`: nothing is decoded and shown before everything has arrived, and a sample that
 //                                         this worker has decoded is not decoded again
 //      feed {bytes}                       further bytes of the stream
 //      end {}                             there are no more
-//      limit {bytes?, coefficients?}      show a prefix only; neither: all that has come
+//      limit {bytes?, coefficients?}      show only a prefix; neither: all received bytes
 //      exemplar {picture}                 paint with it, of the exemplar's size, instead of the exemplar; null: with that again
-//      paint {}                           paint here after all
+//      paint {}                           paint in the worker after all
 //      counts {counts}                    segments of every chart, along s and along t
-//      pixels {pixels}                    it is larger now
-//      shown {buffers}                    what the last `textures` brought is on screen; buffers to use again
+//      pixels {pixels}                    the model is larger on screen now
+//      shown {buffers}                    the last `textures` are on screen; buffers to use again
 //      join {port}                        another stream: the same messages through a port of its own
-//      close {}                           nobody wants this stream any more
-//      Any may have a `ticket`: states tell the last one that was heard.
+//      close {}                           the stream is no longer wanted
+//      Any may have a `ticket`: states contain the last one that was handled.
 // Out: surface {bounds, sphere, plain, exemplar}
-//                                         spheres of the charts, and round all of them; once; what lies on no chart; height and width of the exemplar
+//                                         spheres around the charts, and around all of them; triangles on no chart; height and width of the exemplar; once
 //      meshes {pieces, counts}            geometry of the charts that changed
-//      textures {entries, state}          what changed, and what is shown then. An entry has a target (color, normal …)
+//      textures {entries, state}          changed textures, and the state that they show. An entry has a target (color, normal …)
 //                                         and is `data` for a chart; or the gutter only, `gutter`.
 //                                         Where the page paints: a map's sample, `sheet`; of what a chart is painted,
 //                                         `recipe` (see recipes.js); or a chart without data, which is to be painted of these

@@ -31,29 +31,29 @@ export function prepareWorker(address) {
   if (!hostsOf(address)[0]) start(address)
 }
 
-/** The worker at which a place is, or where there is room for another; null: a new one is to be started. */
-function hostFor(address, beside) {
+/** The worker of a place, or one with room for another; null: start a new one. */
+function hostFor(address, neighbour) {
   const known = hostsOf(address)
   const free = known.length >= MOST || known[0]?.places.size === 0 ? known[0] : null
-  return known.find(({ places }) => places.has(beside)) ?? free
+  return known.find(({ places }) => places.has(neighbour)) ?? free
 }
 
 /**
- * A place for a stream, to be used as a `Worker`: at the worker that `beside`, a place, is at; else at one that has none yet, at a new one, or
- * where there are fewest.
+ * A place for a stream, to be used as a `Worker`: at the worker of `neighbour`, another place, if given; else at a worker without places, at a new one, or
+ * at the one with the fewest.
  */
-export function takeWorker(address, beside = null) {
+export function takeWorker(address, neighbour = null) {
   const early = globalThis.upholsterEarly
   if (early?.worker && !address) {
     start(address, early.worker)
     early.worker = null
   }
-  const host = hostFor(address, beside) ?? start(address)
+  const host = hostFor(address, neighbour) ?? start(address)
   const { port1: place, port2: port } = new MessageChannel()
   host.worker.postMessage({ kind: 'join', port }, [port])
   host.places.add(place)
   // This function, which lives as long as the stream, knows none of those before: they are freed.
-  // A worker ends with its last stream. One that ends before others is told so, and does no more.
+  // A worker ends with its last stream. A stream that is closed before others stops its work.
   place.terminate = () => {
     place.postMessage({ kind: 'close' })
     place.close()

@@ -14,7 +14,7 @@ export interface Picture {
 
 export type Samples = Uint8Array | Uint16Array | Float32Array
 
-/** The steps laid over a rectangle of a face, across its patches: rows go with s, from s0 to s1, columns with t. Texels are painted on them. */
+/** The grid of steps over a rectangle of a face, across its patches: rows follow s, from s0 to s1, columns follow t. Texels are painted on it. */
 export interface Chart {
   face: number
   height: number
@@ -69,10 +69,10 @@ export type Surface =
   | {
       kind: 'mesh'
       name: string
-      /** Length of the model's unit in metres; null where it is not told. */
+      /** Length of the model's unit in metres; null if it is not stored. */
       metres: number | null
       parts: string[]
-      /** One null for each island: charts name islands as their faces. */
+      /** One null for each island: a chart's face is its island. */
       faces: null[]
       /** Per triangle three vertices, counter-clockwise seen from outside; its island, −1 for none; its part. */
       triangles: Int32Array
@@ -87,93 +87,93 @@ export type Surface =
     }
   | { kind: 'nets'; name: string; tolerance: number; faces: Face[]; patches: Patch[]; patchCount: number; shared: Shared[]; points: Collapsed[] }
 
-/** What a piece of a stream changed. */
+/** Changes from a piece of a stream. */
 export interface Changes {
-  /** Whether the surface has come. */
+  /** Whether the surface has arrived. */
   surface: boolean
-  /** Whether the exemplar got better, and with it the texels of every chart. */
+  /** Whether the exemplar has improved, and with it the texels of every chart. */
   exemplar: boolean
-  /** Maps that came or got better, by role; 'albedo' is the exemplar. */
+  /** New or improved maps, by role; 'albedo' is the exemplar. */
   roles: string[]
-  /** Charts that got placements, labels or nodes of their warp fields, rising. */
+  /** Charts with new placements, labels or nodes of their warp fields, in rising order. */
   charts: number[]
 }
 
-/** What a stream may ask for, within what the format allows (SPEC.md, 9). What is not told goes with the texels. */
+/** Limits of a stream's demands, within those of the format (SPEC.md, 9). A limit that is not given follows from the texels. */
 export interface Limits {
-  /** Of all charts together, in steps and as they are painted by default, 1 to 2³¹; 2²⁸ by default. */
+  /** Texels of all charts together, in steps and as painted by default, 1 to 2³¹; 2²⁸ by default. */
   texels?: number
-  /** Height × width × channels of all maps together; one a texel, 65,536 to 12.8 million. */
+  /** Height × width × channels of all maps together; by default one per texel, 65,536 to 12.8 million. */
   samples?: number
-  /** One for 256 texels, 4096 to 262,144. */
+  /** By default one per 256 texels, 4096 to 262,144. */
   charts?: number
-  /** Of a mesh; one for 8 texels, 4096 to 1,048,576. */
+  /** Triangles of a mesh; by default one per 8 texels, 4096 to 1,048,576. */
   triangles?: number
 }
 
-/** What of a chart is painted. */
+/** The map and the rows to paint. */
 export interface Painting {
   /** The map; 'albedo' by default. */
   role?: string
-  /** Texels a step, each way, 1/64 to 64; those that the stream is to be painted with by default. */
+  /** Texels per step, each way, 1/64 to 64; by default the stream's own density. */
   density?: number
   /** Rows [start, stop) of the painted chart; all of them by default. */
   start?: number
   stop?: number
 }
 
-/** Decodes a `.uph` stream as its bytes come, in pieces of any size. */
+/** Decodes a `.uph` stream as its bytes arrive, in pieces of any size. */
 export class UphDecoder {
-  /** A stream that asks for more than the limits is refused. Throws `RangeError` for limits that are none. */
+  /** A stream that exceeds the limits is refused. Throws `RangeError` for wrong limits. */
   constructor(options?: { limits?: Limits })
   /** Bytes fed so far. */
   readonly received: number
-  /** Length of the whole file; null before its header has come. */
+  /** Length of the whole file; null before its header has arrived. */
   readonly total: number | null
-  /** How many bytes are missing at least until something can be shown: 0 from then on. */
+  /** Least number of missing bytes until something can be shown: 0 from then on. */
   readonly needed: number
-  /** Whether the whole file has come and every CRC is right. */
+  /** Whether the whole file has arrived and every CRC is right. */
   readonly complete: boolean
   readonly surface: Surface | null
   readonly charts: readonly Chart[]
-  /** How many charts have a placement of their own; the others show the exemplar about its middle. */
+  /** Number of charts that have a placement of their own; the others show the middle of the exemplar. */
   readonly chartsKnown: number
-  /** How many placements are known, and how many there are; 0 before that is told. They come from coarse to fine, to all charts. */
+  /** Number of known placements, and of all; 0 before that is known. They are coded from coarse to fine, over all charts. */
   readonly placements: { known: number; count: number }
-  /** Whether every placement and every label has come. */
+  /** Whether all placements and labels have arrived. */
   readonly placed: boolean
-  /** Share of the exemplar's coefficients, 0 to 1, at which its decoding ends, whatever else comes; 1 at first. */
+  /** Share of the exemplar's coefficients, 0 to 1, at which its decoding ends, even if more bytes arrive; initially 1. */
   mostCoefficients: number
-  /** Take further bytes. Throws `UphError` for a damaged stream, from then on always. */
+  /** Take further bytes. Throws `UphError` for a damaged stream, also in all later calls. */
   feed(bytes: Uint8Array): Changes
   /** Roles of the maps announced so far: 'albedo', the exemplar's, is the first. */
   readonly roles: string[]
-  /** How many of a map's coefficients are significant so far, of how many, and whether these are all. */
+  /** Number of a map's coefficients that are significant so far, number of all, and whether decoding is complete. */
   coefficients(role?: string): { known: number; count: number; complete: boolean }
-  /** A map of the exemplar as far as it has come. Throws `RangeError` while bytes are needed. */
+  /** A map of the exemplar from the bytes received. Throws `RangeError` while bytes are needed. */
   exemplar(role?: string): Picture
   /**
    * Paint with another picture of the exemplar's height and width, as `upholster.paint` does; null: with the exemplar again. Where the
    * sizes differ, painting throws `RangeError`.
    */
   replaceExemplar(picture: Picture | null): void
-  /** Height and width of the exemplar, and so of every map, once nothing is needed. */
+  /** Height and width of the exemplar, and so of every map, once no bytes are needed. */
   readonly exemplarSize: { height: number; width: number }
-  /** A map of the exemplar as far as it has come, as RGBA of 8 bits for the screen, see `rgba`. */
+  /** A map of the exemplar from the bytes received, as RGBA of 8 bits for the screen, see `rgba`. */
   exemplarRgba(role?: string): { height: number; width: number; data: Uint8Array }
-  /** The mean of a map as far as it has come, as one pixel of RGBA of 8 bits. */
+  /** The mean of a map from the bytes received, as one pixel of RGBA of 8 bits. */
   meanRgba(role?: string): Uint8Array
-  /** Texels a step, each way, with which the stream is to be painted; 1 before that is known. */
+  /** The stream's own density, in texels per step each way; 1 before it is known. */
   readonly density: number
-  /** Height and width in texels of a chart as it is painted; `density` is `this.density` by default, 1/64 to 64. */
+  /** Height and width in texels of a painted chart; `density` is `this.density` by default, 1/64 to 64. */
   paintedSize(index: number, density?: number): { height: number; width: number }
   /**
-   * Texels of a chart as far as it is known: as `exemplar(role).data`. Those of 'normal' lie in the texels' own frame: their vectors are
-   * turned with the texture. Where labels are still to come, each place shows the nearest placement. Any density shows the same picture.
+   * Texels of a chart from the bytes received, in the form of `exemplar(role).data`. Those of 'normal' are in the texels' own frame: their vectors are
+   * turned with the texture. Where labels have not arrived, each place shows the nearest placement. Any density shows the same picture.
    */
   texels(index: number, options?: Painting): Samples
   /**
-   * The same for the screen: RGBA of 8 bits, written into `into`, which is made if there is none, and returned. Grey
+   * The same for the screen: RGBA of 8 bits, written into `into`, which is created if missing, and returned. Grey
    * becomes RGB, alpha is 255 where a map has none; 16 bits are rounded to 8, and floats, which are linear, become
    * sRGB codes where the map is a colour ('albedo', 'emission'). Throws `RangeError` where it does not fit.
    */
@@ -189,15 +189,15 @@ export class UphDecoder {
   ): Into
 }
 
-/** Decodes an `.ezw` image as its bytes come, in pieces of any size. */
+/** Decodes an `.ezw` image as its bytes arrive, in pieces of any size. */
 export class EzwDecoder {
-  /** An image of more samples than the limits is refused. */
+  /** An image with more samples than the limits allow is refused. */
   constructor(options?: { limits?: Limits })
   readonly received: number
   readonly needed: number
   readonly complete: boolean
   /** Take further bytes; returns whether the image changed. Throws `UphError` for a damaged file. */
   feed(bytes: Uint8Array): boolean
-  /** The image as far as it has come. Throws `RangeError` while bytes are needed. */
+  /** The image from the bytes received. Throws `RangeError` while bytes are needed. */
   image(): Picture
 }

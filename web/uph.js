@@ -11,7 +11,7 @@ import { fillLimits } from './uph/told-limits.js'
 export { UphError } from './uph/bytes.js'
 export { EzwDecoder } from './uph/ezw.js'
 
-/** Decodes a `.uph` stream as its bytes come, with the limits that a caller tells. */
+/** Decodes a `.uph` stream as its bytes arrive, with a caller's limits. */
 export class UphDecoder extends Decoder {
   constructor({ limits } = {}) {
     super({ limits: fillLimits(limits) })

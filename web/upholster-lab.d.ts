@@ -1,2 +1,2 @@
-/** The laboratory of `<upholster-viewer controls="lab">`, which the viewer loads by itself. Its names are the viewer's own matter. */
+/** The laboratory of `<upholster-viewer controls="lab">`, which the viewer loads by itself. Its names are internal to the viewer. */
 export {}

@@ -1,5 +1,5 @@
 /**
- * `<upholster-viewer src="ring.uph">`: shows a `.uph` stream while it comes, which a person can turn.
+ * `<upholster-viewer src="ring.uph">`: shows a `.uph` stream while it arrives; the user can turn the model.
  *
  * Attributes: src, alt, exemplar, worker, painting, view, background, environment, controls, autorotate; see `upholster-viewer.d.ts`. Needs WebGL2, and
  * nothing that a strict content security policy forbids.
@@ -116,7 +116,7 @@ export class UpholsterViewer extends HTMLElement {
     else this.setAttribute('src', address)
   }
 
-  /** What the picture shows, in words, for those who do not see it. */
+  /** A description of the picture, for users who do not see it. */
   get alt() {
     return this.getAttribute('alt') ?? ''
   }
@@ -268,7 +268,7 @@ export class UpholsterViewer extends HTMLElement {
     const title = 'This browser can not show 3D models.'
     const advice = 'It has no WebGL2, or WebGL2 is switched off.'
     this.#ui.fail(title, advice, this)
-    this.#tell(title, error, advice)
+    this.#reportError(title, error, advice)
   }
 
   /** Let attributes and the system's settings have their effect. */
@@ -285,7 +285,7 @@ export class UpholsterViewer extends HTMLElement {
     this.#stage.autorotate = this.hasAttribute('autorotate') && !REDUCED_MOTION.matches
   }
 
-  /** The laboratory comes when it is asked for: a page without it does not load it. */
+  /** Load the laboratory when it is requested: a page without it does not load it. */
   async #openLab() {
     const wanted = this.getAttribute('controls') === 'lab'
     if (wanted === (this.#lab !== null)) return
@@ -311,7 +311,7 @@ export class UpholsterViewer extends HTMLElement {
       const environment = address ? await (await import('./upholster-environment.js')).loadEnvironment(address) : null
       if (this.#stage && address === this.getAttribute('environment')) this.#stage.environment = environment
     } catch (error) {
-      this.#tell(`environment ${address} can not be loaded`, error)
+      this.#reportError(`environment ${address} can not be loaded`, error)
     }
   }
 
@@ -325,7 +325,7 @@ export class UpholsterViewer extends HTMLElement {
       const picture = response ? await response.blob() : null
       if (model && model === this.model && address === this.getAttribute('exemplar')) await model.setExemplar(picture)
     } catch (error) {
-      this.#tell(`exemplar ${address} can not be shown: ${error.message}`, error)
+      this.#reportError(`exemplar ${address} can not be shown: ${error.message}`, error)
     }
   }
 
@@ -356,7 +356,7 @@ export class UpholsterViewer extends HTMLElement {
   }
 
   #opened(source, { before = null, whole = false } = {}) {
-    let session = null // bytes that are here already are told of before there is one
+    let session = null // bytes that have already arrived are reported before there is one
     const onPage = Renderer.shared.paints(this.getAttribute('painting'))
     const options = { eye: axes(this.view)[2], pixels: this.#stage.pixels, onPage, whole }
     const notify = (type, event) => {
@@ -391,10 +391,10 @@ export class UpholsterViewer extends HTMLElement {
     if (type === 'refine' || type === 'geometry') stage.refresh({ shape: type === 'geometry' })
     this.#refresh()
     if (type === 'first' || type === 'refine' || type === 'complete') this.#report(session, type)
-    if (type === 'error') this.#tell(session.problem.title, event.error, session.problem.advice)
+    if (type === 'error') this.#reportError(session.problem.title, event.error, session.problem.advice)
   }
 
-  /** Report what is on screen once it is. */
+  /** Report the state of the picture once it is on screen. */
   async #report(session, type) {
     await this.#stage.drawn()
     if (session !== this.#session || (session.model.isBare && type !== 'complete')) return
@@ -410,8 +410,8 @@ export class UpholsterViewer extends HTMLElement {
     this.#emit(type, { ...session.model.shown, milliseconds: time })
   }
 
-  /** Tell screen readers and the page what is wrong. */
-  #tell(message, error, advice = '') {
+  /** Report an error to screen readers and the page. */
+  #reportError(message, error, advice = '') {
     this.#ui.say(`${message} ${advice}`)
     this.#emit('error', { message, error })
   }

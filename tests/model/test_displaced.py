@@ -364,7 +364,7 @@ def test_conditions_make_a_box() -> None:
     assert box.tolist() == [[-2, -np.inf, -np.inf], [5, np.inf, 1]]
     with pytest.raises(InputError, match="keep's conditions on y hold nowhere together"):
         kept_box(read_conditions("y<1 and y>2"), None)
-    with pytest.raises(InputError, match="keep's bound is '1mm', and this model does not tell"):
+    with pytest.raises(InputError, match="keep's bound is '1mm', and this model does not state"):
         kept_box(read_conditions("z<1mm"), None)
 
 

@@ -107,7 +107,7 @@ def rebuilt(data: Any, change: Any) -> Any:
         ("R", b"\2a!" + b"\0" * 20, "map 'a!' is not allowed"),
         ("R", b"\2ab" + bytes([32, 0, 39, 0, 1, 1, 0, 0, 0, 0, 0]), "map 'ab' is 39×32×1"),
         ("R", b"\2ab" + bytes([32, 0, 40, 0, 1, 1, 0, 0, 0, 0, 0, 9]), "1 bytes too many"),
-        ("F", b"\0\0", "chunk 'F' comes twice|chunk 'F' comes behind 'Q'"),
+        ("F", b"\0\0", "chunk 'F' comes twice|chunk 'F' comes after 'Q'"),
     ],
 )
 def test_malformed_maps_are_refused(tag: Any, payload: Any, message: Any) -> None:

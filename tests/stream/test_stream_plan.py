@@ -240,7 +240,7 @@ def test_layers_that_differ_are_refused() -> None:
     refused(replace(quilt, labels=fewer, placements=placed), "second layer; allowed in a stream: all")
     half = tuple(replace(one, half=True) for one in quilt.labels[0])
     refused(
-        replace(quilt, labels=(half, *quilt.labels[1:])), "moved by half; allowed in a stream: all or none"
+        replace(quilt, labels=(half, *quilt.labels[1:])), "shifted by half; allowed in a stream: all or none"
     )
 
 

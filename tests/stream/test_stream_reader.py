@@ -96,7 +96,7 @@ def test_strict_reading_refuses_every_cut_and_every_addition() -> None:
     for n in [*range(80), *range(80, len(data), 37)]:
         with pytest.raises(FormatError, match=f"^byte {n}: file is cut; needs .* more bytes"):
             read_stream(data[:n])
-    with pytest.raises(FormatError, match=f"byte {len(data)}: 1 bytes behind the end"):
+    with pytest.raises(FormatError, match=f"byte {len(data)}: 1 bytes after the end"):
         read_stream(data + b"\0")
 
 
@@ -128,7 +128,7 @@ def test_chunks_out_of_order_or_missing_are_refused() -> None:
         (lambda c: [*c[:3], c[0], *c[3:]], "chunk 'S' comes twice"),
         (lambda c: c[:5], "file ends before its placements do"),
         (lambda c: c[:4], "file ends without exemplar or placements"),
-        (lambda c: [*c[:5], (c[5][0], c[5][1] + b"\0\0\0\0\0"), *c[6:]], "mean nothing"),
+        (lambda c: [*c[:5], (c[5][0], c[5][1] + b"\0\0\0\0\0"), *c[6:]], "are unused"),
         (lambda c: [*c[:2], (c[2][0], c[2][1] + b"\0"), *c[3:]], "1 bytes too many in image header"),
     ]:
         with pytest.raises(FormatError, match=message) as error:

@@ -96,7 +96,7 @@ export class ChartPart {
   #isJump(axis, line) {
     const { first, last } = this.axes[1 - axis]
     return range(last - first + 1, (k) => first + k).some((along) => {
-      const [before, behind] = [line - 1, line].map((at, side) => {
+      const [before, after] = [line - 1, line].map((at, side) => {
         const patch = this.#patches[axis ? this.#number(along, at) : this.#number(at, along)]
         const [us, vs] = axis ? [INSIDE, [1 - side]] : [[1 - side], INSIDE]
         return evaluate(patch, basis(patch.m, us), basis(patch.n, vs))
@@ -104,8 +104,8 @@ export class ChartPart {
       const zero = new Float64Array(3)
       return INSIDE.some((_, k) => {
         const at = 9 * k + 3 + 3 * axis
-        const longer = Math.max(distance(before, at, zero, 0), distance(behind, at, zero, 0))
-        return distance(before, at, behind, at) > JUMP * longer
+        const longer = Math.max(distance(before, at, zero, 0), distance(after, at, zero, 0))
+        return distance(before, at, after, at) > JUMP * longer
       })
     })
   }

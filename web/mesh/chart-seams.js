@@ -52,7 +52,7 @@ function withoutOverlaps(spans) {
     })
 }
 
-/** The first of spans that ends behind x. */
+/** The first of the spans that end after x. */
 function firstBehind(spans, x) {
   let [from, to] = [0, spans.length]
   while (from < to) {
@@ -111,9 +111,9 @@ export class ChartSeams {
     const sorted = borders.map(withoutOverlaps)
     for (const point of points) this.#markPoints(sorted[point.edge], point)
     for (const seam of shared) cutSeam(sorted[seam.a], sorted[seam.b], seam, add)
-    for (const { before, behind, length } of lines) {
+    for (const { before, after, length } of lines) {
       const straight = { a0: 0, a1: length, b0: 0, b1: length }
-      cutSeam(withoutOverlaps(before), withoutOverlaps(behind), straight, add)
+      cutSeam(withoutOverlaps(before), withoutOverlaps(after), straight, add)
     }
     for (const views of this.sides) this.#joinCorners(views)
     for (let k = 0; k < this.#roots.length; k++) this.#roots[k] = this.#root(k)
@@ -167,14 +167,14 @@ function collectSpans(faces, charts) {
   charts.forEach(({ face, s0, s1, t0, t1 }, n) => {
     const { rows, columns } = faces[face]
     for (let k = 0; k < 4; k++) {
-      const isBehind = k === 0 || k === 3 // the chart lies behind this line
+      const isAfter = k === 0 || k === 3 // the chart is after this line
       const at = Math.round([s0, t1, s1, t0][k] * LINES)
       const span = { side: 4 * n + k, low: k & 1 ? s0 : t0, high: k & 1 ? s1 : t1 }
       if (at === [0, columns, rows, 0][k] * LINES) borders[4 * face + k].push(span)
       else {
         const key = `${face} ${k & 1} ${at}`
-        if (!lines.has(key)) lines.set(key, { before: [], behind: [], length: k & 1 ? rows : columns })
-        lines.get(key)[isBehind ? 'behind' : 'before'].push(span)
+        if (!lines.has(key)) lines.set(key, { before: [], after: [], length: k & 1 ? rows : columns })
+        lines.get(key)[isAfter ? 'after' : 'before'].push(span)
       }
     }
   })

@@ -1,8 +1,8 @@
-/** Several models that are parts of one: each stream covers some of its charts. Drawn as one, with one floor and one shadow. */
+/** Several models that are parts of one: each stream covers some of its charts. They are drawn as one, with one floor and one shadow. */
 
 const FORWARDED = ['progress', 'refine', 'geometry', 'error']
 
-/** Stands for its `parts` wherever a `Model` does. Events are those of a model: `first` and `complete` when all parts are so far. */
+/** Replaces a `Model` by its `parts`. Events are those of a model: `first` and `complete` when all parts have reached that state. */
 export class Group extends EventTarget {
   sphere = { center: [0, 0, 0], radius: 1 }
 
@@ -11,9 +11,9 @@ export class Group extends EventTarget {
     super()
     this.parts = parts
     for (const part of parts) {
-      for (const type of FORWARDED) part.addEventListener(type, (event) => this.#tell(type, event.told))
+      for (const type of FORWARDED) part.addEventListener(type, (event) => this.#notify(type, event.detail))
       part.addEventListener('first', () => this.first && this.#begin())
-      part.addEventListener('complete', () => this.complete && this.#tell('complete', {}))
+      part.addEventListener('complete', () => this.complete && this.#notify('complete', {}))
     }
   }
 
@@ -74,15 +74,15 @@ export class Group extends EventTarget {
   #begin() {
     this.sphere = enclosing(this.parts.map((part) => part.sphere))
     for (const part of this.parts) part.sphere = this.sphere
-    this.#tell('first', {})
+    this.#notify('first', {})
   }
 
   #sum(name) {
     return this.parts.reduce((sum, part) => sum + (part[name] ?? 0), 0)
   }
 
-  #tell(type, told) {
-    this.dispatchEvent(Object.assign(new Event(type), told, { told }))
+  #notify(type, detail) {
+    this.dispatchEvent(Object.assign(new Event(type), detail, { detail }))
   }
 }
 

@@ -1,16 +1,16 @@
-/** Charts with geometry and textures, as a stream's worker makes them: what the viewer draws, and what scenes of three.js are made of. */
+/** Charts with geometry and textures from a stream's worker: the viewer draws them, and scenes of three.js are built from them. */
 
 import { SKETCHED_TEXELS, UphClient } from '../uph-client.js'
 import { putGutter } from '../uph-gutter.js'
 import { Detail } from './detail.js'
 
 /**
- * Texture side that the graphics card is sure to take; larger charts are halved. So are all where there are more texels. And how far the
- * mesh may be from the surface, in pixels.
+ * Texture side that every graphics card supports; larger charts are halved, and all charts if there are more texels. And the largest distance
+ * of the mesh from the surface, in pixels.
  */
 export const LIMITS = { maxTextureSize: 4096, maxTexels: 2 ** 26, errorPixels: 0.4 }
 
-/** How many pixels wide a texel may be until more of them are asked for. */
+/** Width of a texel in pixels from which more texels are requested. */
 const WIDEST_TEXEL = 1.1
 
 let version = 0
@@ -46,9 +46,9 @@ export class Model extends EventTarget {
 
   /**
    * @param {Worker} worker that runs uph-worker.js
-   * @param {object} [options] limits other than `LIMITS`; `eye`, a vector toward who looks; `pixels`, how long the model's radius is where it
-   *   is nearest: without it, all texels are painted; `onPage`: the graphics card paints, not the worker; `whole`: nothing is shown before all
-   *   has come
+   * @param {object} [options] limits other than `LIMITS`; `eye`, a vector toward the viewer; `pixels`, the length of the model's radius at its
+   *   nearest point: without it, all texels are painted; `onPage`: the graphics card paints, not the worker; `whole`: nothing is shown before
+   *   everything has arrived
    */
   constructor(worker, { eye, pixels = Infinity, onPage, ...limits } = {}) {
     super()
@@ -66,7 +66,7 @@ export class Model extends EventTarget {
     this.#client = new UphClient(worker, { ...most, eye, pixels, onPage, sketches: SKETCHED_TEXELS }, view)
   }
 
-  /** What bytes are fed to. */
+  /** The receiver of bytes. */
   get client() {
     return this.#client
   }
@@ -75,7 +75,7 @@ export class Model extends EventTarget {
     return this.#client.received
   }
 
-  /** Length of the whole stream; null before its header has come. */
+  /** Length of the whole stream; null before its header has arrived. */
   get total() {
     return this.#client.total
   }
@@ -89,7 +89,7 @@ export class Model extends EventTarget {
     return this.#client.first
   }
 
-  /** What there is to draw: geometries of charts that have one, and of what lies on none. */
+  /** The geometries to draw: those of charts, and that of triangles on no chart. */
   get geometries() {
     return [...this.charts.map(({ geometry }) => geometry), this.plain].filter(Boolean)
   }
@@ -98,7 +98,7 @@ export class Model extends EventTarget {
     return Math.round(this.charts.reduce((sum, { geometry }) => sum + (geometry?.indices.length ?? 0), 0) / 6)
   }
 
-  /** Show a prefix only: {bytes}, or {coefficients}, a share of 0 to 1; null shows all that has come. */
+  /** Show a prefix only: {bytes}, or {coefficients}, a share of 0 to 1; null shows all received bytes. */
   setLimit(limit) {
     this.#client.send({ kind: 'limit', ...limit })
   }
@@ -108,22 +108,22 @@ export class Model extends EventTarget {
     return this.#client.setExemplar(image)
   }
 
-  /** Resolves when all that has come, up to the limit, is in the textures. */
+  /** Resolves when all received bytes, up to the limit, are in the textures. */
   settled() {
     return this.#client.settled()
   }
 
-  /** What has come so far. */
+  /** The bytes received so far. */
   bytes() {
     return this.#client.bytes()
   }
 
-  /** Stop receiving: what is shown stays. */
+  /** Stop receiving: the picture stays. */
   abort() {
     this.#client.abort()
   }
 
-  /** The graphics card can not paint after all: the worker is to. */
+  /** The graphics card can not paint after all: let the worker paint. */
   paintInWorker() {
     this.onPage = false
     this.isBare = true // until a texture of it is here
@@ -131,7 +131,7 @@ export class Model extends EventTarget {
     this.#client.send({ kind: 'paint' })
   }
 
-  /** The charts are seen so large: have them tessellated and painted for that. `eye` is in the model's own space. */
+  /** Tessellate and paint the charts for this size on screen. `eye` is in the model's own space. */
   measure(eye, pixelsAtOne, near) {
     const perUnit = ({ center, radius }) => pixelsAtOne / Math.max(Math.hypot(...center.map((x, k) => x - eye[k])) - radius, near)
     this.charts.forEach(({ bounds }, chart) => this.measureChart(chart, perUnit(bounds)))
@@ -141,12 +141,12 @@ export class Model extends EventTarget {
     this.#client.send({ kind: 'pixels', pixels })
   }
 
-  /** A chart is seen so large: have it tessellated for that. */
+  /** Tessellate a chart for this size on screen. */
   measureChart(chart, perUnit) {
     this.#detail?.measure(chart, perUnit)
   }
 
-  /** Resolves when the geometry is as fine as so many pixels to the unit need. */
+  /** Resolves when the geometry is fine enough for this many pixels per unit. */
   async refineTo(perUnit) {
     const detail = this.#detail
     detail.leastPerUnit = perUnit
@@ -161,7 +161,7 @@ export class Model extends EventTarget {
   }
 
   #notify(type, detail = {}) {
-    this.dispatchEvent(Object.assign(new Event(type), detail, { told: detail }))
+    this.dispatchEvent(Object.assign(new Event(type), detail, { detail }))
   }
 
   #begin({ bounds, sphere, plain }) {
@@ -177,9 +177,9 @@ export class Model extends EventTarget {
     if (this.first) this.#notify('geometry')
   }
 
-  /** Take over one texture; returns the memory of the one before. */
-  #takeTexture({ chart, target, height, width, data, gutter, role, sheet, recipe, roles, ...told }) {
-    if (sheet) this.#sheets[role] = { data, height, width, ...told }
+  /** Take over one texture; returns the memory of the previous one. */
+  #takeTexture({ chart, target, height, width, data, gutter, role, sheet, recipe, roles, ...rest }) {
+    if (sheet) this.#sheets[role] = { data, height, width, ...rest }
     else if (recipe) this.charts[chart].recipe = { ...recipe, numbers: data }
     // No data: a recipe, sent before the worker heard that it is to paint.
     if (sheet || recipe || !(data || this.onPage)) return null

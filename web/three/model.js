@@ -1,4 +1,4 @@
-/** The model that a loader gives: it shows what its worker decodes, paints and tessellates. */
+/** The model that a loader returns: its worker decodes, paints and tessellates it. */
 
 import { BufferGeometry, Group, LineBasicMaterial, LineSegments, Mesh, Sphere, SRGBColorSpace, Vector2, Vector3 } from 'three'
 import { Model } from '../model/model.js'
@@ -30,20 +30,20 @@ export class UphModel extends Group {
     this.type = 'UphModel'
     this.outlines = new LineSegments(new BufferGeometry(), new LineBasicMaterial({ color: 0x2266ff }))
     this.outlines.visible = false
-    this.outlines.raycast = () => {} // rays hit what is invisible, too
+    this.outlines.raycast = () => {} // rays would hit invisible objects, too
     this.add(this.outlines)
     this.#model = new Model(worker, limits)
     for (const type of EVENTS) {
-      this.#model.addEventListener(type, ({ told }) => {
+      this.#model.addEventListener(type, ({ detail }) => {
         if (type === 'first') this.#begin()
         if (type === 'first' || type === 'geometry') this.#takeMeshes()
         if (type === 'first' || type === 'refine') this.#takeTextures()
-        this.dispatchEvent({ type, ...told })
+        this.dispatchEvent({ type, ...detail })
       })
     }
   }
 
-  /** What bytes are fed to. */
+  /** The receiver of bytes. */
   get client() {
     return this.#model.client
   }
@@ -52,7 +52,7 @@ export class UphModel extends Group {
     return this.#model.received
   }
 
-  /** Length of the whole stream; null before its header has come. */
+  /** Length of the whole stream; null before its header has arrived. */
   get total() {
     return this.#model.total
   }
@@ -82,26 +82,26 @@ export class UphModel extends Group {
     return this.#model.quads
   }
 
-  /** What has come so far. */
+  /** The bytes received so far. */
   bytes() {
     return this.#model.bytes()
   }
 
-  /** Show a prefix only: {bytes}, or {coefficients}, a share of 0 to 1; null shows all that has come. */
+  /** Show a prefix only: {bytes}, or {coefficients}, a share of 0 to 1; null shows all received bytes. */
   setLimit(limit) {
     this.#model.setLimit(limit)
   }
 
   /**
    * Show the model with another sample in place of its own, as `upholster.paint` does: one of the same shape, such as another
-   * colour of the same cloth. `image` is what a canvas draws, a Blob or ImageData; null: the stream's own. Nothing is loaded for it.
-   * Resolves when it is in the textures, or another call took its place.
+   * colour of the same cloth. `image` is an image source of a canvas, a Blob or ImageData; null: the stream's own. Nothing is loaded for it.
+   * Resolves when it is in the textures, or another call has replaced it.
    */
   setExemplar(image) {
     return this.#model.setExemplar(image)
   }
 
-  /** Resolves when all that has come, up to the limit, is in the textures. */
+  /** Resolves when all received bytes, up to the limit, are in the textures. */
   settled() {
     return this.#model.settled()
   }
@@ -131,7 +131,7 @@ export class UphModel extends Group {
     for (const material of this.#materials) material.wireframe = on
   }
 
-  /** Stop receiving: what is shown stays. */
+  /** Stop receiving: the picture stays. */
   abort() {
     this.#model.abort()
   }
@@ -187,7 +187,7 @@ export class UphModel extends Group {
     this.outlines.geometry = outlineGeometry(charts.map(({ geometry }) => geometry))
   }
 
-  /** Let materials have the textures that have come. */
+  /** Give materials the received textures. */
   #takeTextures() {
     const { charts, roles, alpha, mean } = this.#model
     this.#meshes.forEach((mesh, chart) => {

@@ -15,7 +15,7 @@ const RECIPROCALS = Int32Array.from(range(1024), (n) => Math.round(16384 / (n + 
 /** The most counters that one bit is predicted from. */
 export const MAX_INPUTS = 5
 
-const TOLD_LIMIT = 255
+const CODED_LIMIT = 255
 
 /** Decodes bits. A caller puts counters into `input`, then asks for the bit that they and a mixer predict. */
 export class BitDecoder {
@@ -78,17 +78,17 @@ export class BitDecoder {
     return bit
   }
 
-  /** The next bit by one counter alone; −1 as above. */
-  told(counter) {
+  /** The next bit, coded with a single counter; −1 as above. */
+  coded(counter) {
     const bit = this.#settle(clamp(this.counters[counter] >> 14, 16, 65520))
-    if (bit >= 0) this.#adapt(counter, bit, TOLD_LIMIT)
+    if (bit >= 0) this.#adapt(counter, bit, CODED_LIMIT)
     return bit
   }
 
   /** The same, waiting where bytes are missing. */
   *wait(counter) {
     let bit
-    while ((bit = this.told(counter)) < 0) yield
+    while ((bit = this.coded(counter)) < 0) yield
     return bit
   }
 

@@ -52,7 +52,7 @@ export class ChunkReader {
   }
 
   #checkLength() {
-    if (this.received > this.total) fail(`${this.received - this.total} bytes behind the end of the file`, this.total)
+    if (this.received > this.total) fail(`${this.received - this.total} bytes after the end of the file`, this.total)
   }
 
   #readHeader() {
@@ -60,7 +60,7 @@ export class ChunkReader {
     head.subarray(0, 4).forEach((byte, n) => {
       if (byte === MAGIC[n]) return
       if (n < 3) fail('this is no .uph stream', n)
-      fail(`version is ${byte}; allowed: ${MAGIC[3]}; ${byte > MAGIC[3] ? 'a newer decoder reads it' : 'it was never released: make it anew'}`, n)
+      fail(`version is ${byte}; allowed: ${MAGIC[3]}; ${byte > MAGIC[3] ? 'a newer decoder reads it' : 'it was never released: make the file again'}`, n)
     })
     if (head.subarray(4).filter((byte) => byte < 128).length < 2 && head.length < 14) return false
     const reader = new ByteReader(head.subarray(4), 4)
@@ -100,7 +100,7 @@ export class ChunkReader {
     if (!/[A-Za-z]/.test(tag)) fail(`tag is byte ${tag.charCodeAt(0)}; allowed: letters`, offset)
     const length = reader.varint(`length of chunk ${tag}`, Math.max(0, this.total - offset - 6))
     const payload = offset + reader.place
-    if (payload + length + CRC_BYTES > this.total) fail(`chunk ${tag} ends behind the end of the file`, offset)
+    if (payload + length + CRC_BYTES > this.total) fail(`chunk ${tag} ends after the end of the file`, offset)
     if (++this.count > MAX_CHUNKS) fail(`chunk ${this.count}; allowed: ${MAX_CHUNKS} in a file`, offset)
     this.chunk = { tag, length, offset, payload, left: length, crc: crc32(head.subarray(0, reader.place), 0) }
     return reader.place
@@ -111,7 +111,7 @@ export class ChunkReader {
       if (tag < 'a') fail(`unknown chunk ${tag}`, offset)
       return
     }
-    if (tag === 'F' && this.seen.includes('Q')) fail('chunk F comes behind Q', offset)
+    if (tag === 'F' && this.seen.includes('Q')) fail('chunk F comes after Q', offset)
     if (!ANY_NUMBER.includes(tag) && this.seen.includes(tag)) fail(`chunk ${tag} comes twice`, offset)
     if (!this.seen.includes(NEEDS[tag])) fail(`chunk ${tag} comes before ${NEEDS[tag]}`, offset)
     if (length > LONGEST[tag]) fail(`chunk ${tag} has ${length} bytes; allowed: ${LONGEST[tag]}`, offset)

@@ -1,4 +1,4 @@
-/** The decoder of `.uph` streams: what chunks bring, and what can be painted of it. */
+/** The decoder of `.uph` streams: reads chunks, and paints from the bytes received. */
 
 import { ByteReader, GrowingBytes, UphError } from './bytes.js'
 import { ChunkReader } from './chunks.js'
@@ -17,9 +17,9 @@ import { parseSurface } from './surface.js'
 const MAX_MAPS = 16
 const MAX_DENSITY = 64
 const STRIP_ROWS = 64 // painted at once
-const CAUTION = 64 // coefficients that a byte hardly ever tells of
+const CAUTION = 64 // a byte rarely codes more coefficients than this
 
-/** Decodes a `.uph` stream as its bytes come. */
+/** Decodes a `.uph` stream as its bytes arrive. */
 export class UphDecoder {
   #file = new ChunkReader((chunk, part, whole) => this.#take(chunk, part, whole))
   #payload = new GrowingBytes() // of a chunk that is read when it is whole
@@ -35,8 +35,8 @@ export class UphDecoder {
   #limits
 
   /**
-   * `limits`: what the stream may ask for, all of `LIMITS`; one that asks for more is refused. `maps`: what `finishMaps` returned where the
-   * same bytes told of the maps; then these are there at once.
+   * `limits`: the largest demands of a stream, all of `LIMITS`; a stream that exceeds one is refused. `maps`: the result of `finishMaps` for the
+   * same bytes of maps; then the maps are available immediately.
    */
   constructor({ limits = LIMITS, maps = null } = {}) {
     this.#limits = limits
@@ -44,7 +44,7 @@ export class UphDecoder {
     /** The surface and its charts; null and empty before they have come. */
     this.surface = null
     this.charts = []
-    /** Share of the exemplar's coefficients at which its decoding ends, whatever else comes. */
+    /** Share of the exemplar's coefficients at which its decoding ends, even if more bytes arrive. */
     this.mostCoefficients = 1
   }
 
@@ -75,7 +75,7 @@ export class UphDecoder {
     return this.#file.complete
   }
 
-  /** How many charts have a placement of their own; the others show the exemplar about its middle. */
+  /** Number of charts that have a placement of their own; the others show the middle of the exemplar. */
   get chartsKnown() {
     return this.#quilt?.placed ?? 0
   }
@@ -85,7 +85,7 @@ export class UphDecoder {
     return { known: this.#quilt?.known ?? 0, count: this.#quilt?.total ?? 0 }
   }
 
-  /** Whether every placement and every label has come. */
+  /** Whether all placements and labels have arrived. */
   get placed() {
     return this.#quilt?.complete ?? false
   }
@@ -197,7 +197,7 @@ export class UphDecoder {
     if (this.#maps.get(role).feed(part)) this.#noteBetter(role)
   }
 
-  /** Take a part of a map of which the first byte of the payload tells the number. */
+  /** Take a part of a map; the first byte of the payload is its number. */
   #feedFurtherMap(chunk, part) {
     if (!chunk.role) {
       if (!part.length) throw new UphError('a part of a map is empty', chunk.payload)
@@ -255,13 +255,13 @@ export class UphDecoder {
     return new MapPyramid(other, role)
   }
 
-  /** Whether maps stay as they were when somebody asked for them, whatever else comes: for a painting that goes on meanwhile. */
+  /** Whether maps stay as they were at the last request, even if more bytes arrive: for a painting in progress. */
   set isHeld(on) {
     this.#isHeld = on
     if (!on) this.#pyramids.clear()
   }
 
-  /** A map of the exemplar as far as it has come: {height, width, channels, data}. */
+  /** A map of the exemplar from the bytes received: {height, width, channels, data}. */
   exemplar(role = 'albedo') {
     return this.#pyramid(role).picture
   }
@@ -293,7 +293,7 @@ export class UphDecoder {
     return toRgba(mean, picture.channels, role)
   }
 
-  /** Texels a step, each way, with which charts are painted where nothing else is asked for. */
+  /** Default density of painting charts, in texels per step each way. */
   get density() {
     return this.#quilt?.density ?? 1
   }
@@ -333,7 +333,7 @@ export class UphDecoder {
     return into
   }
 
-  /** What a chart is painted from, see `ChartPainter`, but for the map: `chart`, `size`, `field` and `layers`. */
+  /** The inputs for painting a chart, see `ChartPainter`, without the map: `chart`, `size`, `field` and `layers`. */
   recipe(index, density) {
     const size = this.paintedSize(index, density)
     const chart = this.charts[index]
@@ -350,7 +350,7 @@ export class UphDecoder {
   }
 }
 
-/** What there is of an image all of which has come: as an `ImageDecoder`, for further bytes tell nothing new. */
+/** A complete image with the interface of an `ImageDecoder`: further bytes change nothing. */
 function finished(map, role) {
   const { header, significant, complete } = map
   return { header, significant, complete, pyramid: new MapPyramid(map.image(), role), feed: () => false }
@@ -363,7 +363,7 @@ function centred({ placements, ...layer }, field) {
   return { ...layer, placements: placements.map(withCenter) }
 }
 
-/** Where rows end, all that there are if it is not told. */
+/** The end of rows; the last row if it is not given. */
 function checkedRows(start, stop, { height }) {
   const end = stop ?? height
   if (!(start >= 0 && start <= end && end <= height)) throw new RangeError(`rows are ${start} to ${end}; allowed: 0 to ${height}`)

@@ -69,7 +69,7 @@ export class EzwDecoder {
         if (here === byte) return
         const version = n === 3 && here >= 48 && here < 58 ? here - 48 : -1
         if (version < 0) throw new UphError('this is no .ezw image', n)
-        const who = version ? 'a newer decoder reads it' : 'it was never released: make it anew'
+        const who = version ? 'a newer decoder reads it' : 'it was never released: make the file again'
         throw new UphError(`version is ${version}; allowed: 1; ${who}`, n)
       })
     }

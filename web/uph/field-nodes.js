@@ -71,16 +71,16 @@ export class FieldDecoder {
     const grids = this.grids.filter(Boolean)
     for (const stride of STRIDES) {
       for (const [n, grid] of grids.entries()) {
-        for (const [i, j, before, behind] of placesOf(grid, stride)) yield [grid, n ? grids[n - 1] : null, i, j, before, behind]
+        for (const [i, j, before, after] of placesOf(grid, stride)) yield [grid, n ? grids[n - 1] : null, i, j, before, after]
       }
     }
   }
 
   *#decode() {
     let left = [0, 0, 0, 0] // what the guesses of the node before left over
-    for (const [grid, chartBefore, i, j, before, behind] of this.#nodes()) {
+    for (const [grid, chartBefore, i, j, before, after] of this.#nodes()) {
       const rest = [0, 0, 0, 0]
-      const numbers = guessed(grid, chartBefore, before, behind)
+      const numbers = guessed(grid, chartBefore, before, after)
       for (let k = 0; k < 4; k++) {
         const context = 2 * Math.min(3, Math.abs(left[k])) + (k && rest[k - 1] ? 1 : 0)
         rest[k] = yield* decodeInteger(this.bits, k, context)
@@ -99,9 +99,9 @@ export class FieldDecoder {
   /** Give the nodes that have not come what they are guessed to be. */
   #guessOn() {
     let number = 0
-    for (const [grid, chartBefore, i, j, before, behind] of this.#nodes()) {
+    for (const [grid, chartBefore, i, j, before, after] of this.#nodes()) {
       if (number++ < this.known) continue
-      grid.nodes.set(guessed(grid, chartBefore, before, behind), 4 * (i * grid.columns + j))
+      grid.nodes.set(guessed(grid, chartBefore, before, after), 4 * (i * grid.columns + j))
     }
   }
 }
@@ -124,12 +124,12 @@ function* placesOf({ rows, columns }, stride) {
 }
 
 /** What a node is guessed to be: as one node, halfway between two, or, without any, as the first node of the chart before. */
-function guessed({ nodes }, chartBefore, before, behind) {
+function guessed({ nodes }, chartBefore, before, after) {
   if (before < 0) return chartBefore ? [...chartBefore.nodes.subarray(0, 4)] : [0, 0, 0, 0]
   const numbers = [...nodes.subarray(4 * before, 4 * before + 4)]
-  if (behind < 0) return numbers
+  if (after < 0) return numbers
   return numbers.map((number, k) => {
-    const change = nodes[4 * behind + k] - number
+    const change = nodes[4 * after + k] - number
     const middle = number + (((k === ANGLE ? foldAngle(change) : change) + 1) >> 1)
     return k === ANGLE ? middle & 255 : middle
   })

@@ -35,10 +35,10 @@ export class WarpField {
   at(row, column, out) {
     const { columns, matrices } = this
     const [above, below, down] = nodesRound(this.margin, this.rows, row)
-    const [left, beside, right] = nodesRound(this.margin, columns, column)
+    const [left, next, right] = nodesRound(this.margin, columns, column)
     for (let k = 0; k < 4; k++) {
       const first = between(matrices[4 * (above * columns + left) + k], matrices[4 * (below * columns + left) + k], down)
-      const second = between(matrices[4 * (above * columns + beside) + k], matrices[4 * (below * columns + beside) + k], down)
+      const second = between(matrices[4 * (above * columns + next) + k], matrices[4 * (below * columns + next) + k], down)
       out[k] = between(first, second, right)
     }
     return out
@@ -50,14 +50,14 @@ export class WarpField {
     const [above, below, down] = nodesRound(this.margin, this.rows, row)
     const line = new Int32Array(4 * columns)
     for (let n = 0; n < line.length; n++) line[n] = between(matrices[4 * above * columns + n], matrices[4 * below * columns + n], down)
-    let [left, beside] = [0, 0]
+    let [left, next] = [0, 0]
     for (let n = 0, before = NaN; n < places.length; n++) {
       const place = places[n] - 8
-      if (place >> 9 !== before) [left, beside] = nodesRound(this.margin, columns, places[n])
+      if (place >> 9 !== before) [left, next] = nodesRound(this.margin, columns, places[n])
       before = place >> 9
       for (let k = 0, at = 4 * n; k < 4; k++, at++) {
         const first = line[4 * left + k]
-        out[at] = left === beside ? first : between(first, line[4 * beside + k], place & 511)
+        out[at] = left === next ? first : between(first, line[4 * next + k], place & 511)
       }
     }
   }

@@ -5,7 +5,7 @@ import { ceilDivide } from './numbers.js'
 
 const OUTSIDE = -2
 
-// Counters of a candidate's bit, by its place and context; and of plain bits behind them.
+// Counters of a candidate's bit, by its place and context; and of plain bits after them.
 const CONTEXTS = 256
 const PLACES = 7
 const MOST_BITS = 20
@@ -92,12 +92,12 @@ export class LabelDecoder {
         for (let place = isSecond ? 0 : 1; place < PLACES && !bit; place++) {
           label = candidates[place]
           if (label === OUTSIDE || candidates.indexOf(label) < place) continue
-          while ((bit = bits.told(place * CONTEXTS + context)) < 0) yield
+          while ((bit = bits.coded(place * CONTEXTS + context)) < 0) yield
         }
         if (!bit) {
           label = 0
           for (let b = plain - 1; b >= 0; b--) {
-            while ((bit = bits.told(PLACES * CONTEXTS + b)) < 0) yield
+            while ((bit = bits.coded(PLACES * CONTEXTS + b)) < 0) yield
             label = 2 * label + bit
           }
           if (label >= count) fail(`label ${label} of a cell; allowed: below ${count}`)

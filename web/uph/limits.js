@@ -1,6 +1,6 @@
 /** What a stream may ask for, checked before anything is painted [9]. */
 
-/** What a stream may ask for where a caller tells nothing. */
+/** Limits of a stream's demands if the caller gives none. */
 export const LIMITS = { texels: 2 ** 28, samples: 12_800_000, charts: 2 ** 18, triangles: 2 ** 20 }
 
 /** The longest side of a chart. */

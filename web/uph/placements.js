@@ -6,7 +6,7 @@ import { INTEGER_COUNTERS, decodeInteger } from './integers.js'
 /** The most of all placements of a quilt. */
 export const MAX_PLACEMENTS = 2 ** 19
 
-/** How far from its centre a placement tells places apart, in 1/16 step. */
+/** Distance from its centre up to which a placement distinguishes places, in 1/16 step. */
 export const FARTHEST = 16383
 
 const MAX_OFFSET = 2 ** 18
@@ -18,7 +18,7 @@ const OFFSET = 2
 const OTHERS = 6
 const KINDS = 7
 
-// Counters of single bits behind them.
+// Counters of single bits after them.
 const SYMMETRY = KINDS * INTEGER_COUNTERS
 const HAS_OFFSET = SYMMETRY + 8
 const SOURCE = HAS_OFFSET + 1
@@ -32,7 +32,7 @@ export function barePlacement(chart, { height, width }) {
 
 /**
  * Decodes placements, box after box, and gives them to the layers that they are of; fail(what) is called for one that is not allowed.
- * Sources and offsets are multiples of powers of two, of which `bits` tells the exponents.
+ * Sources and offsets are multiples of powers of two, whose exponents are `bits`.
  */
 export class PlacementDecoder {
   /** How many placements are known. */

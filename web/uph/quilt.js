@@ -1,4 +1,4 @@
-/** The quilt [4]: how charts are covered, as far as chunks Q, P and M have told it. */
+/** The quilt [4]: how charts are covered, from the received parts of chunks Q, P and M. */
 
 import { CellGrid, LabelDecoder, nearestLabels } from './labels.js'
 import { range } from './numbers.js'
@@ -25,7 +25,7 @@ class Layer {
     this.isSecond = isSecond
   }
 
-  /** Whether its labels can be only one thing: then they are not told. */
+  /** Whether its labels have only one possible content: then they are not coded. */
   get isSettled() {
     return this.count === (this.isSecond ? 0 : 1)
   }
@@ -69,7 +69,7 @@ export class QuiltDecoder {
   /** From the payload of chunk Q. */
   constructor(reader, charts, exemplar) {
     const count = reader.varint('number of layers', 2, 1)
-    /** Texels a step, each way, with which charts are painted where nothing else is asked for. */
+    /** Default density of painting charts, in texels per step each way. */
     this.density = LEAST_DENSITY * 2 ** reader.u8('density', 9)
     const bits = [reader.u8('bits of sources', 4), reader.u8('bits of offsets', 7)]
     const grids = range(count).map(() => parseGrids(reader, charts))
@@ -84,7 +84,7 @@ export class QuiltDecoder {
     this.total = layers.flat().reduce((sum, { count }) => sum + count, 0)
     reader.within(this.total, 'number of placements', 1, MAX_PLACEMENTS)
     this.placements = new PlacementDecoder(this.layers.flat(), exemplar, bits, (what) => reader.fail(what))
-    /** How many charts there are whose labels are told and have not come. */
+    /** Number of charts whose labels are coded and have not arrived. */
     this.unlabelled = this.layers.filter((all) => all.some((layer) => !layer.isSettled)).length
   }
 
@@ -134,9 +134,9 @@ export class QuiltDecoder {
 
   *#decodeLabels(fail) {
     for (const [chart, layers] of this.layers.entries()) {
-      const told = layers.filter((layer) => !layer.isSettled)
-      if (!told.length) continue
-      for (const layer of told) layer.label(yield* this.labels.decode(layer, fail))
+      const coded = layers.filter((layer) => !layer.isSettled)
+      if (!coded.length) continue
+      for (const layer of coded) layer.label(yield* this.labels.decode(layer, fail))
       this.unlabelled--
       this.changed.add(chart)
     }

@@ -3,7 +3,7 @@
 const MAX_SEAMS = 2 ** 20
 const UNIT = 2 ** 30 // parts of a patch's edge
 
-// What is told of a seam: 0, or one of these; more by PARTIAL where it is no whole edges.
+// Kinds of a seam: 0, or one of these; plus PARTIAL if it does not consist of complete edges.
 const [OPPOSED, POINT, PARTIAL] = [1, 2, 3]
 
 /**
@@ -24,10 +24,10 @@ export function parseSeams(reader, faces) {
     return [low / UNIT, high / UNIT]
   }
   for (let left = reader.left ? reader.varint('number of seams', Math.min(MAX_SEAMS, reader.left), 1) : 0; left > 0; left--) {
-    const told = reader.u8('kind of a seam', PARTIAL + POINT)
-    const kind = told % PARTIAL
+    const code = reader.u8('kind of a seam', PARTIAL + POINT)
+    const kind = code % PARTIAL
     const edges = (kind === POINT ? [0] : [0, 0]).map(() => reader.varint('edge of a face', 4 * faces.length - 1))
-    const [[a0, a1], other] = edges.map((edge) => parseInterval(edge, told >= PARTIAL))
+    const [[a0, a1], other] = edges.map((edge) => parseInterval(edge, code >= PARTIAL))
     if (kind === POINT) points.push({ edge: edges[0], low: a0, high: a1 })
     else {
       const [b0, b1] = kind === OPPOSED ? [other[1], other[0]] : other
@@ -36,7 +36,7 @@ export function parseSeams(reader, faces) {
   }
   for (const parts of taken.values()) {
     parts.sort(([p], [q]) => p - q)
-    if (parts.some(([low], k) => k && parts[k - 1][1] > low)) reader.fail('seams overlap; allowed: one beside the other along an edge')
+    if (parts.some(([low], k) => k && parts[k - 1][1] > low)) reader.fail('seams overlap; allowed: one after the other along an edge')
   }
   return { shared, points }
 }

@@ -113,12 +113,12 @@ function parseNets(reader) {
   return { kind: 'nets', name, tolerance, faces, patches, patchCount }
 }
 
-/** Rows and columns of patches of each face; one of each where they are not told. */
-function parseGrids(reader, told) {
+/** Rows and columns of patches of each face; one of each if they are not stored. */
+function parseGrids(reader, areStored) {
   const count = reader.varint('number of faces', MAX_PATCHES, 1)
   let left = MAX_PATCHES - count
   return range(count).map(() => {
-    if (!told) return [1, 1]
+    if (!areStored) return [1, 1]
     const rows = reader.varint('rows of a face', left + 1, 1)
     const columns = reader.varint('columns of a face', Math.floor((left + 1) / rows), 1)
     left -= rows * columns - 1

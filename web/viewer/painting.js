@@ -1,4 +1,4 @@
-/** The graphics card's programs that paint charts, to the bit as section 8 of SPEC.md has it; `worker/recipes.js` tells what they read. */
+/** The graphics card's programs that paint charts as section 8 of SPEC.md defines, to the bit; `worker/recipes.js` describes their input. */
 
 import { HEAD, SCREEN } from './shading.js'
 

@@ -1,4 +1,4 @@
-/** Programs of the graphics card, made ahead of time where it can make them beside the page. */
+/** Programs of the graphics card, compiled ahead of time if it can compile them in the background. */
 
 import { SOURCES, UNITS } from './shading.js'
 

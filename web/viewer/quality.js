@@ -17,7 +17,7 @@ export class AdaptiveQuality {
   #slowFrames = 0
   #fastFrames = 0
 
-  /** @param {WebGL2RenderingContext} context tells a software rasteriser, which starts with fewer pixels */
+  /** @param {WebGL2RenderingContext} context shows whether it is a software rasteriser, which starts with fewer pixels */
   constructor(context) {
     const info = context.getExtension('WEBGL_debug_renderer_info')
     this.isSoftware = SOFTWARE.test(context.getParameter(info?.UNMASKED_RENDERER_WEBGL ?? context.RENDERER))

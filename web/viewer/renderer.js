@@ -79,7 +79,7 @@ export class Renderer extends EventTarget {
     return this.#fence !== null || !this.#programs.ready('backdrop', 'floor', 'height', 'shade', ...names)
   }
 
-  /** Draw nothing to see, so that the graphics card has all ready that a first picture takes. */
+  /** Draw an invisible picture, so that the graphics card prepares everything that a first picture needs. */
   warm() {
     if (this.isBusy([], null) || !this.#programs.ready('plain')) return false
     const empty = new Uint8Array(4)
@@ -139,7 +139,7 @@ export class Renderer extends EventTarget {
     this.#gl.readPixels(0, 0, 1, 1, this.#gl.RGBA, this.#gl.UNSIGNED_BYTE, new Uint8Array(4))
   }
 
-  /** Free what the graphics card has of models that are gone, or that are seen again later at most. */
+  /** Free the graphics card's memory of models that are gone, or not visible at present. */
   sweep() {
     this.#resources.sweep([...this.models])
     this.#painter.sweep([...this.models])
@@ -177,7 +177,7 @@ export class Renderer extends EventTarget {
     const isBlended = model.alpha === 'blend'
     gl[isBlended ? 'enable' : 'disable'](gl.BLEND)
     gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA)
-    // What is seen through something lies behind it: far sides first.
+    // Transparent triangles need those behind them: far sides first.
     for (const side of isBlended ? [gl.FRONT, gl.BACK] : [null]) {
       gl[side ? 'enable' : 'disable'](gl.CULL_FACE)
       if (side) gl.cullFace(side)
@@ -329,7 +329,7 @@ export class Renderer extends EventTarget {
   }
 }
 
-/** What is lines already. */
+/** Geometries that are lines already. */
 const asItIs = (geometry) => geometry
 
 /** The models that one is made of, see `model/group.js`. */

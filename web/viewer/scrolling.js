@@ -23,7 +23,7 @@ function scrolls(element) {
  * Let a page be scrolled past a canvas: its wheel zooms with Ctrl, after a click, or where nothing scrolls; one finger that moves up or
  * down scrolls, where something does. To be called after others have set what they want of the canvas.
  *
- * Each wheel and each touch is decided when it comes: a page may have grown since the last one, and no event tells of that.
+ * Each wheel and each touch is decided when it comes: a page may have grown since the last one, and no event reports that.
  */
 export function letScroll(canvas, signal) {
   const isOurs = ({ ctrlKey, metaKey }) => ctrlKey || metaKey || canvas.matches(':focus') || !isInScroller(canvas)

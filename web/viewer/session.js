@@ -28,7 +28,7 @@ export class Session {
 
   /**
    * @param {string | File | File[]} source an address, or the stream itself; or several streams, parts of one model
-   * @param {string | null} worker address of uph-worker.js; null: beside the viewer
+   * @param {string | null} worker address of uph-worker.js; null: next to the viewer
    * @param {{ eye: number[], pixels: number, onPage: boolean, whole?: boolean }} options as `Model` takes them
    * @param {(type: string, event: object) => void} notify called with the model's events, 'error' with its `problem` set
    * @param {Session | null} [before] whose workers go on with this one
@@ -50,7 +50,7 @@ export class Session {
         notify(type, event)
       })
     }
-    /** Resolves when all bytes have come, or no more will. */
+    /** Resolves when all bytes have arrived, or no more will. */
     this.received = Promise.all(sources.map((one, n) => this.#receive(one, models[n].client)))
   }
 
@@ -64,20 +64,20 @@ export class Session {
     return performance.now() - this.#start
   }
 
-  /** Show a part of what has come: {bytes}, {coefficients}; null for all of it. */
+  /** Show a part of the received bytes: {bytes}, {coefficients}; null for all of them. */
   setLimit(limit) {
     this.limit = limit
     this.model.setLimit(limit)
   }
 
-  /** Load what has come a second time; returns that model. */
+  /** Load the received bytes a second time; returns that model. */
   compare() {
     this.other = new Model(takeWorker(this.#worker), { onPage: this.#onPage })
     give(this.other.client, this.model.bytes())
     return this.other
   }
 
-  /** Resolves when what is here is in the textures, or when there will be nothing. */
+  /** Resolves when the received bytes are in the textures, or when there will be none. */
   settled() {
     const models = [this.model, this.other].filter(Boolean).map((model) => model.settled())
     return Promise.race([Promise.all(models), this.model.first ? Promise.all(models) : this.failed])

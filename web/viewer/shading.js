@@ -23,7 +23,7 @@ export const BACKGROUNDS = {
 /** Half a side of the square below the model that its shadow may reach, in radii of the model; and the cells along a side. */
 export const [REACH, CELLS] = [2, 64]
 
-/** Textures by target, in the order of their units; what of them a material has is told by bits, as listed. */
+/** Textures by target, in the order of their units; bits, as listed, give those that a material has. */
 export const UNITS = ['color', 'normal', 'surface', 'emission', 'height']
 export const MAPS = ['normal', 'ao', 'roughness', 'metallic', 'emission', 'height']
 
@@ -120,7 +120,7 @@ vec3 bent(vec3 n) {
   return normalize(abs(area) * n - sign(area) * bump * (hx * a + hy * b));
 }`
 
-/** A surface; `full` with all maps, else of a colour alone; `light` tells what it mirrors, and how much light arrives. */
+/** A surface; `full` with all maps, else with only a colour; `light` returns the reflections and the incoming light. */
 const surface = (full, light) => `${HEAD}
 in vec3 P, N;
 in vec4 T;

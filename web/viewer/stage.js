@@ -35,7 +35,7 @@ export class Stage {
   #timer = 0
   #lastTime = 0
   #visible = false
-  #waiting = [] // to be told when a frame is drawn
+  #waiting = [] // callbacks for when a frame is drawn
   #background = BACKGROUNDS.light
   #floor = null
   #light = [...KEY_DIRECTION]
@@ -199,7 +199,7 @@ export class Stage {
     this.#frame = requestAnimationFrame((time) => this.#tick(time))
   }
 
-  /** Resolves when what was changed before has been drawn; at once where nothing is drawn, because nobody sees it. */
+  /** Resolves when what was changed before has been drawn; immediately if nothing is drawn, because the stage is not visible. */
   drawn() {
     if (!this.#visible || document.hidden || !this.#models.length) return Promise.resolve()
     this.invalidate()
@@ -239,7 +239,7 @@ export class Stage {
     this.#renderer.finish()
   }
 
-  /** Give everything back to the browser. The models are not the stage's own. */
+  /** Free all resources, except the models, which the stage does not own. */
   dispose() {
     this.show()
     cancelAnimationFrame(this.#frame)

@@ -34,7 +34,7 @@ const ANSWERS = {
 }
 
 /**
- * What an error means to the person in front of the screen.
+ * What an error means to the user.
  *
  * @param {Error} error as `UphModel` gives it
  * @param {{ shown: boolean, received: number, total: number | null, name: string }} state whether a picture is there, the

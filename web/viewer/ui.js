@@ -1,4 +1,4 @@
-/** What surrounds the stage: a line that tells how far loading is, full screen, a note on errors, and the status for screen readers. */
+/** The elements around the stage: a line that shows the progress of loading, full screen, a note on errors, and the status for screen readers. */
 
 import { h, iconButton } from './dom.js'
 
@@ -31,7 +31,7 @@ export class ViewerUI {
     root.append(this.element)
   }
 
-  /** Whether buttons are there. */
+  /** Whether there are buttons. */
   set controls(on) {
     this.corner.hidden = !on
   }
@@ -40,12 +40,12 @@ export class ViewerUI {
     this.#fullscreen.setAttribute('aria-pressed', String(on))
   }
 
-  /** Say something to screen readers. */
+  /** Announce a text to screen readers. */
   say(text) {
     this.#status.textContent = text
   }
 
-  /** Show that there is no picture, and will be none, beside the poster, or what it would show in words. */
+  /** Show that there will be no picture, with the poster, or with a description of the picture. */
   fail(title, advice, { alt, children }) {
     this.#note.show({ title, advice, detail: alt, middle: !children.length })
     this.controls = false
@@ -85,7 +85,7 @@ class Note {
   #retry = h('button', { type: 'button', class: 'main', part: 'button', click: () => this.onretry() }, 'Try again')
   element = h('div', { class: 'note', part: 'note', hidden: true }, this.#title, this.#advice, this.#detail, this.#retry)
 
-  /** `middle` where there is no picture; `retry` offers to try again. */
+  /** `middle` if there is no picture; `retry` offers to try again. */
   show({ title, advice = '', detail = '', middle = false, retry = false }) {
     for (const [line, text] of [[this.#title, title], [this.#advice, advice], [this.#detail, detail]]) {
       line.textContent = text

@@ -77,16 +77,16 @@ export class ChartPainting {
     return sum('soft') < texels / 20 ? 'mask' : 'blend'
   }
 
-  /** Fill the gutters of painted charts, and of those beside them. */
+  /** Fill the gutters of painted charts, and of adjacent ones. */
   end(target, entries) {
     const painted = this.#painted
     const lines = (this.#lines[target] ??= [])
     for (const [chart, data] of painted) lines[chart] = edgeLines(data, this.#sizes[chart])
-    const beside = new Set()
+    const adjacent = new Set()
     for (const chart of painted.keys()) {
       for (let edge = 0; edge < 4; edge++) {
         for (const { chart: other } of this.#mesher.seams(chart, edge)) {
-          if (!painted.has(other) && lines[other]) beside.add(other)
+          if (!painted.has(other) && lines[other]) adjacent.add(other)
         }
       }
     }
@@ -94,7 +94,7 @@ export class ChartPainting {
       putGutter(data, this.#sizes[chart], this.#gutter(target, chart))
       entries.push({ chart, target, ...this.#sizes[chart], data })
     }
-    for (const chart of beside) {
+    for (const chart of adjacent) {
       entries.push({ chart, target, ...this.#sizes[chart], gutter: true, data: this.#gutter(target, chart) })
     }
   }

@@ -72,7 +72,7 @@ export class ChartRecipes {
 
   recycle() {}
 
-  /** What is see-through is not painted here. */
+  /** Transparent maps are not painted here. */
   get alphaMode() {
     return 'opaque'
   }
@@ -88,9 +88,9 @@ function symmetriesOf(decoder) {
 }
 
 /**
- * A map as pictures of four integers a pixel, `data`, one behind the other as so many symmetries show it; in each, the smaller levels of its
- * pyramid lie to the right, one below the other. Null where the card would show something else than the decoder: floats, what is see-through,
- * or too large for a texture.
+ * A map as pictures of four integers a pixel, `data`, one for each symmetry in use, one after the other; in each, the smaller levels of its
+ * pyramid are to the right, one below the other. Null if the card would show something else than the decoder: for floats, transparent
+ * maps, or those too large for a texture.
  */
 function sampleSheet(picture, role, count, isOpaque) {
   const { height, width, data: samples } = picture
@@ -161,7 +161,7 @@ function chartNumbers({ chart, size, field, layers }, exemplar) {
 }
 
 /**
- * What the gutter of a chart shows of those beside it: for each of them, `chart`, and `points`, six numbers each: column and row in the
+ * What the gutter of a chart shows of adjacent charts: for each of them, `chart`, and `points`, six numbers each: column and row in the
  * texture, the texel along that chart's edge, which edge, and sine and cosine of the angle by which normals turn, in 1/8192.
  */
 function gutterPoints(mesher, sizes, chart, hasNormals) {

@@ -1,4 +1,4 @@
-/** Samples that were decoded: one that comes again, with another laying, is not decoded again. */
+/** Decoded samples: a sample that comes again, in another stream, is not decoded again. */
 
 import { GrowingBytes } from '../uph/bytes.js'
 import { ChunkReader } from '../uph/chunks.js'
@@ -10,7 +10,7 @@ const MOST_BYTES = 2 ** 25 // of all their pictures; smaller levels are a third 
 export class Samples {
   #kept = [] // {code, maps, size}, the last one first
 
-  /** The maps of a sample, as `UphDecoder` takes them; null where they are not known. */
+  /** The maps of a sample, as `UphDecoder` takes them; null if they are not known. */
   find(code) {
     return this.#kept.find((one) => isSame(one.code, code))?.maps ?? null
   }
@@ -38,7 +38,7 @@ export function codeOf(stream) {
   try {
     file.feed(stream)
   } catch {
-    return null // who decodes it tells what is wrong
+    return null // decoding will report the error
   }
   return file.complete ? maps.flatMap(([header, { bytes, length }]) => [header, bytes.slice(0, length)]) : null
 }

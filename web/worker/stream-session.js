@@ -43,8 +43,8 @@ export class Session {
   #isWaiting = false // the page has not shown yet what it got
   #isScheduled = false // work is due
   #isBusy = false
-  #ended = false // no more bytes will come
-  #isClosed = false // nobody wants it any more
+  #ended = false // all bytes have come
+  #isClosed = false // it is no longer wanted
   #isUrgent = false // somebody waits for just this picture
   #paintedAt = performance.now()
   #paintTime = 0
@@ -114,7 +114,7 @@ export class Session {
     this.#failed = false
     this.#placements = 0
     this.#fresh.clear()
-    this.#textures?.clearDirty() // the new decoder tells of every map again
+    this.#textures?.clearDirty() // the new decoder reports every map again
   }
 
   // ---------------------------------------------------------------- work
@@ -213,7 +213,7 @@ export class Session {
     return isLeft()
   }
 
-  /** Paint here from now on. */
+  /** From now on, paint in the worker. */
   #paintHere() {
     this.onPage = false
     this.#textures?.paintHere()
@@ -250,7 +250,7 @@ export class Session {
     this.#placements = this.#decoder.placements.known
   }
 
-  /** Surface and charts are known: tell the page. */
+  /** Surface and charts are known: send them to the page. */
   #begin() {
     const { surface, charts, exemplarSize } = this.#decoder
     this.#mesher = surface.kind === 'mesh' ? new TriangleMesher(surface, charts) : new SurfaceMesher(surface, charts)

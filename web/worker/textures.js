@@ -16,7 +16,7 @@ export class ChartTextures {
   #paintings = new Map() // paint where it does not, by texels a step
   #painter = null // the one of these that was used last
 
-  /** `most` texels has a sketch of all charts; undefined: there are none. `sizesAt(density)` tells the sizes of the textures. */
+  /** A sketch of all charts has `most` texels; undefined: no sketches. `sizesAt(density)` returns the sizes of the textures. */
   constructor(mesher, sizesAt, density, nearness, onPage, most) {
     /** Whether the page's graphics card paints. */
     this.onPage = onPage
@@ -75,7 +75,7 @@ export class ChartTextures {
     this.#recipes?.forget(charts)
   }
 
-  /** Paint all of it here from now on: the page can not, or would show something else. */
+  /** From now on, paint everything in the worker: the page can not, or would show something else. */
   paintHere() {
     if (!this.onPage) return
     this.onPage = false

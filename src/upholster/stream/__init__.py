@@ -1,4 +1,4 @@
-"""The progressive stream, .uph: a textured surface in one file, any prefix of which shows it."""
+"""The progressive stream, .uph: a textured surface in one file; any prefix of it is a coarser model."""
 
 from upholster.stream.describe import ChunkRow, Description, Readable, describe
 from upholster.stream.reader import StreamDecoder, read_stream

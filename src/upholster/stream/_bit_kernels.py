@@ -1,8 +1,8 @@
 """Coding flags and numbers, each bit by one counter, with a log of what changed (SPEC.md, section 5).
 
-Encoder and decoder are the same loops. A loop returns how far it came: a decoder stops where the bytes at
-hand do not determine the next symbol, and goes on from there when there are more; a record that was begun is
-taken back first (`undo`), so that only whole ones count.
+Encoder and decoder are the same loops. A loop returns how far it came: a decoder stops if the received bytes
+do not determine the next symbol, and continues when there are more. An incomplete record is undone first
+(`undo`), so that only complete ones count.
 """
 
 from typing import Any, NamedTuple
@@ -30,7 +30,7 @@ LOG = 8192
 """Length of the log of a record's changes."""
 
 MISSING = -(1 << 40)
-"""In place of a number: the bytes at hand do not determine it."""
+"""Returned instead of a number: the received bytes do not determine it."""
 
 _LIMIT = 255
 _CONTEXTS, _LENGTHS = 8, 35
@@ -38,7 +38,7 @@ _LONGER = _CONTEXTS
 _SIGN = _LONGER + _CONTEXTS * _LENGTHS
 _DIGITS = _SIGN + _CONTEXTS
 NUMBER_COUNTERS = _DIGITS + _LENGTHS * 64
-"""Counters that a kind of number takes."""
+"""Number of counters for a kind of number."""
 
 _RECIPROCALS = np.asarray(RECIPROCALS, np.int32)
 
@@ -46,7 +46,7 @@ _RECIPROCALS = np.asarray(RECIPROCALS, np.int32)
 class BitCoder(NamedTuple):
     """The coder's state (see `_model_kernels` of the codec), the bytes, the counters, and the log.
 
-    log[0] counts the counters that changed, then come (place, value before) of each.
+    log[0] counts the changed counters; then follow (place, previous value) of each.
     """
 
     state: NDArray[np.int64]
@@ -57,7 +57,7 @@ class BitCoder(NamedTuple):
 
 @shared
 def told(coder: BitCoder, place: int, encoding: bool, bit: int) -> int:
-    """Code a bit by a counter; a decoder enters in the log what changes. −1 where bytes are missing."""
+    """Code a bit with one counter; a decoder logs the changes. −1 if bytes are missing."""
     counter = int64(coder.counters[place])
     found = int64(settle(coder.state, coder.data, min(65520, max(16, counter >> 14)), encoding, bit))
     if found < 0:
@@ -81,7 +81,7 @@ def begin(coder: BitCoder, kept: NDArray[np.int64]) -> None:
 
 @inline
 def undo(coder: BitCoder, kept: NDArray[np.int64]) -> None:
-    """Take everything back since a record began."""
+    """Undo all changes since the beginning of a record."""
     log = coder.log
     for n in range(kept.shape[0]):
         coder.state[n] = kept[n]
@@ -91,8 +91,8 @@ def undo(coder: BitCoder, kept: NDArray[np.int64]) -> None:
 
 @shared
 def code_number(coder: BitCoder, kind: int, context: int, encoding: bool, value: int) -> Any:
-    # A signed number within ±2^35 as: is it 0; the bit length of its magnitude, in unary; the sign; the bits
-    # below the first, of which six are modelled.
+    # A signed number within ±2^35, coded as: whether it is 0; the bit length of its magnitude, in unary; the
+    # sign; the bits below the first, of which six are modelled.
     base = kind * NUMBER_COUNTERS
     bit = told(coder, base + context, encoding, 1 if value != 0 else 0)
     if bit <= 0:

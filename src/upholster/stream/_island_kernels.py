@@ -25,7 +25,7 @@ __all__ = ["code_islands", "code_seams"]
 
 @inline
 def _root(links: NDArray[np.int32], place: int) -> Any:
-    # The first of what is joined.
+    # The first of the joined elements.
     at = int64(place)
     while links[at] != at:
         links[at] = links[links[at]]
@@ -41,7 +41,7 @@ def _join(links: NDArray[np.int32], one: int, other: int) -> None:
 
 @inline
 def _corner_of(origin: Origin, corner: int) -> Any:
-    # An encoder's corner of a coded one.
+    # The encoder's corner for a coded corner.
     first = int64(origin.corners[corner // 3])
     return first - first % 3 + (first + corner) % 3
 
@@ -72,7 +72,7 @@ def _is_seam(origin: Origin, edge: int, twin: int) -> bool:
 def code_seams(
     coder: BitCoder, mesh: CodedMesh, origin: Origin, encoding: bool, start: int, stop: int
 ) -> Any:
-    """Code which edges of triangles from `start` to `stop` are seams; join what the others join."""
+    """Code which edges of triangles from `start` to `stop` are seams; join what meets at the others."""
     for edge in range(3 * start, 3 * stop):
         twin = int64(mesh.twins[edge])
         if twin < 0 or twin > edge:
@@ -86,8 +86,8 @@ def code_seams(
 
 @inline
 def _turned(mesh: CodedMesh, corner: int, beside: tuple[int, int], known: tuple[int, int]) -> tuple[int, int]:
-    # Where the parameters of a corner should lie, from the triangle's shape and those of the two corners
-    # beside it, which `known` has. The order of all operations is part of the format.
+    # Predicted parameters of a corner, from the triangle's shape and the parameters of its two other corners,
+    # whose places are in `known`. The order of all operations is part of the format.
     p, q = mesh.positions, mesh.parameters
     wa, wb = known
     a, b, c = mesh.vertices[beside[0]], mesh.vertices[beside[1]], mesh.vertices[corner]
@@ -137,7 +137,7 @@ def _code_parameters(coder: BitCoder, mesh: CodedMesh, origin: Origin, corner: i
 
 @inline
 def _code_groups(coder: BitCoder, mesh: CodedMesh, origin: Origin, t: int, encoding: bool) -> None:
-    # Island and part of a triangle: of the first one that it is joined with, or told beside those told last.
+    # Island and part of a triangle: those of the first one in its piece, or coded relative to the last ones.
     counts, groups = mesh.counts, mesh.groups
     first = _root(mesh.pieces, t)
     if first < t:

@@ -13,13 +13,13 @@ __all__ = ["LABEL_COUNTERS", "NamedPlacements", "code_labels"]
 
 _CONTEXTS, _PLAIN_BITS = 256, 20
 _NONE, _PLAIN = 6, 7
-"""Behind the six candidates of a label: the place of −1, and that of plain bits."""
+"""Places after the six candidates of a label: that of −1, and that of plain bits."""
 
 LABEL_COUNTERS = _CONTEXTS * _PLAIN + _PLAIN_BITS
 
 
 class NamedPlacements(NamedTuple):
-    """What the labels of a map may be: the layer, its first placement, and how many it has."""
+    """The allowed labels of a map: the layer, its first placement, and the number of its placements."""
 
     layer: int
     first: int
@@ -35,7 +35,7 @@ def _at(labels: NDArray[np.int32], i: int, j: int) -> int:
 
 
 class _Guesses(NamedTuple):
-    """What a label may be, by place, and the context in which that is asked."""
+    """Candidates for a label, by place, and the context of their bits."""
 
     west: int
     north: int
@@ -94,10 +94,10 @@ def _code_label(
             return -1 if bit > 0 else MISSING
     candidates = guesses[:_NONE]
     for place in range(_NONE):
-        told = candidates[place] < 0
+        is_skipped = candidates[place] < 0
         for before in range(place):
-            told |= candidates[before] == candidates[place]
-        if told:
+            is_skipped |= candidates[before] == candidates[place]
+        if is_skipped:
             continue
         bit = _is(coder, place, guesses.context, encoding, label == candidates[place])
         if bit != 0:
@@ -120,20 +120,20 @@ def code_labels(
     Parameters
     ----------
     coder
-        Of all labels.
+        The coder of all labels.
     labels, nearest
-        (rows, columns): the map, which an encoder has, and that of the nearest placements.
+        (rows, columns): the map, filled in advance by an encoder, and that of the nearest placements.
     named
-        What labels may be.
+        The allowed labels.
     start, stop
-        Which cells.
+        The range of cells.
     encoding
-        Whether to write.
+        Whether to encode.
 
     Returns
     -------
     int
-        The first cell not coded, or −1 − one whose label is outside what is allowed.
+        The first cell not coded, or −1 − the first cell whose label is not allowed.
     """
     kept = np.empty_like(coder.state)
     for place in range(start, stop):

@@ -1,4 +1,4 @@
-"""What the kernels of a mesh's code share: the mesh as far as it is coded, and an encoder's mesh."""
+"""Data of the kernels of a mesh's code: the coded part of the mesh, and an encoder's mesh."""
 
 from typing import NamedTuple
 
@@ -22,49 +22,50 @@ __all__ = [
 ]
 
 LACKING, WRONG = -1, -2
-"""Bytes are missing; a number is outside what is allowed."""
+"""Bytes are missing; a number is not allowed."""
 
 MOST_PARAMETER = 2**28
-"""Steps of a parameter, either way."""
+"""Largest magnitude of a parameter, in steps."""
 
 STATUS, TRIANGLES, VERTICES, STACKED, LAST_ISLAND, LAST_PART = range(6)
-"""Places in `Mesh.counts`: 0, or `LACKING` or `WRONG`; how many are coded; edges on the stack; the
-island and the part told last."""
+"""Places in `CodedMesh.counts`: 0, or `LACKING` or `WRONG`; numbers of coded elements; edges on the stack;
+the island and the part that were coded last."""
 
 OPEN, BORDER = -1, -2
-"""In place of a twin: an edge of the front; one without a triangle beyond."""
+"""In place of a twin: an edge of the front; an edge without an adjacent triangle."""
 
 
 class CodedMesh(NamedTuple):
-    """A mesh as far as it is coded, in coded order; corner 3·t + k is corner k of triangle t.
+    """The coded part of a mesh, in coded order; corner 3·t + k is corner k of triangle t.
 
-    An edge is named by the corner of a coded triangle that begins it. Those with no triangle beyond are the
-    *front*; there edge e runs from its tail, the vertex of the next corner, to its head, the vertex of e.
+    An edge is named by the corner of a coded triangle that begins it. Edges without a coded triangle on the
+    other side are the *front*; there edge e runs from its tail, the vertex of the next corner, to its head,
+    the vertex of e.
 
     vertices
-        (3T,): of each corner.
+        (3T,): the vertex of each corner.
     twins
-        (3T,): the same edge, as the triangle beyond has it; `OPEN` or `BORDER`.
+        (3T,): the same edge in the adjacent triangle; `OPEN` or `BORDER`.
     before, after
         (3T,): the edges of the front that end at an edge's tail and begin at its head.
     stack
-        (3T,): edges of the front, to look at from the last one on.
+        (3T,): edges of the front, processed from the last one on.
     leaving
         (V,): the edge of the front that was the last to begin at each vertex, −1 for none.
     degrees
-        (V,): how many triangles each vertex has, to 7.
+        (V,): the number of triangles at each vertex, up to 7.
     positions, position_leftovers
-        (V, 3): coordinates, and what their guesses left over.
+        (V, 3): coordinates, and the residuals of their predictions.
     pieces, wedges
-        (T,), (3T,): of what edges that are no seams join, an earlier triangle or corner, or itself.
+        (T,), (3T,): links across edges that are no seams, to an earlier triangle or corner, or to itself.
     groups
-        (T, 2): each triangle's island, −1 on a plain one, and part.
+        (T, 2): the island, −1 on a plain triangle, and the part of each triangle.
     parameters, parameter_leftovers
-        (3T, 2): of each corner.
+        (3T, 2): parameters of each corner, and their residuals.
     counts
         See `STATUS`.
     limits
-        Largest coordinate; how many islands and parts there are.
+        Largest coordinate; number of islands and of parts.
     """
 
     vertices: NDArray[np.int32]
@@ -86,20 +87,20 @@ class CodedMesh(NamedTuple):
 
 
 class Origin(NamedTuple):
-    """What an encoder knows: its mesh, with all numbers whole, and how far it is; empty for a decoder.
+    """An encoder's mesh, with integers only, and its progress; empty for a decoder.
 
     triangles, neighbours
         (T, 3), as `TriangleMesh` has them.
     positions, parameters, groups
         (V, 3), (T, 3, 2), (T, 2).
     number
-        (V,): of each vertex in coded order, −1 before it is coded.
+        (V,): number of each vertex in coded order, −1 before it is coded.
     corners
-        (T,): the corner that is the first of each triangle in coded order.
+        (T,): the first corner of each triangle in coded order.
     done
         (T,): whether a triangle is coded.
     first
-        (1,): no triangle before this one is left.
+        (1,): all triangles before this one are coded.
     """
 
     triangles: NDArray[np.int32]

@@ -1,4 +1,4 @@
-"""Coding flags and numbers of a mesh; what goes wrong is kept in its status (SPEC.md, section 5.4)."""
+"""Coding flags and numbers of a mesh; errors are kept in its status (SPEC.md, section 5.4)."""
 
 from typing import Any
 
@@ -29,28 +29,28 @@ __all__ = [
 ]
 
 VERTEX, ISLAND, PART, PLAIN, LEFTOVER = 0, 1, 2, 3, 4
-"""Kinds of numbers; coordinates and parameters without a guess; from the last on what guesses leave over, of
-coordinates, then of parameters, each by the length of what those beside left over."""
+"""Kinds of numbers: coordinates and parameters without a prediction; from `LEFTOVER` on residuals of
+predictions, of coordinates, then of parameters, each by the bit length of the neighbours' residuals."""
 
 _LONGEST = 8
 _KINDS = LEFTOVER + 2 * (_LONGEST + 1)
 
 _FLAGS = _KINDS * NUMBER_COUNTERS
 SEAM, START_VERTEX = 64, 65
-"""Places of flags: those before tell what lies beyond an edge, eight for each degree."""
+"""Places of flags: earlier places code the operation at an edge, eight for each degree."""
 
 MESH_COUNTERS = _FLAGS + START_VERTEX + 1
 
 
 @inline
 def next_corner(corner: int) -> int:
-    """Return the corner that comes next in a triangle."""
+    """Return the next corner of a triangle."""
     return int(corner - 2 if corner % 3 == 2 else corner + 1)
 
 
 @shared
 def code_flag(coder: BitCoder, mesh: CodedMesh, place: int, encoding: bool, flag: bool) -> bool:
-    """Code a flag; False where bytes are missing."""
+    """Code a flag; False if bytes are missing."""
     coder.log[0] = 0
     bit = told(coder, _FLAGS + place, encoding, 1 if flag else 0)
     if bit < 0:
@@ -68,7 +68,7 @@ def code_within(
     encoding: bool,
     value: int,
 ) -> Any:
-    """Code a number from a least to a largest one, beside its guess; the least one where that fails."""
+    """Code a number within bounds as its difference from a guess; returns the least one on failure."""
     coder.log[0] = 0
     left = code_number(coder, kind, 0, encoding, int64(value - guess) if encoding else int64(0))
     found = guess + left
@@ -92,7 +92,7 @@ def code_leftover(
     encoding: bool,
     value: int,
 ) -> Any:
-    """Code a coordinate (0) or a parameter (1) whose guess is good; `beside` is what others left over."""
+    """Code a coordinate (0) or a parameter (1) with a good guess; `beside` sums others' residuals."""
     length, rest = 0, int64(beside)
     while rest > 0 and length < _LONGEST:
         rest >>= 1

@@ -21,10 +21,10 @@ __all__ = ["COARSEST", "NODE_COUNTERS", "code_nodes", "guess_nodes", "stage_size
 NODE_COUNTERS = 4 * NUMBER_COUNTERS
 
 COARSEST = 4
-"""Every so many nodes come first; then those halfway between, and again."""
+"""Stride of the nodes that are coded first; then follow the nodes halfway between, twice."""
 
 _ANGLE = 2
-"""Which of a node's numbers is an angle."""
+"""Index of a node's number that is an angle."""
 
 
 @inline
@@ -35,7 +35,7 @@ def _wrapped(change: int) -> int:
 
 @inline
 def _every(count: int, first: int, stride: int) -> int:
-    # How many of first, first + stride, … are below count.
+    # The count of first, first + stride, … below `count`.
     return max(0, (count - first + stride - 1) // stride)
 
 
@@ -56,7 +56,7 @@ def _place(rows: int, columns: int, stride: int, number: int) -> tuple[int, int,
 
 @inline
 def _between(nodes: NDArray[np.int16], i: int, j: int, axis: int, stride: int, k: int) -> int:
-    # The mean of the nodes on both sides; that before, if there is none behind.
+    # The mean of the nodes on both sides; the one before, if there is none after.
     down, right = (stride, 0) if axis == 0 else (0, stride)
     before = int64(nodes[i - down, j - right, k])
     if i + down >= nodes.shape[0] or j + right >= nodes.shape[1]:
@@ -80,7 +80,7 @@ def _guess(
 
 
 def stage_size(rows: int, columns: int, stride: int) -> int:
-    """Return how many of a field's nodes come with a stage."""
+    """Return the number of a field's nodes in a stage."""
     coarse = -(-rows // stride) * -(-columns // stride)
     if stride == COARSEST:
         return coarse
@@ -91,7 +91,7 @@ def stage_size(rows: int, columns: int, stride: int) -> int:
 def guess_nodes(
     nodes: NDArray[np.int16], first: NDArray[np.int16], stride: int, start: int, stop: int
 ) -> None:
-    """Give the nodes of a stage, from number `start` on, what they are guessed to be."""
+    """Set the nodes of a stage, from number `start` on, to their predictions."""
     for number in range(start, stop):
         place = _place(nodes.shape[0], nodes.shape[1], stride, number)
         for k in range(4):
@@ -114,24 +114,24 @@ def code_nodes(
     Parameters
     ----------
     coder
-        Of all nodes.
+        The coder of all nodes.
     nodes
-        (rows, columns, 4) of the chart; an encoder has them.
+        (rows, columns, 4) of the chart; an encoder fills them in advance.
     first
-        (4,) what the chart's first node is guessed to be.
+        (4,) prediction of the chart's first node.
     left
-        (4,) what the guesses of the node told before left over.
+        (4,) residuals of the node coded last.
     stage
         Its stride; the first node to code and the end of them.
     limits
-        (4,) the largest sizes and shear, either way.
+        (4,) largest magnitudes of sizes and shear.
     encoding
-        Whether to write.
+        Whether to encode.
 
     Returns
     -------
     int
-        The first node that the bytes at hand do not determine, or −1 if one breaks a limit.
+        The first node that the received bytes do not determine, or −1 if a node breaks a limit.
     """
     kept = np.empty_like(coder.state)
     rest = np.zeros(4, np.int64)

@@ -46,19 +46,19 @@ four numbers of its matrix's offset, row and column of its source."""
 
 COLUMNS = 10
 
-# Columns of a box: its part; rows from, to; columns from, to; how many placements; the cell of the known one,
-# its row −1 while there is none; the next box of its line; an encoder's first placement of it.
+# Columns of a box: its part; rows from, to; columns from, to; number of placements; the cell of the known
+# one, with row −1 while there is none; the next box of its line; an encoder's first placement of it.
 _PART, _TOP, _BOTTOM, _LEFT, _RIGHT, _COUNT, _ROW, _COLUMN, _NEXT, _FIRST = range(10)
 BOX_COLUMNS = 10
 
 LINES = 128
-"""Lines in which boxes wait: 64 for each layer."""
+"""Number of lines in which boxes wait: 64 for each layer."""
 
 _MOST_BYTES = 512
-"""Bytes that a box takes at most: 254 bits of a placement, 41 of a cut; each takes 12 at the worst."""
+"""Largest number of bytes for a box: 254 bits of a placement, 41 of a cut; each takes 12 bits at worst."""
 
 PLACED, BOXES = 0, 1
-"""Places in `Boxes.counts`: placements told so far, boxes made so far."""
+"""Places in `Boxes.counts`: number of placements coded so far, number of boxes made so far."""
 
 PAUSED, DONE, _MISSING, _WRONG = 0, 1, 2, -1
 
@@ -75,8 +75,8 @@ class Boxes(NamedTuple):
     """The boxes that wait.
 
     `boxes` (n, BOX_COLUMNS) int32; `lines` (LINES, 2) the first and the last box of each line, −1 if there is
-    none; `parts` (parts, 2) the square of a cell's side in steps, and the layer; `members` an encoder's
-    placements, those of a box side by side; `counts`, see `PLACED` and `BOXES`.
+    none; `parts` (parts, 2) area of a cell in steps, and the layer; `members` an encoder's
+    placements, grouped by box; `counts`, see `PLACED` and `BOXES`.
     """
 
     boxes: NDArray[np.int32]
@@ -87,7 +87,7 @@ class Boxes(NamedTuple):
 
 
 class Units(NamedTuple):
-    """The exemplar's size in pixels; the powers of 2 of which sources and offsets are multiples."""
+    """The exemplar's size in pixels; the powers of 2 that divide all sources and all offsets."""
 
     height: int
     width: int
@@ -147,7 +147,7 @@ def _most_central(waiting: Boxes, box: NDArray[np.int32], given: NDArray[np.int3
 
 @inline
 def _code_bits(coder: BitCoder, place: int, bits: int, encoding: bool, value: int) -> int:
-    # A number of so many bits, highest first, each with a counter of its own.
+    # A number of `bits` bits, highest first, each with a counter of its own.
     found = int64(0)
     for b in range(bits - 1, -1, -1):
         bit = told(coder, place + b, encoding, (value >> b) & 1)
@@ -240,7 +240,7 @@ def _code_record(
 
 @inline
 def _parted(waiting: Boxes, box: NDArray[np.int32], given: NDArray[np.int32], column: int, cut: int) -> int:
-    # An encoder's: brings the box's placements before a cut to its front; returns how many.
+    # For an encoder: moves the box's placements before a cut to its front; returns their number.
     members, low = waiting.members, int64(box[_FIRST])
     first = low
     for place in range(low, low + box[_COUNT]):
@@ -308,30 +308,30 @@ def code_placements(
     stop: int,
     encoding: bool,
 ) -> Any:
-    """Code placements until so many are told.
+    """Code placements until `stop` are coded.
 
     Parameters
     ----------
     coder
-        Of all placements.
+        The coder of all placements.
     waiting
-        The boxes that wait, with room for one more at least.
+        The boxes that wait, with room for at least one more.
     units
-        What numbers are told in.
+        Units of the coded numbers.
     given
         (n, COLUMNS) an encoder's placements.
     placed
-        (≥ stop, COLUMNS) where they go in the order in which they are told.
+        (≥ stop, COLUMNS) receives the placements in coded order.
     stop
-        At how many to pause; there may be fewer where there is no more room for boxes, or for an encoder's
-        bytes.
+        Number of placements at which to pause; it pauses earlier if there is no more room for boxes, or for
+        an encoder's bytes.
     encoding
-        Whether to write.
+        Whether to encode.
 
     Returns
     -------
     int
-        PAUSED, DONE; 2 where bytes are missing, −1 where a number is outside what is allowed.
+        PAUSED, DONE; 2 if bytes are missing, −1 if a number is not allowed.
     """
     kept = np.empty_like(coder.state)
     record = np.zeros(COLUMNS, np.int64)
@@ -358,7 +358,7 @@ def code_placements(
         else:
             record[ROW], record[COLUMN] = box[_ROW], box[_COLUMN]
         if status == PAUSED:
-            # It leaves its line before its halves join theirs; where bytes are missing it comes back.
+            # It leaves its line before its halves join theirs; if bytes are missing it returns to it.
             waiting.lines[line, 0] = after
             if box[_COUNT] > 1:
                 status = int64(_split(coder, waiting, number, given, record, encoding))

@@ -1,7 +1,7 @@
-"""Coding a mesh's triangles and where its vertices lie: encoder and decoder are the same loop (SPEC.md, 5.4).
+"""Coding a mesh's triangles and vertex positions: encoder and decoder are the same loop (SPEC.md, 5.4).
 
-A front of edges runs over the mesh. At one of them after the other it is told what lies beyond: a triangle
-with a new vertex, one that closes a neighbouring edge too, none …
+A front of edges runs over the mesh. For one edge after another, an operation is coded: a triangle with a new
+vertex is beyond, one that closes a neighbouring edge too, none …
 """
 
 from typing import Any
@@ -33,13 +33,14 @@ from upholster.types import int64
 __all__ = ["code_triangles"]
 
 NEW, CLOSES_BEFORE, CLOSES_AFTER, NONE, KNOWN = 0, 1, 2, 3, 4
-"""What lies beyond an edge of the front: a triangle with a new vertex; one that closes the edge before it
-too, the one after; none; a triangle with another known vertex."""
+"""Operations at an edge of the front: the triangle beyond has a new vertex; it also closes the edge before;
+it also closes the edge after; there is none; it has another known vertex."""
 
 
 @inline
 def _can_close(mesh: CodedMesh, gate: int, beside: int, beyond: int) -> bool:
-    # Whether one triangle can close the gate and the edge beside it, to whose other side lies `beyond`.
+    # Whether one triangle can close the gate and the adjacent edge `beside`, whose other neighbour is
+    # `beyond`.
     return bool(mesh.twins[beside] == OPEN and beside != gate and beyond != gate)
 
 
@@ -75,7 +76,7 @@ def _glue(mesh: CodedMesh, edge: int, other: int) -> None:
 
 @inline
 def _enter(mesh: CodedMesh, origin: Origin, encoding: bool, source: int) -> None:
-    # A further triangle, whose vertices are known; `source` is an encoder's corner that is its first.
+    # Adds a triangle whose vertices are known; `source` is the encoder's corner that becomes its first.
     t = mesh.counts[TRIANGLES]
     mesh.counts[TRIANGLES] = t + 1
     for k in range(3):
@@ -127,7 +128,7 @@ def _known_vertex(coder: BitCoder, mesh: CodedMesh, origin: Origin, encoding: bo
 
 @shared
 def _code_start(coder: BitCoder, mesh: CodedMesh, origin: Origin, encoding: bool) -> None:
-    # A triangle that the front does not lead to; the new front runs round it the other way.
+    # A triangle that the front does not reach; the new front runs around it the other way.
     first = int64(3 * mesh.counts[TRIANGLES])
     at = int64(0)
     if encoding:
@@ -151,7 +152,7 @@ def _code_start(coder: BitCoder, mesh: CodedMesh, origin: Origin, encoding: bool
 
 @inline
 def _across(origin: Origin, gate: int) -> int:
-    # In an encoder's mesh, the corner that begins the gate on the triangle beyond; −1 if there is none left.
+    # In an encoder's mesh, the corner that begins the gate in the adjacent triangle; −1 if none is left.
     first = origin.corners[gate // 3]
     across = origin.neighbours[first // 3, (first + gate) % 3]
     return -1 if across < 0 or origin.done[across // 3] else int(across)
@@ -159,7 +160,7 @@ def _across(origin: Origin, gate: int) -> int:
 
 @inline
 def _choose(mesh: CodedMesh, origin: Origin, gate: int, across: int) -> int:
-    # An encoder's choice: what lies beyond the gate.
+    # For an encoder: chooses the operation at the gate.
     if across < 0:
         return NONE
     vertex = origin.number[origin.triangles[across // 3, (across + 2) % 3]]
@@ -184,7 +185,7 @@ def _code_operation(coder: BitCoder, mesh: CodedMesh, gate: int, encoding: bool,
 
 @shared
 def _advance(mesh: CodedMesh, gate: int, closing: tuple[bool, bool], jump: int) -> None:
-    # Put the edges beyond a new triangle in the place of those that it closes.
+    # Replaces the edges that a new triangle closes by its other edges.
     first = int64(mesh.twins[gate])
     left, right = int64(mesh.before[gate]), int64(mesh.after[gate])
     if closing[1]:
@@ -252,7 +253,7 @@ def _code_gate(coder: BitCoder, mesh: CodedMesh, origin: Origin, gate: int, enco
 def code_triangles(
     coder: BitCoder, mesh: CodedMesh, origin: Origin, encoding: bool, start: int, stop: int
 ) -> Any:
-    """Code triangles up to, not including, `stop`, and the vertices that are new with them."""
+    """Code triangles up to, not including, `stop`, and their new vertices."""
     while mesh.counts[TRIANGLES] < stop and mesh.counts[STATUS] == 0:
         gate = _next_gate(mesh)
         if gate < 0:

@@ -17,16 +17,16 @@ __all__ = ["BitReader", "BitWriter", "Bits"]
 
 _HALF = (1 << 19) << 10
 _LAG = 3
-"""Bytes beyond those that are settled that a decoder mostly needs to know the last bit."""
+"""Number of bytes beyond the settled ones that a decoder usually needs for the last bit."""
 
 
 class Bits:
-    """What the kernels of `upholster.stream._bit_kernels` work on.
+    """Data of the kernels of `upholster.stream._bit_kernels`.
 
     Parameters
     ----------
     counters
-        How many counters the model has; each starts at a probability of one half, having seen nothing.
+        Number of counters of the model; each starts at a probability of one half, without observations.
     """
 
     def __init__(self, counters: int) -> None:
@@ -46,7 +46,7 @@ class BitWriter(Bits):
     """Writes bits; make `room` before each kernel call, `finish` at the end."""
 
     def room(self, bytes_: int) -> None:
-        """Make sure that so many bytes can be written."""
+        """Make room for `bytes_` bytes."""
         if int(self.state[BYTES_DONE]) + bytes_ > len(self.data):
             grown = np.zeros(2 * len(self.data) + bytes_, np.uint8)
             grown[: len(self.data)] = self.data
@@ -54,11 +54,11 @@ class BitWriter(Bits):
 
     @property
     def length(self) -> int:
-        """About how many bytes tell what has been written so far."""
+        """Length of the output so far, in bytes, about."""
         return int(self.state[BYTES_DONE]) + _LAG
 
     def finish(self) -> bytes:
-        """Return all bytes: whatever follows them, the bits written are those read."""
+        """Return all bytes: the bits are read back correctly, whatever bytes follow."""
         done, low, high = (int(self.state[n]) for n in (BYTES_DONE, LOW, HIGH))
         for count in range(5):
             unit = 1 << (32 - 8 * count)
@@ -69,7 +69,7 @@ class BitWriter(Bits):
 
 
 class BitReader(Bits):
-    """Holds the bytes that have come; every symbol that they determine can be read, and no other."""
+    """Holds the received bytes; a symbol can be read as soon as they determine it."""
 
     def __init__(self, counters: int) -> None:
         super().__init__(counters)
@@ -86,7 +86,7 @@ class BitReader(Bits):
             self.data = grown
         self.data[here:total] = np.frombuffer(data, np.uint8)
         state[BYTES_HERE] = total
-        # Bytes that the code register has taken as missing.
+        # Bytes that the code register has assumed missing.
         done = int(state[BYTES_DONE])
         for place in range(max(here, done - 4), min(total, done)):
             shift = 8 * (done - 1 - place)
@@ -95,5 +95,5 @@ class BitReader(Bits):
 
     @property
     def unread(self) -> int:
-        """How many bytes have come that no symbol has needed."""
+        """Number of received bytes that no symbol has needed."""
         return max(0, int(self.state[BYTES_HERE]) - int(self.state[BYTES_DONE]))

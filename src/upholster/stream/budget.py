@@ -1,4 +1,4 @@
-"""What a caller's limits allow a stream to ask for (SPEC.md, section 9)."""
+"""Checks of a stream's demands against a caller's limits (SPEC.md, section 9)."""
 
 from collections.abc import Sequence
 

@@ -11,7 +11,7 @@ MOST_VARINT_BYTES = 9
 
 
 def varint(value: int) -> bytes:
-    """Return a number, 0 to 2^63 − 1, seven bits a byte, lowest first; the top bit says that more follow."""
+    """Return a number, 0 to 2^63 − 1, seven bits per byte, lowest first; the top bit means more follow."""
     out = bytearray()
     while value > 127:
         out.append(value & 127 | 128)
@@ -21,12 +21,12 @@ def varint(value: int) -> bytes:
 
 
 def zigzag(value: int) -> int:
-    """Return a signed number as one from 0 on: 0, −1, 1, −2 … as 0, 1, 2, 3 …."""
+    """Return a signed number as a nonnegative one: 0, −1, 1, −2 … as 0, 1, 2, 3 …."""
     return 2 * value if value >= 0 else -2 * value - 1
 
 
 def unzigzag(value: int) -> int:
-    """Return the signed number that `zigzag` made a number of."""
+    """Return the signed number for a result of `zigzag`."""
     return value >> 1 if value % 2 == 0 else -(value >> 1) - 1
 
 
@@ -38,7 +38,7 @@ class ByteReader:
     data
         The bytes.
     offset
-        Where they begin in the file: errors name places in the file.
+        Their position in the file: errors name positions in the file.
     """
 
     def __init__(self, data: bytes, offset: int = 0) -> None:
@@ -46,12 +46,12 @@ class ByteReader:
 
     @property
     def offset(self) -> int:
-        """Where the next field begins in the file."""
+        """Position of the next field in the file."""
         return self._offset + self._place
 
     @property
     def left(self) -> int:
-        """How many bytes are left."""
+        """Number of remaining bytes."""
         return len(self._data) - self._place
 
     def error(self, message: str) -> FormatError:
@@ -59,7 +59,7 @@ class ByteReader:
         return FormatError(f"byte {self.offset}: {message}")
 
     def bytes(self, count: int, name: str) -> bytes:
-        """Read so many bytes."""
+        """Read `count` bytes."""
         if count > self.left:
             raise self.error(f"{name} takes {count} bytes; {self.left} are left")
         self._place += count
@@ -73,7 +73,7 @@ class ByteReader:
         """Read a varint from `least` to `most`, in its shortest form."""
         value, start = 0, self._place
         if start < len(self._data) and least <= self._data[start] <= min(most, 127):
-            self._place = start + 1  # most are of one byte, and there may be very many
+            self._place = start + 1  # most have one byte, and there may be very many
             return self._data[start]
         for n in range(MOST_VARINT_BYTES):
             byte = self.bytes(1, name)[0]
@@ -95,7 +95,7 @@ class ByteReader:
         return value
 
     def end(self, name: str) -> None:
-        """Check that nothing is left."""
+        """Check that no bytes are left."""
         if self.left:
             raise self.error(f"{self.left} bytes too many in {name}")
 

@@ -11,7 +11,7 @@ __all__ = ["MAGIC", "MAX_FILE", "VERSION", "Chunk", "ChunkReader", "assembled", 
 
 MAGIC = b"uph"
 VERSION = 2
-"""Files of later versions are refused, and those of 0 and 1, which were never released."""
+"""Other versions are refused: later ones, and 0 and 1, which were never released."""
 MAX_FILE = 2**30
 MOST_CHUNKS = 4096
 _CRC = struct.Struct("<I")
@@ -19,7 +19,7 @@ _LONGEST_HEADER = 14
 
 
 def header(total: int, view: int) -> bytes:
-    """Return the file's header: magic, version, the file's length, and the bytes that a first view takes."""
+    """Return the file's header: magic, version, the file's length, and the length of the first view."""
     return MAGIC + bytes([VERSION]) + varint(total) + varint(view)
 
 
@@ -30,8 +30,8 @@ def pack_chunk(tag: str, payload: bytes) -> bytes:
 
 
 def assembled(head: list[bytes], rest: list[bytes]) -> bytes:
-    """Return a file of chunks: those that a first view takes, and the rest."""
-    # The header tells lengths that include its own.
+    """Return a file of chunks: those of the first view, and the rest."""
+    # The lengths in the header include the header.
     view, total = sum(map(len, head)), sum(map(len, head + rest))
     length = 0
     while len(found := header(total + length, view + length)) != length:
@@ -41,20 +41,20 @@ def assembled(head: list[bytes], rest: list[bytes]) -> bytes:
 
 @dataclass(slots=True)
 class Chunk:
-    """A chunk as far as it has come.
+    """The received part of a chunk.
 
     Attributes
     ----------
     tag
-        Its letter: decoders skip a small one that they do not know.
+        Its letter: decoders skip an unknown small one.
     offset, payload_offset
-        Where it and its payload begin in the file.
+        Positions of the chunk and of its payload in the file.
     length
-        Bytes of its payload.
+        Length of its payload in bytes.
     received
-        Bytes of its payload that have come.
+        Received bytes of its payload.
     verified
-        Whether it is all there and its CRC is right.
+        Whether it is complete and its CRC is right.
     """
 
     tag: str
@@ -66,22 +66,22 @@ class Chunk:
 
     @property
     def end(self) -> int:
-        """Where the next chunk begins."""
+        """Position of the next chunk."""
         return self.payload_offset + self.length + _CRC.size
 
 
 class ChunkReader:
-    """Splits bytes, as they come, into header and chunks.
+    """Splits bytes, as they arrive, into header and chunks.
 
     Attributes
     ----------
     received
-        Bytes fed.
+        Number of bytes fed.
     total, view
-        What the header says: the file's length, and how many bytes a first view takes; None before it has
-        come.
+        From the header: the file's length, and the length of the first view; None before the header has
+        arrived.
     chunks
-        Those begun so far.
+        The chunks that have begun.
     """
 
     def __init__(self) -> None:
@@ -90,23 +90,23 @@ class ChunkReader:
         self.view: int | None = None
         self.chunks: list[Chunk] = []
         self._buffer = bytearray()
-        self._start = 0  # where the buffer begins in the file
+        self._start = 0  # position of the buffer in the file
         self._crc = 0
 
     @property
     def complete(self) -> bool:
-        """Whether the whole file has come and every chunk is right."""
+        """Whether the whole file has arrived and every chunk is right."""
         return self.total is not None and self._start == self.total
 
     def feed(self, data: bytes) -> list[tuple[Chunk, bytes]]:
         """Take further bytes; return, for each chunk they belong to, the new bytes of its payload, in order.
 
-        Where a chunk's end has come with them, its CRC has been checked.
+        If the end of a chunk is among them, its CRC has been checked.
 
         Raises
         ------
         FormatError
-            For a wrong magic or version, a wrong CRC, lengths that do not fit, bytes behind the end.
+            For a wrong magic or version, a wrong CRC, lengths that do not fit, bytes after the end.
         """
         self.received += len(data)
         self._buffer += data
@@ -114,7 +114,7 @@ class ChunkReader:
             return []
         total = self.total or 0
         if self.received > total:
-            raise FormatError(f"byte {total}: {self.received - total} bytes behind the end of the file")
+            raise FormatError(f"byte {total}: {self.received - total} bytes after the end of the file")
         found = []
         while self._start < total:
             chunk = (
@@ -152,9 +152,7 @@ class ChunkReader:
                 f"byte 0: file begins with {buffer[:3].hex()}; allowed: {MAGIC.hex()}, a .uph stream"
             )
         if len(buffer) > 3 and buffer[3] != VERSION:
-            who = (
-                "a newer upholster reads it" if buffer[3] > VERSION else "it was never released: make it anew"
-            )
+            who = "a newer upholster reads it" if buffer[3] > VERSION else "it was never released: remake it"
             raise FormatError(f"byte 3: version is {buffer[3]}; allowed: {VERSION}; {who}")
         if sum(byte < 128 for byte in buffer[4:]) < 2 and len(buffer) < _LONGEST_HEADER:
             return False

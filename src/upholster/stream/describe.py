@@ -1,4 +1,4 @@
-"""What a stream holds, and what can be read of it after so many bytes."""
+"""The contents of a stream, and what can be decoded from its first bytes."""
 
 from dataclasses import dataclass
 
@@ -38,11 +38,11 @@ class ChunkRow:
     Attributes
     ----------
     tag, offset
-        Its letter, and where it begins.
+        Its letter, and its position.
     length, received
-        Bytes, tag, length and CRC included, and how many of them are here.
+        Length in bytes, including tag, length and CRC, and the number of received bytes.
     holds
-        What it holds, in words.
+        Its contents, in words.
     """
 
     tag: str
@@ -54,18 +54,18 @@ class ChunkRow:
 
 @dataclass(frozen=True, slots=True)
 class Readable:
-    """What the first `length` bytes show.
+    """What can be decoded from the first `length` bytes.
 
     Attributes
     ----------
     length
-        Bytes.
+        Number of bytes.
     charts, placements
-        Shares, 0 to 1, of charts that have their placements, and of placements known.
+        Shares, 0 to 1, of charts with known placements, and of known placements.
     coefficients
         Share of the exemplar's coefficients that are significant.
     psnr
-        Of the exemplar against the exemplar of all bytes given, in dB; infinite where equal.
+        PSNR of the exemplar against the exemplar from all given bytes, in dB; infinite if equal.
     """
 
     length: int
@@ -77,20 +77,20 @@ class Readable:
 
 @dataclass(frozen=True, slots=True)
 class Description:
-    """What `describe` tells.
+    """Result of `describe`.
 
     Attributes
     ----------
     total, received
-        Length of the whole file, and of what was given of it.
+        Length of the whole file, and of the given part.
     complete
-        Whether that is all of it.
+        Whether the whole file was given.
     view
-        Bytes that the first view takes.
+        Length of the first view in bytes.
     chunks
-        In the file's order, those that have begun.
+        The chunks that have begun, in the file's order.
     readable
-        What can be read at 1, 2, 4, 8, 16 kB as far as there are so many bytes, and of all that was given.
+        What can be decoded from the first 1, 2, 4, 8, 16 kB, as far as given, and from all given bytes.
     """
 
     total: int
@@ -102,7 +102,7 @@ class Description:
 
 
 def describe(data: bytes, *, limits: Limits | None = None) -> Description:
-    """Tell what a stream, or a prefix of one, holds.
+    """Return the contents of a stream, or of a prefix of one.
 
     Parameters
     ----------
@@ -114,7 +114,7 @@ def describe(data: bytes, *, limits: Limits | None = None) -> Description:
     Returns
     -------
     Description
-        The table of chunks, and what is readable after so many bytes.
+        The table of chunks, and what can be decoded from the first bytes.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""The chunks of warp fields: how steps lie over the exemplar, coarse to fine (SPEC.md, sections 3, 5.3)."""
+"""The chunks of warp fields: maps from steps to the exemplar, coarse to fine (SPEC.md, sections 3, 5.3)."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -16,14 +16,14 @@ from upholster.stream.byte_reader import ByteReader, varint
 __all__ = ["MAX_NODES", "FieldCode", "FieldDecoder", "pack_fields"]
 
 MAX_NODES = 2**21
-"""Nodes over all charts."""
+"""Largest number of nodes over all charts."""
 
 _MOST_MARGIN, _MOST_SIDE = 64, 1024
 _LIMITS = np.array([OCTAVE * MOST_OCTAVES, OCTAVE * MOST_OCTAVES, 0, MOST_SHEAR])
 _PLAIN, _COVERING, _SHAPED = 0, 1, 2
 _STRIDES = kernels.COARSEST, 2, 1
 _NODE_ROOM = 160
-"""Bytes that a node takes at most: four numbers of 21 bits, each of which takes 12 at the worst, and some."""
+"""Largest number of bytes of a node: four numbers of 21 bits, each of which takes 12 at worst, and some."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,11 +33,11 @@ class FieldCode:
     Attributes
     ----------
     head
-        What is told of the nodes' grids.
+        The grids of nodes.
     nodes
         The nodes, from coarse to fine.
     coarse
-        How many bytes of `nodes` tell the coarse ones, about.
+        Number of bytes of `nodes` for the coarse ones, about.
     """
 
     head: bytes
@@ -72,7 +72,7 @@ def pack_fields(fields: Sequence[WarpField], charts: Sequence[Chart]) -> FieldCo
     if total > MAX_NODES:
         raise InputError(f"fields have {total} nodes; allowed: {MAX_NODES} in a stream")
     alike = kinds[0] if len(set(kinds)) == 1 else 3
-    told = bytes([alike, margin]) + (bytes(kinds) if alike == 3 else b"")
+    kinds_of_all = bytes([alike, margin]) + (bytes(kinds) if alike == 3 else b"")
     nodes = [np.array(field.nodes) for field in fields if not field.is_identity]
     writer, coarse = BitWriter(kernels.NODE_COUNTERS), 0
     left = np.zeros(4, np.int64)
@@ -85,7 +85,7 @@ def pack_fields(fields: Sequence[WarpField], charts: Sequence[Chart]) -> FieldCo
             first = own[0, 0]
         coarse = coarse or writer.length
     coded = writer.finish()
-    return FieldCode(told + bytes(head), coded, min(coarse, len(coded)))
+    return FieldCode(kinds_of_all + bytes(head), coded, min(coarse, len(coded)))
 
 
 class FieldDecoder:
@@ -94,14 +94,14 @@ class FieldDecoder:
     Parameters
     ----------
     head
-        What is told of the nodes' grids.
+        The grids of nodes.
     charts
         The layout.
 
     Raises
     ------
     FormatError
-        If it is malformed or outside what is allowed.
+        If it is malformed or not allowed.
     """
 
     def __init__(self, head: ByteReader, charts: Sequence[Chart]) -> None:
@@ -111,17 +111,17 @@ class FieldDecoder:
         self._shapes: list[tuple[int, int, int]] = []
         total = 0
         for kind, chart in zip(kinds, charts, strict=True):
-            told = (0, 0, 0)
+            shape = (0, 0, 0)
             if kind == _COVERING:
-                told = (margin, *_covering(chart, margin))
+                shape = (margin, *_covering(chart, margin))
             elif kind == _SHAPED:
-                told = (
+                shape = (
                     head.varint("margin of a field", _MOST_MARGIN),
                     head.varint("rows of nodes", _MOST_SIDE, 1),
                     head.varint("columns of nodes", _MOST_SIDE, 1),
                 )
-            total += told[1] * told[2]
-            self._shapes.append(told)
+            total += shape[1] * shape[2]
+            self._shapes.append(shape)
         if total > MAX_NODES:
             raise head.error(f"fields have {total} nodes; allowed: {MAX_NODES}")
         head.end("head of the fields")
@@ -138,17 +138,17 @@ class FieldDecoder:
 
     @property
     def unread(self) -> int:
-        """Bytes that came and that no symbol needed."""
+        """Received bytes that no symbol has needed."""
         return self._reader.unread
 
     @property
     def complete(self) -> bool:
-        """Whether every field is known."""
+        """Whether all fields are known."""
         return self._stage == len(self._stages)
 
     @property
     def fields(self) -> tuple[WarpField, ...]:
-        """Per chart its field; nodes that have not come are what they are guessed to be."""
+        """The field of each chart; nodes that have not arrived have their predictions."""
         if self._fields is None:
             start = self._done
             for stride, n, size in self._stages[self._stage :]:
@@ -185,7 +185,7 @@ class FieldDecoder:
             self._stage, self._done = self._stage + 1, 0
 
     def _first(self, n: int) -> NDArray[np.int16]:
-        # What the first node of a field is guessed to be.
+        # Prediction of a field's first node.
         found: NDArray[np.int16] = self._nodes[n - 1][0, 0].copy() if n else np.zeros(4, np.int16)
         return found
 

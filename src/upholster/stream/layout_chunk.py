@@ -1,4 +1,4 @@
-"""The layout chunk: charts, with what is alike told once."""
+"""The layout chunk: charts, with common values stored once."""
 
 import struct
 from collections.abc import Callable, Sequence
@@ -19,7 +19,7 @@ MAX_CHARTS = 2**18
 _BY_PATCH, _ONE_FACE, _SAME, _SQUARE, _DYADIC, _EVEN = 1, 2, 4, 8, 16, 32
 _FINEST = 16
 _FARTHEST = 2**32
-"""Texels from an island's origin to a chart's first one, in an even layout."""
+"""Largest distance in texels from an island's origin to a chart's first one, in an even layout."""
 
 _MOST = 1e18
 """Largest parameter on a mesh."""
@@ -33,8 +33,8 @@ def pack_layout(charts: Sequence[Chart], surface: Surface | MeshSurface) -> byte
     charts
         The charts.
     surface
-        What they lie on. Charts of a mesh take fewest bytes if their texels are squares of one size q, and
-        each begins at a whole multiple of it: ``s0 == q·m``, ``s1 == q·(m + height)`` to the bit, likewise t.
+        Their surface. Charts of a mesh take the fewest bytes if their texels are squares of one size q, and
+        each starts at a multiple of it: ``s0 == q·m``, ``s1 == q·(m + height)`` to the bit, likewise t.
 
     Raises
     ------
@@ -60,7 +60,7 @@ def pack_layout(charts: Sequence[Chart], surface: Surface | MeshSurface) -> byte
 
 
 def _pack_rectangles(charts: Sequence[Chart], on_mesh: bool) -> tuple[int, bytes]:
-    """Return the flag that tells the rectangles' form, and their bytes."""
+    """Return the flag for the rectangles' form, and their bytes."""
     texel = _even_texel(charts) if on_mesh else None
     if texel is not None:
         starts = [int(np.rint(low / texel)) for chart in charts for low in (chart.s0, chart.t0)]
@@ -77,14 +77,14 @@ def _pack_rectangles(charts: Sequence[Chart], on_mesh: bool) -> tuple[int, bytes
 
 
 def _even_texel(charts: Sequence[Chart]) -> float | None:
-    """Return the size of which all charts' texels are, and their starts whole multiples; None without one."""
+    """Return the common size of all charts' texels, if their starts are multiples of it; None without one."""
     ends = np.array([[(c.s0, c.s1), (c.t0, c.t1)] for c in charts])
     counts = np.array([(c.height, c.width) for c in charts], float)
     rough = (ends[..., 1] - ends[..., 0]) / counts
     starts = np.rint(ends[..., 0] / rough)
     if not (np.abs(starts) <= _FARTHEST).all():
         return None
-    # A product divided again may differ in its last bit: it is the quotient that comes out most often.
+    # A product, divided again, may differ in its last bit: take the most frequent quotient.
     whole = np.stack([starts, starts + counts], axis=-1)
     found, often = np.unique(ends[whole != 0] / whole[whole != 0], return_counts=True)
     texel = float(found[often.argmax()])
@@ -99,7 +99,7 @@ def parse_layout(fields: ByteReader, surface: Surface | MeshSurface) -> tuple[Ch
     Raises
     ------
     FormatError
-        If they are malformed or outside what is allowed.
+        If they are malformed or not allowed.
     """
     flags = fields.byte("flags of the layout", 63)
     if flags & (_BY_PATCH | _DYADIC if isinstance(surface, MeshSurface) else _EVEN):
@@ -170,7 +170,7 @@ def _check(charts: Sequence[Chart], surface: Surface | MeshSurface) -> None:
 
 
 def _lie_by_patch(charts: Sequence[Chart], surface: Surface) -> bool:
-    """Return whether chart k covers patch k, and nothing is left."""
+    """Return whether chart k covers patch k, for all charts and patches."""
     places = (surface.whole_patch(c.face, c.s0, c.s1, c.t0, c.t1) for c in charts)
     return len(charts) == len(surface.patches) and all(n == place for n, place in enumerate(places))
 
@@ -181,7 +181,7 @@ def _on_patch(surface: Surface, patch: int, size: tuple[int, int]) -> Chart:
 
 
 Rectangle = Callable[[tuple[int, int], Room], tuple[float, float, float, float]]
-"""Reads s0, s1, t0, t1 of a chart so large, on a face with such room."""
+"""Reads s0, s1, t0, t1 of a chart of a given size, on a face with given room."""
 
 
 def _rectangle(fields: ByteReader) -> Rectangle:

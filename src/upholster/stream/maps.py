@@ -19,13 +19,13 @@ __all__ = [
 ]
 
 FIRST_ROLE = "albedo"
-"""Role of the map that a stream begins with: the exemplar."""
+"""Role of the first map of a stream: the exemplar."""
 
 MOST_MAPS = 16
-"""Maps of a stream, the first one included."""
+"""Largest number of maps of a stream, including the first one."""
 
 MAX_MAP_SAMPLES = 4 * MAX_SAMPLES
-"""Samples of all maps together."""
+"""Largest number of samples of all maps together."""
 
 Chunk = tuple[str, bytes]
 
@@ -37,7 +37,7 @@ _TURNS = 12
 
 
 def check_roles(roles: Sequence[str]) -> None:
-    """Check names of maps behind the first one.
+    """Check names of maps after the first one.
 
     Raises
     ------
@@ -56,12 +56,12 @@ def check_roles(roles: Sequence[str]) -> None:
 
 
 def pack_role(role: str, header: bytes) -> bytes:
-    """Return what a map's chunk holds: its role and its image header."""
+    """Return the payload of a map's chunk: its role and its image header."""
     return varint(len(role)) + role.encode("ascii") + header
 
 
 def parse_role(data: bytes, offset: int, before: Sequence[str]) -> tuple[str, int]:
-    """Read a map's role back; return it and where in `data` the image header begins.
+    """Read a map's role back; return it and the position of the image header in `data`.
 
     Raises
     ------
@@ -77,19 +77,19 @@ def parse_role(data: bytes, offset: int, before: Sequence[str]) -> tuple[str, in
 
 
 def interleaved(first: bytes, others: Mapping[str, bytes], start: int) -> list[tuple[int, tuple[Chunk, ...]]]:
-    """Return all maps' streams in turns, such that they refine side by side.
+    """Return all maps' streams in turns, so that they refine at the same time.
 
     Parameters
     ----------
     first
-        The first map's stream, of which `start` bytes have come.
+        The first map's stream, of which `start` bytes precede.
     others
         The other maps' streams by role, in the order of their numbers.
 
     Returns
     -------
     list of (int, tuple)
-        Each turn: how many bytes of the first map have come with it, and its chunks, tags and payloads.
+        For each turn, the number of bytes of the first map up to its end, and its chunks, tags and payloads.
     """
     turns, rest, reached = [], first[start:], min(start, len(first))
     for turn in range(_TURNS):

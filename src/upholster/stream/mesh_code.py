@@ -24,10 +24,10 @@ MAX_TRIANGLES = 2**20
 MAX_PARTS = 2**16
 MAX_NAME = 200
 POSITION_BITS = 12
-"""Bits of a coordinate along the longest side of the mesh's box."""
+"""Bits of a coordinate along the longest side of the mesh's bounding box."""
 
 TEXEL_STEPS = 8
-"""Steps of parameters to a texel of a chart."""
+"""Steps of parameters per texel of a chart."""
 
 _MOST_BITS = 16
 _TRIANGLES_A_BYTE = 4096
@@ -38,7 +38,7 @@ _METRES = 1
 
 @dataclass(frozen=True, slots=True)
 class MeshPrecision:
-    """How finely a stream holds a mesh.
+    """Precision of a mesh in a stream.
 
     Attributes
     ----------
@@ -53,15 +53,15 @@ class MeshPrecision:
 
 
 def precision_of(charts: Sequence[Chart], bits: int = POSITION_BITS) -> MeshPrecision:
-    """Return the precision at which parameters have `TEXEL_STEPS` steps to a texel of the finest chart."""
+    """Return the precision at which parameters have `TEXEL_STEPS` steps per texel of the finest chart."""
     texels = [min((c.s1 - c.s0) / c.height, (c.t1 - c.t0) / c.width) for c in charts]
     return MeshPrecision(bits, max(min(texels) / TEXEL_STEPS, float(np.median(texels)) / (4 * TEXEL_STEPS)))
 
 
 def pack_mesh(surface: MeshSurface, precision: MeshPrecision) -> bytes:
-    """Return a mesh as bytes, behind the kind of the surface.
+    """Return a mesh as bytes, which follow the kind of the surface.
 
-    Positions and parameters are rounded to `precision`; triangles get another order, and each may begin at
+    Positions and parameters are rounded to `precision`; triangles are reordered, and each may start at
     another of its corners.
 
     Raises
@@ -99,12 +99,12 @@ def parse_mesh(fields: ByteReader, most: int = MAX_TRIANGLES) -> MeshSurface:
     fields
         Its bytes.
     most
-        Triangles that it may have.
+        Largest number of triangles.
 
     Raises
     ------
     FormatError
-        If it is malformed, or a number is outside what is allowed.
+        If it is malformed, or a number is not allowed.
     """
     name = _parse_text(fields)
     metres = fields.float64("metres") if fields.byte("flags of the mesh", 1) else None
@@ -123,13 +123,13 @@ def parse_mesh(fields: ByteReader, most: int = MAX_TRIANGLES) -> MeshSurface:
     reader.feed(fields.bytes(fields.left, "triangles"))
     status = _code(reader, coded, None)
     if status:
-        told = (
+        message = (
             "a number of the mesh is outside what is allowed" if status == WRONG else "triangles are missing"
         )
-        raise FormatError(f"byte {start}: {told}")
+        raise FormatError(f"byte {start}: {message}")
     if reader.unread:
         raise FormatError(f"byte {start}: mesh has bytes too many")
-    with np.errstate(over="ignore"):  # what is not finite is refused with the mesh
+    with np.errstate(over="ignore"):  # numbers that are not finite are refused with the mesh
         parameters: FloatArray = coded.parameters.reshape(-1, 3, 2) * np.float64(unit)
         positions = np.array(low) + coded.positions * step
     triangles_of = coded.vertices.reshape(-1, 3)
@@ -141,7 +141,7 @@ def parse_mesh(fields: ByteReader, most: int = MAX_TRIANGLES) -> MeshSurface:
 
 
 def _code(bits: BitWriter | BitReader, mesh: CodedMesh, origin: Origin | None) -> int:
-    # Triangles and positions, seams, islands and parameters; returns what is wrong, or 0.
+    # Triangles and positions, seams, islands and parameters; returns the error's status, or 0.
     known = _no_origin() if origin is None else origin
     count, counts = len(mesh.pieces), mesh.counts
     for code in (code_triangles, code_seams, code_islands):

@@ -1,9 +1,9 @@
-"""The order of a stream's parts: at each byte what takes most of the error away that is left.
+"""The order of a stream's parts: always next is the part that reduces the error most per byte.
 
 The head, a coarse sample and coarse nodes of warp fields come first. Then follow two queues, each in its own
-order: placements, finer nodes and labels; and the rest of the sample. The next part is always of the
-queue whose next parts together gain most a byte. What a part gains is estimated from variances and from how
-many steps are shown right; a decoder takes any order.
+order: placements, finer nodes and labels; and the rest of the sample. The next part is always from the queue
+whose next parts together gain most per byte. The gain of a part is estimated from variances and from the
+number of steps that it makes right. A decoder accepts any order.
 """
 
 from collections.abc import Sequence
@@ -27,29 +27,29 @@ __all__ = [
 Chunk = tuple[str, bytes]
 
 _ROUND_CHUNK = 7
-"""Bytes round a chunk's payload."""
+"""Bytes around a chunk's payload."""
 
 _LEAST_PART = 160
-"""Bytes of placements, nodes or labels that come at a time, at least."""
+"""Least number of bytes of placements, nodes or labels in a part."""
 
 _SURE = 0.8
-"""How much of what placements show is right while finer nodes of warp fields have not come."""
+"""Share of right steps among those that placements show before finer nodes of warp fields have arrived."""
 
 _GROWTH, _LAST_SPLIT = 1.5, 40_000
-"""Lengths of the sample between which other parts may come: each so many times the one before."""
+"""Ratio of the lengths of the sample between which other parts may come."""
 
 
 @dataclass(frozen=True)
 class StreamPart:
-    """What comes at a time.
+    """A part of the stream.
 
     Attributes
     ----------
     chunks
         Tags and payloads.
     steps
-        Of the plan: how many more steps are shown right. Of the sample: how many bytes of it have come with
-        this part.
+        For the plan: the number of further steps that it makes right. For the sample: the number of its bytes
+        up to the end of this part.
     """
 
     chunks: tuple[Chunk, ...]
@@ -57,7 +57,7 @@ class StreamPart:
 
     @property
     def length(self) -> int:
-        """Bytes of its chunks."""
+        """Length of its chunks in bytes."""
         return sum(len(data) + _ROUND_CHUNK for _, data in self.chunks)
 
 
@@ -81,7 +81,7 @@ def _parts(tag: str, data: bytes, ends: Sequence[tuple[int, float]]) -> list[Str
 
 
 def sample_parts(turns: Sequence[tuple[int, tuple[Chunk, ...]]]) -> list[StreamPart]:
-    """Return the sample's parts: each with how many bytes of the first map have come with it."""
+    """Return the sample's parts, each with the number of bytes of the first map up to its end."""
     return [StreamPart(chunks, reached) for reached, chunks in turns]
 
 
@@ -101,10 +101,10 @@ def ordered(
     errors: tuple[float, dict[int, float]],
     first: int,
 ) -> list[bytes]:
-    """Return all parts as chunks, at each place the one that gains most a byte.
+    """Return all parts as chunks; the next one is always the part that gains most per byte.
 
-    What is gained is the steps that are shown right, times the variance that the sample shows. `errors` as
-    `upholster.stream.sample.sample_errors` gives them; `first` bytes of the sample come before.
+    The gain is the number of steps that it makes right, times the variance of the sample. `errors` as
+    returned by `upholster.stream.sample.sample_errors`; `first` bytes of the sample precede.
     """
     variance, error = errors
     known = [
@@ -121,7 +121,7 @@ def ordered(
         else:
             part, seen = sample[seen], seen + 1
         for tag, data in part.chunks:
-            # Parts of one kind that follow each other are one chunk.
+            # Consecutive parts of one kind are joined to one chunk.
             if out and out[-1][0] == tag != "E":
                 out[-1] = tag, out[-1][1] + data
             else:
@@ -130,7 +130,7 @@ def ordered(
 
 
 def _steepest(values: Sequence[float], parts: Sequence[StreamPart], start: int) -> float:
-    # The most that the next parts gain a byte, so many of them together as are best.
+    # The largest gain per byte of the next parts, over any number of them together.
     best, length = -np.inf, 0
     for n in range(start, len(parts)):
         length += parts[n].length

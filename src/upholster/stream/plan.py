@@ -1,7 +1,7 @@
 """The plan of a quilt to bytes and back: grids, placements, labels, each a chunk of its own (SPEC.md, 4, 5).
 
-Placements come from coarse to fine over all charts: whatever has come of them covers everything. A decoder
-takes bytes as they come, and knows at once which placements and labels they determine.
+Placements are coded from coarse to fine over all charts: any first part of them covers everything. A decoder
+takes bytes as they arrive, and determines placements and labels as early as possible.
 """
 
 from collections.abc import Sequence
@@ -25,10 +25,10 @@ from upholster.stream.plan_head import MAX_PLACEMENTS, PlanHead
 __all__ = ["PlanCode", "PlanDecoder", "encode_plan", "refuse_pixel"]
 
 _PLACEMENTS_A_CALL, _CELLS_A_CALL = 256, 4096
-"""Placements and cells coded in one call."""
+"""Number of placements and cells coded in one call."""
 
 _GROWTH, _FEWEST = 1.125, 16
-"""Placements are cut into parts where their number grew so much, from so many on."""
+"""Placements are cut into parts when their number has grown by this factor, from this number on."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,12 +38,12 @@ class PlanCode:
     Attributes
     ----------
     head
-        What `PlanDecoder` takes first.
+        The head, which `PlanDecoder` takes first.
     placements, labels
-        What it is fed; `labels` is empty where none need telling.
+        The bytes to feed to it; `labels` is empty if none need coding.
     placement_ends, label_ends
-        Where they may be cut: how many bytes, about, and over how many steps what is shown from then on is
-        what is shown in the end. Those of labels add to those of all placements.
+        Where they may be cut: the number of bytes, about, and the number of steps that show their final
+        placement from there on. The steps of labels add to those of all placements.
     """
 
     head: bytes
@@ -54,13 +54,13 @@ class PlanCode:
 
 
 def encode_plan(quilt: Quilt) -> PlanCode:
-    """Encode a quilt's placements and labels; its warp fields are told elsewhere, see `warp_fields`.
+    """Encode a quilt's placements and labels; its warp fields are coded elsewhere, see `warp_fields`.
 
     Raises
     ------
     InputError
-        For more placements or cells than the format holds, charts that differ in their number of layers or in
-        `half`, or placements of which one's centre is not that of a cell behind the cell of the one before.
+        For more placements or cells than the format allows, charts that differ in their number of layers or
+        in `half`, or placements whose centres are not centres of cells, in the order of the cells.
     """
     if len(quilt.placements) > MAX_PLACEMENTS:
         refuse_pixel(quilt.steps, quilt.exemplar_shape)
@@ -72,7 +72,7 @@ def encode_plan(quilt: Quilt) -> PlanCode:
 
 
 def _on_cells(quilt: Quilt) -> Quilt:
-    """Return a quilt in which the bare placements of charts that have not come stand on middles of cells."""
+    """Return a quilt in which the bare placements of charts without data are on centres of cells."""
     placed = quilt.placements
     alone = np.flatnonzero(np.bincount(placed["chart"], minlength=len(quilt.charts)) == 1)
     moved = placed.copy()
@@ -96,7 +96,7 @@ def _on_cells(quilt: Quilt) -> Quilt:
 def _encode_placements(
     quilt: Quilt, head: PlanHead, right: NDArray[np.int64]
 ) -> tuple[bytes, tuple[tuple[int, float], ...]]:
-    # `right`: of each placement over how many steps it shows where it is the nearest one.
+    # `right`: for each placement the number of steps that show it while it is the nearest one.
     writer, placed = BitWriter(kernels.PLACEMENT_COUNTERS), quilt.placements
     given = np.zeros((len(placed), kernels.COLUMNS), np.int32)
     for number, part in enumerate(head.parts()):
@@ -108,7 +108,7 @@ def _encode_placements(
         placed["offset"],
     )
     given[:, kernels.SOURCE], given[:, kernels.SOURCE + 1] = placed["source_row"], placed["source_column"]
-    boxes, told = _Boxes(head, np.arange(len(placed), dtype=np.int64)), np.zeros_like(given)
+    boxes, records = _Boxes(head, np.arange(len(placed), dtype=np.int64)), np.zeros_like(given)
     units = kernels.Units(*quilt.exemplar_shape, *head.bits)
     cuts, lengths = _cuts(len(placed)), []
     for stop in cuts:
@@ -116,13 +116,13 @@ def _encode_placements(
         while done < stop:
             waiting = boxes.with_room()
             writer.room(2**16)
-            status = kernels.code_placements(writer.coder, waiting, units, given, told, stop, True)
+            status = kernels.code_placements(writer.coder, waiting, units, given, records, stop, True)
             if status < 0:
                 raise InputError(f"placement {done} has a number outside what a stream allows")
             done = int(waiting.counts[kernels.PLACED])
         lengths.append(writer.length)
     coded = writer.finish()
-    order = _cell_order(told)
+    order = _cell_order(records)
     shown = np.empty(len(placed), np.int64)
     shown[order] = right
     so_far = np.cumsum(shown)[np.array(cuts) - 1].astype(np.float64).tolist()
@@ -151,7 +151,7 @@ def _encode_labels(
             there = np.bincount(labels[labels == nearest], minlength=part.count)
             right[part.start : part.stop] = part.cell**2 * there
             wrong += part.cell**2 * int(np.count_nonzero(labels != nearest))
-        else:  # of a second layer nothing is shown before its labels come
+        else:  # a second layer shows nothing before its labels arrive
             wrong += part.cell**2 * int(np.count_nonzero(labels >= 0))
         if part.is_settled:
             continue
@@ -166,7 +166,7 @@ def _encode_labels(
 
 
 def refuse_pixel(texels: int, shape: tuple[int, ...]) -> NoReturn:
-    """Raise InputError: a stream would hold a source for each of so many texels, in a sample of `shape`."""
+    """Raise InputError: a stream would hold a source for each of these texels, in a sample of `shape`."""
     bits = (shape[0] * shape[1] - 1).bit_length()
     raise InputError(
         f"method 'pixel' has no stream: {texels:,} texels with a source of {bits} bits each would take "
@@ -175,12 +175,12 @@ def refuse_pixel(texels: int, shape: tuple[int, ...]) -> NoReturn:
 
 
 def _cell_order(records: NDArray[np.int32]) -> NDArray[np.intp]:
-    """Return which of some placements come first by part, and by cell, row after row."""
+    """Return the order of placements by part and cell, row after row."""
     return np.lexsort((records[:, kernels.COLUMN], records[:, kernels.ROW], records[:, kernels.PART]))
 
 
 class _Boxes:
-    """The boxes that wait, and room for those to come."""
+    """The boxes that wait, with room for new ones."""
 
     def __init__(self, head: PlanHead, members: NDArray[np.int64]) -> None:
         parts = list(head.parts())
@@ -200,7 +200,7 @@ class _Boxes:
         kernels.begin_boxes(self._all)
 
     def with_room(self) -> kernels.Boxes:
-        """Return them, with room for more."""
+        """Return them, with room for new ones."""
         wanted = int(self._all.counts[kernels.BOXES]) + _PLACEMENTS_A_CALL
         self._all = self._all._replace(boxes=_grown(self._all.boxes, wanted))
         return self._all
@@ -212,26 +212,26 @@ class PlanDecoder:
     Attributes
     ----------
     known, total
-        How many placements are known, and how many there are.
+        Number of known placements, and of all.
     known_cells, total_cells
-        The same of the labels that are told.
+        The same for the coded labels.
 
     Parameters
     ----------
     head
         Grids of cells and numbers of placements.
     exemplar_shape
-        As in `Quilt`.
+        As for `Quilt`.
     """
 
     def __init__(self, head: PlanHead, exemplar_shape: tuple[int, int]) -> None:
         self._head, self._shape = head, exemplar_shape
         self._parts = list(head.parts())
-        self._told = [n for n, part in enumerate(self._parts) if not part.is_settled]
-        self.total, self.total_cells = head.total, sum(self._parts[n].size for n in self._told)
+        self._coded = [n for n, part in enumerate(self._parts) if not part.is_settled]
+        self.total, self.total_cells = head.total, sum(self._parts[n].size for n in self._coded)
         self.known = self.known_cells = 0
-        self._told_known = 0
-        self._within = 0  # cells of the next part that is told
+        self._coded_known = 0
+        self._within = 0  # known cells of the next coded part
         self._boxes = _Boxes(head, np.empty(0, np.int64))
         self._placed = np.zeros((0, kernels.COLUMNS), np.int32)
         self._placements = BitReader(kernels.PLACEMENT_COUNTERS)
@@ -242,22 +242,22 @@ class PlanDecoder:
 
     @property
     def density(self) -> float:
-        """Texels for a step of the charts, each way, at which it is painted."""
+        """Density of painting: texels per step of the charts, each way."""
         return self._head.density
 
     @property
     def complete(self) -> bool:
-        """Whether every placement and every label is known."""
+        """Whether all placements and labels are known."""
         return self.known == self.total and self.known_cells == self.total_cells
 
     @property
     def unread(self) -> int:
-        """Bytes that came and that no symbol needed."""
+        """Received bytes that no symbol has needed."""
         return self._placements.unread + self._labels.unread
 
     @property
     def charts_known(self) -> int:
-        """How many charts have a placement of their own."""
+        """Number of charts that have a placement of their own."""
         starts = self._by_cell()[1]
         return int(np.count_nonzero(np.diff(starts)[:: self._head.layers]))
 
@@ -267,7 +267,7 @@ class PlanDecoder:
         Raises
         ------
         FormatError
-            If a number of one is outside what is allowed.
+            If a number of a placement is not allowed.
         """
         self._placements.feed(data)
         units = kernels.Units(*self._shape, *self._head.bits)
@@ -288,13 +288,13 @@ class PlanDecoder:
         Raises
         ------
         FormatError
-            If no labels are due, or one names no placement of its layer.
+            If no labels are due, or a label is no placement of its layer.
         """
-        if not self._told or self.known < self.total:
+        if not self._coded or self.known < self.total:
             raise FormatError("labels come where none are due")
         self._labels.feed(data)
-        while self._told_known < len(self._told):
-            number = self._told[self._told_known]
+        while self._coded_known < len(self._coded):
+            number = self._coded[self._coded_known]
             part, nearest = self._parts[number], self._nearest_of(number)
             labels = self._maps.setdefault(number, part.blank())
             stop = min(labels.size, self._within + _CELLS_A_CALL)
@@ -307,13 +307,13 @@ class PlanDecoder:
             if known < stop:
                 return
             if known == labels.size:
-                self._told_known, self._within = self._told_known + 1, 0
+                self._coded_known, self._within = self._coded_known + 1, 0
 
     def quilt(self, fields: Sequence[WarpField] = ()) -> Quilt:
-        """Return the quilt as far as it is known, with warp fields per chart; none: the identity.
+        """Return the known part of the quilt, with warp fields per chart; without any, the identity.
 
-        Charts without a placement have a bare one. Where labels are not known the nearest placement shows,
-        and of a second layer nothing.
+        Charts without a placement have a bare one. Where labels are not known, the nearest placement shows;
+        a second layer shows nothing there.
         """
         charts, layers = self._head.charts, self._head.layers
         labels = [LabelMap(part.cell, self._labels_of(n), part.half) for n, part in enumerate(self._parts)]
@@ -327,7 +327,7 @@ class PlanDecoder:
         )
 
     def _by_cell(self) -> tuple[NDArray[np.int32], NDArray[np.intp]]:
-        # The placements known by part and cell; where those of each part begin, and the end.
+        # The known placements by part and cell; the start of each part, and the end.
         if len(self._sorted[0]) < self.known:
             records = self._placed[: self.known]
             records = records[_cell_order(records)]
@@ -337,8 +337,8 @@ class PlanDecoder:
 
     def _labels_of(self, number: int) -> NDArray[np.int32]:
         part, starts = self._parts[number], self._by_cell()[1]
-        known = self._told_known == len(self._told) or (
-            part.number < self._parts[self._told[self._told_known]].number
+        known = self._coded_known == len(self._coded) or (
+            part.number < self._parts[self._coded[self._coded_known]].number
         )
         if known and number in self._maps:
             return self._maps[number]
@@ -382,7 +382,7 @@ class PlanDecoder:
 
 
 def _grown(records: NDArray[np.int32], length: int) -> NDArray[np.int32]:
-    """Return at least so many records, further ones 0: as many as have come, not as many as are told."""
+    """Return at least `length` records, new ones 0: memory follows received data, not announced sizes."""
     if length <= len(records):
         return records
     grown = np.zeros((max(length, len(records) + len(records) // 2), records.shape[1]), np.int32)

@@ -1,4 +1,4 @@
-"""What a plan tells first: grids of cells, and how many placements lie on each chart (SPEC.md, section 4)."""
+"""The head of a plan: grids of cells, and the number of placements on each chart (SPEC.md, section 4)."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -16,27 +16,27 @@ __all__ = ["MAX_CELLS", "MAX_PLACEMENTS", "PlanHead", "PlanPart"]
 
 MAX_PLACEMENTS = 2**19
 MAX_CELLS = 2**27
-"""Cells of all label maps."""
+"""Largest number of cells of all label maps."""
 
 _CELLS_A_STEP, _CELLS_A_CHART = 4, 32
 _MOST_LAYERS = 2
 _MOST_SOURCE_BITS, _MOST_OFFSET_BITS = 4, 7
 _HALF, _ALIKE = 1, 2
-"""Bits of a layer: its cells are moved by half a cell; those of all charts are of one size."""
+"""Bits of a layer: its cells are shifted by half a cell; all charts have cells of one size."""
 
 
 @dataclass(frozen=True, slots=True)
 class PlanPart:
-    """A layer of a chart: what is coded at a time.
+    """A layer of a chart: the unit of coding.
 
     Attributes
     ----------
     number, layer, chart
         The chart's number, the layer, 0 or 1, and the chart.
     cell, half
-        As of `LabelMap`.
+        As for `LabelMap`.
     first, start, count
-        Its first placement among those of the chart, and among all; how many it has.
+        Its first placement among those of the chart, and among all; the number of its placements.
     """
 
     number: int
@@ -53,7 +53,7 @@ class PlanPart:
 
     @property
     def stop(self) -> int:
-        """Where its placements end among all."""
+        """End of its placements among all."""
         return self.start + self.count
 
     @property
@@ -63,30 +63,30 @@ class PlanPart:
 
     @property
     def size(self) -> int:
-        """How many cells it has."""
+        """Number of its cells."""
         return self.shape[0] * self.shape[1]
 
     @property
     def is_settled(self) -> bool:
-        """Whether its label map can only be one thing, and is not told."""
+        """Whether its label map has only one possible content, and is not coded."""
         return self.count == (1 if self.layer == 0 else 0)
 
     def blank(self) -> NDArray[np.int32]:
-        """Return labels of which nothing is known."""
+        """Return labels that are all unknown."""
         return np.full(self.shape, 0 if self.layer == 0 else -1, np.int32)
 
     def nearest(self, rows: NDArray[np.int32], columns: NDArray[np.int32]) -> NDArray[np.int32]:
-        """Return of each cell the nearest placement, given their centres, by its number on the chart."""
+        """Return the nearest placement of each cell, given centres, by its number on the chart."""
         found = nearest_labels(rows, columns, self.chart, self.cell, half=self.half)
         return found + np.int32(self.first)
 
     def cells_of(self, placed: NDArray[np.void]) -> NDArray[np.int64]:
-        """Return (n, 2) row and column of the cells of which its placements have the centres.
+        """Return (n, 2) row and column of the cells whose centres its placements have.
 
         Raises
         ------
         InputError
-            If a centre is none of a cell, or they do not come one a cell, row after row.
+            If a centre is not that of a cell, or they are not one per cell, row after row.
         """
         found = np.empty((len(placed), 2), np.int64)
         for axis, name in enumerate(("row", "column")):
@@ -95,7 +95,7 @@ class PlanPart:
             if not np.isin(placed[name], centres).all():
                 raise InputError(
                     f"{self!s} has a placement whose centre is none of its cells of {self.cell} steps; "
-                    "allowed in a stream: only such"
+                    "allowed in a stream: centres of cells"
                 )
         if (np.diff(found @ (self.shape[1], 1)) <= 0).any():
             raise InputError(
@@ -107,20 +107,20 @@ class PlanPart:
 
 @dataclass(frozen=True, slots=True)
 class PlanHead:
-    """Grids of cells, and how many placements there are.
+    """Grids of cells, and numbers of placements.
 
     Attributes
     ----------
     charts
         The layout.
     half
-        Per layer whether its cells are moved by half a cell; one layer or two.
+        For each layer whether its cells are shifted by half a cell; one layer or two.
     cells, counts
-        (charts, layers) the size of the cells in steps, and how many placements there are.
+        (charts, layers) size of the cells in steps, and number of placements.
     density
-        As of `Quilt`.
+        As for `Quilt`.
     bits
-        Sources are multiples of 2 to the power of the first, offsets of the second.
+        Sources are multiples of 2 to the power of the first, offsets to the power of the second.
     """
 
     charts: tuple[Chart, ...]
@@ -132,25 +132,25 @@ class PlanHead:
 
     @classmethod
     def bare(cls, charts: tuple[Chart, ...]) -> "PlanHead":
-        """Return what holds before a plan has come."""
+        """Return the head that applies before a plan has arrived."""
         shape = len(charts), 1
         return cls(charts, (False,), np.full(shape, MOST_CELL, np.int64), np.ones(shape, np.int64))
 
     @classmethod
     def of(cls, quilt: Quilt) -> "PlanHead":
-        """Return what is told of a quilt.
+        """Return the head of a quilt.
 
         Raises
         ------
         InputError
-            If that is more than the format holds.
+            If it exceeds the format's limits.
         """
         numbers = {len(maps) for maps in quilt.labels}
         if len(numbers) > 1:
             raise InputError("some charts have a second layer; allowed in a stream: all of them or none")
         half = [{maps[layer].half for maps in quilt.labels} for layer in range(max(numbers))]
         if any(len(some) > 1 for some in half):
-            raise InputError("cells of some charts are moved by half; allowed in a stream: all or none")
+            raise InputError("cells of some charts are shifted by half; allowed in a stream: all or none")
         cells = np.array([[one.cell for one in maps] for maps in quilt.labels], np.int64)
         place = _MOST_LAYERS * quilt.placements["chart"].astype(np.int64) + quilt.placements["layer"]
         counts = np.bincount(place, minlength=_MOST_LAYERS * len(cells)).reshape(-1, _MOST_LAYERS)
@@ -169,7 +169,7 @@ class PlanHead:
         Raises
         ------
         FormatError
-            If it is malformed or outside what is allowed.
+            If it is malformed or not allowed.
         """
         layers = fields.varint("number of layers", _MOST_LAYERS, 1)
         density = DENSITIES[fields.byte("density", len(DENSITIES) - 1)]
@@ -181,11 +181,11 @@ class PlanHead:
         for layer in range(layers):
             flags = fields.byte("flags of a layer", _HALF | _ALIKE)
             half.append(bool(flags & _HALF))
-            told = [
+            sizes = [
                 fields.varint("cell of a layer", MOST_CELL, 1)
                 for _ in range(1 if flags & _ALIKE else len(charts))
             ]
-            cells[:, layer] = told
+            cells[:, layer] = sizes
         found = cls(charts, tuple(half), cells, np.ones_like(cells))
         wrong = found._excess()
         if wrong:
@@ -211,16 +211,16 @@ class PlanHead:
 
     @property
     def layers(self) -> int:
-        """How many there are."""
+        """Number of layers."""
         return len(self.half)
 
     @property
     def total(self) -> int:
-        """How many placements there are."""
+        """Number of placements."""
         return int(self.counts.sum())
 
     def parts(self) -> Iterator[PlanPart]:
-        """Return all charts' layers, in the order in which they are coded."""
+        """Return all charts' layers, in the order of coding."""
         rows = zip(self.charts, self.cells.tolist(), self.counts.tolist(), strict=True)
         start = 0
         for number, (chart, cells, counts) in enumerate(rows):
@@ -235,7 +235,7 @@ class PlanHead:
         return -(-sizes[:, None] // self.cells[..., None]) + 2
 
     def _excess(self) -> str:
-        # What is wrong with the number of cells; nothing: an empty text.
+        # The error about the number of cells; an empty text for none.
         steps = sum(chart.height * chart.width for chart in self.charts)
         most = min(MAX_CELLS, _CELLS_A_STEP * steps + _CELLS_A_CHART * len(self.charts))
         cells = int(self._shapes().prod(axis=2).sum())
@@ -243,7 +243,7 @@ class PlanHead:
 
 
 def _bits_of(placed: NDArray[np.void]) -> tuple[int, int]:
-    """Return the largest powers of two of which all sources and all offsets are multiples."""
+    """Return the largest powers of two that divide all sources and all offsets."""
     sources = np.bitwise_or.reduce(placed["source_row"] | placed["source_column"])
     offsets = np.bitwise_or.reduce(placed["offset"], axis=None)
     return _zeros(int(sources), _MOST_SOURCE_BITS), _zeros(int(offsets), _MOST_OFFSET_BITS)

@@ -1,4 +1,4 @@
-"""How far to read a stream: so many bytes, bits per exemplar pixel, or a share of the coefficients."""
+"""Limits of reading a stream: in bytes, bits per exemplar pixel, or as a share of the coefficients."""
 
 from dataclasses import dataclass
 
@@ -12,22 +12,23 @@ _PARTS = 400
 
 @dataclass(frozen=True, slots=True)
 class Limit:
-    """Where to stop reading; without any, the whole stream is read.
+    """Where to stop reading; without a limit, the whole stream is read.
 
     Attributes
     ----------
     most_bytes
-        Bytes of the stream, at least 1.
+        Number of bytes of the stream, at least 1.
     bits_per_pixel
         The same, in bits per pixel of the exemplar, above 0.
     coefficients
-        Share of the exemplar's coefficients that are significant, above 0, at most 1. All placements and
-        labels come with it: the stream is read until they are there, and of the exemplar no more than that.
+        Share of the exemplar's coefficients that are significant, above 0, at most 1. It includes all
+        placements and labels: the stream is read until they are known, but the exemplar only up to this
+        share.
 
     Raises
     ------
     InputError
-        If more than one is given, or one is out of range.
+        If more than one limit is given, or one is out of range.
     """
 
     most_bytes: int | None = None
@@ -47,7 +48,7 @@ class Limit:
             raise InputError(f"coefficients is {self.coefficients:g}; allowed: above 0, at most 1")
 
     def reached(self, decoder: StreamDecoder) -> bool:
-        """Whether a decoder, which can show something, has read as far as this."""
+        """Whether a decoder that can show something has reached the limit."""
         if self.most_bytes is not None:
             return decoder.received >= self.most_bytes
         if self.bits_per_pixel is not None:
@@ -62,8 +63,8 @@ class Limit:
 def feed_until(decoder: StreamDecoder, data: bytes, limit: Limit) -> None:
     """Feed a decoder with the bytes of `data` that follow those it has, until a limit is reached.
 
-    A limit in coefficients is met to the byte of the exemplar; the bytes that are read for it, in parts of
-    1/400 of the stream. A limit below the first view is overrun.
+    A limit in coefficients is met to the byte of the exemplar; the stream is read in parts of 1/400. A limit
+    below the first view is exceeded.
 
     Raises
     ------

@@ -23,7 +23,7 @@ from upholster.types import PixelArray
 
 __all__ = ["StreamDecoder", "read_stream"]
 
-# Which chunk may come after which has come; D and small letters may come anywhere behind X.
+# The chunk that must precede each chunk; D and small letters may be anywhere after X.
 _NEEDS = {
     **{"S": "", "L": "S", "X": "L", "D": "X", "F": "X", "Q": "X"},
     **{"N": "F", "P": "Q", "M": "P", "R": "X", "E": "R"},
@@ -32,25 +32,26 @@ _LONGEST_WHOLE = {"S": 2**26, "L": 2**24, "X": 2**12, "F": 2**23, "Q": 2**23, "R
 _ANY_NUMBER = "DNPMRE"
 
 _CAUTION = 64
-"""Coefficients that a byte hardly ever tells of: near a limit in coefficients bytes are taken one by one."""
+"""A byte rarely codes more coefficients than this. Within this distance of a coefficient limit, bytes are
+read one at a time."""
 
 
 class StreamDecoder(Shown):
     """Decodes a .uph stream as its bytes arrive; the work is proportional to the new bytes.
 
-    As soon as nothing is `needed`, there is a textured model; every further byte refines it.
+    As soon as no bytes are `needed`, there is a textured model; every further byte refines it.
 
     Parameters
     ----------
     limits
-        What the stream may ask for; by default `Limits()`. One that asks for more is refused.
+        Limits of the stream's demands; by default `Limits()`. A stream that exceeds one is refused.
 
     Attributes
     ----------
     surface
-        The surface, a `MeshSurface` where it is a mesh; None before it has come.
+        The surface, a `MeshSurface` if it is a mesh; None before it has arrived.
     charts
-        The layout; empty before it has come.
+        The layout; empty before it has arrived.
     """
 
     def __init__(self, *, limits: Limits | None = None) -> None:
@@ -63,9 +64,9 @@ class StreamDecoder(Shown):
         self._image: ImageDecoder | None = None
         self._plan: PlanDecoder | None = None
         self._maps: dict[str, ImageDecoder] = {}
-        self._fed: ImageDecoder | None = None  # that the current chunk E is of
+        self._fed: ImageDecoder | None = None  # decoder of the current chunk E
         self._share: float | None = None
-        self._held = bytearray()  # of the exemplar, beyond that share
+        self._held = bytearray()  # bytes of the exemplar beyond that share
         self._fields: FieldDecoder | None = None
         self._whole = bytearray()
         self._seen = ""
@@ -79,65 +80,65 @@ class StreamDecoder(Shown):
 
     @property
     def received(self) -> int:
-        """Bytes fed so far."""
+        """Number of bytes fed so far."""
         return self._reader.received
 
     @property
     def used(self) -> int:
-        """Bytes fed so far without those of the exemplar that are held back."""
+        """Number of bytes fed so far, without those of the exemplar that are held back."""
         return self.received - len(self._held)
 
     @property
     def total(self) -> int | None:
-        """Length of the whole file, as its header says; None before the header has come."""
+        """Length of the whole file, from its header; None before the header has arrived."""
         return self._reader.total
 
     @property
     def needed(self) -> int:
-        """How many bytes are missing until something can be shown: 0 from then on."""
+        """Number of missing bytes until something can be shown: 0 from then on."""
         if self._image is not None:
             return 0
-        # Before the header has come: at least the rest of the shortest one.
+        # Before the header has arrived: at least the rest of the shortest one.
         return max(1, (self._reader.view or 6) - self.received)
 
     @property
     def complete(self) -> bool:
-        """Whether the whole file has come, every chunk's CRC is right, and no byte is held back."""
+        """Whether the whole file has arrived, every chunk's CRC is right, and no byte is held back."""
         return self._reader.complete and not self._held
 
     @property
     def chunks(self) -> tuple[Chunk, ...]:
-        """The chunks begun so far."""
+        """The chunks that have begun."""
         return tuple(self._reader.chunks)
 
     @property
     def placements_known(self) -> tuple[int, int]:
-        """How many placements are known, and how many there are; (0, 0) before the plan has come."""
+        """Number of known placements, and of all; (0, 0) before the plan has arrived."""
         return (0, 0) if self._plan is None else (self._plan.known, self._plan.total)
 
     @property
     def labels_known(self) -> tuple[int, int]:
-        """How many cells' labels are known, and how many are told; (0, 0) before the plan has come."""
+        """Number of cells with known labels, and with coded ones; (0, 0) before the plan has arrived."""
         return (0, 0) if self._plan is None else (self._plan.known_cells, self._plan.total_cells)
 
     @property
     def density(self) -> float:
-        """Texels for a step of the charts, each way, at which it is painted: 1 before the plan has come."""
+        """Density of painting in texels per step of the charts, each way: 1 before the plan has arrived."""
         return 1.0 if self._plan is None else self._plan.density
 
     @property
     def charts_known(self) -> int:
-        """How many charts have a placement of their own; the others show the exemplar about its middle."""
+        """Number of charts that have a placement of their own; the others show the middle of the exemplar."""
         return 0 if self._plan is None else self._plan.charts_known
 
     @property
     def placements_complete(self) -> bool:
-        """Whether every placement and every label is known."""
+        """Whether all placements and labels are known."""
         return self._plan is not None and self._plan.complete
 
     @property
     def plan_known(self) -> bool:
-        """Whether it is known how many placements there are."""
+        """Whether the number of placements is known."""
         return self._plan is not None
 
     @property
@@ -153,12 +154,12 @@ class StreamDecoder(Shown):
 
     @property
     def wavelet(self) -> str:
-        """How the exemplar is coded; raises InputError while bytes are still `needed`."""
+        """The exemplar's wavelet; raises InputError while bytes are still `needed`."""
         return self._ready().header.wavelet
 
     @property
     def coefficients_known(self) -> tuple[int, int]:
-        """How many of the exemplar's coefficients are significant so far, and how many there are."""
+        """Number of significant coefficients of the exemplar so far, and of all coefficients."""
         return (0, 0) if self._image is None else (self._image.significant, self._image.coefficients)
 
     def feed(self, data: bytes) -> None:
@@ -167,7 +168,7 @@ class StreamDecoder(Shown):
         Raises
         ------
         FormatError
-            If the stream is damaged: says at which byte. It is of no use from then on.
+            If the stream is damaged: the message names the byte. The decoder can not be used afterwards.
         """
         if not isinstance(data, (bytes, bytearray, memoryview)):
             raise InputError(f"data is a {type(data).__name__}; allowed: bytes")
@@ -183,19 +184,19 @@ class StreamDecoder(Shown):
     def limit_coefficients(self, share: float | None) -> None:
         """Decode the exemplar only until a share of its coefficients is significant.
 
-        Its further bytes are held back, while everything else goes on as it comes; so a picture of few
-        coefficients has its placements all the same.
+        Its further bytes are held back, while all other data is decoded as it arrives; so a picture of few
+        coefficients still has its placements.
 
         Parameters
         ----------
         share
-            0 to 1; None (as at first) decodes all that has come.
+            0 to 1; None (the initial value) decodes all received bytes.
         """
         self._share = share
         self._feed_exemplar(b"")
 
     def quilt(self) -> Quilt:
-        """Return the quilt as far as it has come; charts that have not come have one bare placement.
+        """Return the known part of the quilt; charts without data have one bare placement.
 
         Raises
         ------
@@ -208,11 +209,11 @@ class StreamDecoder(Shown):
 
     @property
     def roles(self) -> tuple[str, ...]:
-        """Roles of the maps that have been announced so far: "albedo", the exemplar's, is the first."""
+        """Roles of the maps that have been announced so far: the first is "albedo", the exemplar's."""
         return tuple(self._maps)
 
     def exemplar(self, role: str = FIRST_ROLE) -> PixelArray:
-        """Return a map of the exemplar as far as it has come: (H, W, C), of its own dtype.
+        """Return a map of the exemplar, decoded from the received bytes: (H, W, C), of its own dtype.
 
         Raises
         ------
@@ -225,7 +226,7 @@ class StreamDecoder(Shown):
         return self._maps[role].image()
 
     def texels(self, role: str = FIRST_ROLE, *, threads: int | None = None) -> Texels:
-        """Return the texels of a map as far as they can be painted.
+        """Return the texels of a map, painted from the received bytes.
 
         Raises
         ------
@@ -298,7 +299,7 @@ class StreamDecoder(Shown):
                 f"byte {chunk.offset}: chunk {tag!r} has {chunk.length} bytes; allowed: {_LONGEST_WHOLE[tag]}"
             )
         if tag == "F" and "Q" in self._seen:
-            raise FormatError(f"byte {chunk.offset}: chunk 'F' comes behind 'Q'")
+            raise FormatError(f"byte {chunk.offset}: chunk 'F' comes after 'Q'")
         self._seen += tag
 
     def _take_whole(self, tag: str, data: bytes, offset: int) -> None:
@@ -372,12 +373,12 @@ class StreamDecoder(Shown):
             self._fed.feed(part)
 
     def check_whole(self) -> None:
-        """Check that nothing is missing and nothing is left over.
+        """Check that no bytes are missing or left over.
 
         Raises
         ------
         FormatError
-            If the stream is cut or has bytes that mean nothing.
+            If the stream is cut or has unused bytes.
         """
         if self.total is None or not self.complete:
             missing = self.needed if self.total is None else self.total - self.received
@@ -386,12 +387,12 @@ class StreamDecoder(Shown):
             raise FormatError(f"byte {self.received}: file ends without exemplar or placements")
         for role, image in self._maps.items():
             if image.unread:
-                raise FormatError(f"byte {self.received}: {image.unread} bytes of map {role!r} mean nothing")
+                raise FormatError(f"byte {self.received}: {image.unread} bytes of map {role!r} are unused")
         if not self._plan.complete or (self._fields is not None and not self._fields.complete):
             raise FormatError(f"byte {self.received}: file ends before its placements do")
         unread = self._plan.unread + (0 if self._fields is None else self._fields.unread)
         if unread:
-            raise FormatError(f"byte {self.received}: {unread} bytes of placements mean nothing")
+            raise FormatError(f"byte {self.received}: {unread} bytes of placements are unused")
 
 
 def read_stream(data: bytes, *, strict: bool = True, limits: Limits | None = None) -> StreamDecoder:
@@ -402,19 +403,19 @@ def read_stream(data: bytes, *, strict: bool = True, limits: Limits | None = Non
     data
         The bytes.
     strict
-        Whether to refuse a cut file and bytes that mean nothing.
+        Whether to refuse a cut file and unused bytes.
     limits
         As for `StreamDecoder`.
 
     Returns
     -------
     StreamDecoder
-        With everything that the bytes tell.
+        A decoder that has read all bytes.
 
     Raises
     ------
     FormatError
-        If the stream is damaged or, if not strict, too short to show anything: says at which byte.
+        If the stream is damaged or, if not strict, too short to show anything: the message names the byte.
     """
     decoder = StreamDecoder(limits=limits)
     decoder.feed(data)

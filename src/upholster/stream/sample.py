@@ -1,4 +1,4 @@
-"""A stream's sample: each map coded once, and kept on disk for the next stream of the same sample."""
+"""A stream's sample: each map is coded once, and kept on disk for other streams of the same sample."""
 
 from collections.abc import Iterable, Mapping
 from hashlib import blake2b
@@ -22,7 +22,7 @@ def coded_maps(
     exemplar, maps
         As for `encode_stream`, checked.
     most_significant
-        Of the exemplar's coefficients; the other maps have no such limit.
+        Limit of the exemplar's coefficients; the other maps have no such limit.
     how
         Options of `check_image` and `encode_parts`.
 
@@ -38,7 +38,7 @@ def coded_maps(
 
 
 def sample_errors(coded: CodedImage, lengths: Iterable[int]) -> tuple[float, dict[int, float]]:
-    """Return a sample's mean squared error before its stream has come, and after so many bytes of it."""
+    """Return a sample's mean squared error before its stream, and after given numbers of its bytes."""
     return coded.errors[0], {length: coded.error(length) for length in lengths}
 
 

@@ -1,4 +1,4 @@
-"""What edges of faces share, and where they are a point, as whole numbers (SPEC.md, section 2)."""
+"""Seams between edges of faces, and edges that are a point, as integers (SPEC.md, section 2)."""
 
 from collections import defaultdict
 from collections.abc import Sequence
@@ -12,18 +12,18 @@ __all__ = ["pack_seams", "parse_seams"]
 MAX_SEAMS = 2**20
 
 _UNIT = 2**30
-"""Parts of a patch's edge."""
+"""Units of a patch's edge."""
 
 _OPPOSED, _POINT = 1, 2
 _PARTIAL = 3
-"""What is told of a seam: 0, or one of these; more by `_PARTIAL` where it is no whole edges."""
+"""Kinds of a seam: 0, or one of these; plus `_PARTIAL` if it does not consist of complete edges."""
 
 _Interval = list[int]
 """Edge, low, high."""
 
 
 def pack_seams(surface: Surface) -> bytes:
-    """Return the seams of a surface's faces, and their collapsed edges, as bytes; none where there are none.
+    """Return the seams of a surface's faces, and their collapsed edges, as bytes; empty if there are none.
 
     Raises
     ------
@@ -45,12 +45,12 @@ def pack_seams(surface: Surface) -> bytes:
 
 
 def parse_seams(fields: ByteReader, faces: Sequence[Face]) -> tuple[FaceSeam, ...]:
-    """Read the seams of a surface's faces, sorted; none where no bytes are left.
+    """Read the seams of a surface's faces, sorted; none if no bytes are left.
 
     Raises
     ------
     FormatError
-        If a number is outside what is allowed, or two seams overlap.
+        If a number is not allowed, or two seams overlap.
     """
     taken: dict[int, list[tuple[int, int]]] = defaultdict(list)
     seams = []
@@ -69,8 +69,8 @@ def parse_seams(fields: ByteReader, faces: Sequence[Face]) -> tuple[FaceSeam, ..
             other = ends[1][::-1] if kind == _OPPOSED else ends[1]
             seams.append(FaceSeam(a // 4, a % 4, *ends[0], b // 4, b % 4, *other))
     for parts in taken.values():
-        if any(before[1] > behind[0] for before, behind in pairwise(sorted(parts))):
-            raise fields.error("seams overlap; allowed: one beside the other along an edge")
+        if any(before[1] > after[0] for before, after in pairwise(sorted(parts))):
+            raise fields.error("seams overlap; allowed: one after the other along an edge")
     return tuple(sorted(seams, key=lambda one: (one.face, one.edge, one.start)))
 
 
@@ -86,7 +86,7 @@ def _interval(face: int, edge: int, low: float, high: float) -> _Interval:
 
 
 def _points(surface: Surface) -> list[_Interval]:
-    """Return where edges of faces are a point, joined along them."""
+    """Return the intervals in which edges of faces are a point, merged along the edges."""
     found: list[_Interval] = []
     for patch, edge in surface.degenerate:
         face, row, column = surface.place(patch)
@@ -104,7 +104,7 @@ def _points(surface: Surface) -> list[_Interval]:
 
 
 def _trim(intervals: Sequence[_Interval]) -> None:
-    """Let intervals on an edge that overlap, by about the surface's tolerance, begin where one ends."""
+    """Let intervals that overlap on an edge, by about the tolerance, begin where the previous one ends."""
     edge, covered = -1, 0
     for one in sorted(intervals):
         if one[0] != edge:

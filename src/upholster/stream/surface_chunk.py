@@ -20,14 +20,14 @@ from upholster.types import FloatArray
 __all__ = ["MAX_POINTS", "NAMED", "pack_surface", "parse_surface"]
 
 NAMED = {kind.number: kind for kind in SURFACES.values() if kind.number is not None}
-"""Built-in surfaces by their numbers in a stream; 0 is control nets."""
+"""Built-in surfaces by their numbers in a stream; 0 means control nets."""
 
 _MESH = 9
 _TILINGS = ("six", "octants")
 MAX_POINTS = 2**20
 MAX_NAME = 200
 MAX_BUILT = 2**14
-"""Patches of a surface that is told by name: more would take long to build from a few bytes."""
+"""Largest number of patches of a built-in surface: more would take long to build from a few bytes."""
 
 _FLOAT64, _WEIGHTS, _SAME_DEGREE, _GRIDS = 1, 2, 4, 8
 
@@ -35,9 +35,9 @@ _FLOAT64, _WEIGHTS, _SAME_DEGREE, _GRIDS = 1, 2, 4, 8
 def pack_surface(surface: Surface | MeshSurface, charts: Sequence[Chart] = ()) -> bytes:
     """Return a surface as bytes.
 
-    A built-in one (`Surface.source`) is told by name; of any other all control points are kept, as float32
-    where that changes neither which edges meet nor, by more than 1e-6 of its size, any point; else as
-    float64.
+    A built-in one (`Surface.source`) is stored by name. For any other, all control points are stored: as
+    float32 if that changes neither the edges that meet nor any point by more than 1e-6 of the surface's size;
+    else as float64.
 
     A mesh is rounded, as finely as `charts` on it need, see `upholster.stream.mesh_code`.
 
@@ -72,12 +72,12 @@ def parse_surface(fields: ByteReader, limits: Limits | None = None) -> Surface |
     fields
         Its bytes.
     limits
-        What it may ask for; by default `Limits()`.
+        Limits of its demands; by default `Limits()`.
 
     Raises
     ------
     FormatError
-        If it is malformed, or a number is outside what is allowed.
+        If it is malformed, or a number is not allowed.
     """
     kind = fields.byte("kind of surface", max(_MESH, *NAMED))
     start = fields.offset
@@ -137,10 +137,10 @@ def _parse_named(fields: ByteReader, kind: SurfaceKind) -> Surface:
 
 
 def _joined(surface: Surface) -> list[FloatArray]:
-    """Return the nets with the control points of edges that meet made equal: rounded, they stay so."""
+    """Return the nets with equal control points on edges that meet: they stay equal when rounded."""
     nets = [np.array(patch.net) for patch in surface.patches]
     tolerance = 1e-6 * max(surface.size, 1e-300)
-    # Twice: what meets at a corner is passed on from edge to edge.
+    # Twice: points at a corner are passed on from edge to edge.
     for _ in range(2):
         for edge in surface.shared:
             if not edge.whole:
@@ -180,7 +180,7 @@ def _meets_alike(surface: Surface, nets: list[FloatArray]) -> bool:
 
 
 def _faces(patches: Sequence[RationalPatch], grids: Sequence[tuple[int, int]]) -> list[Face]:
-    """Return patches as faces of so many rows and columns."""
+    """Return patches as faces with given numbers of rows and columns."""
     faces, first = [], 0
     for rows, columns in grids:
         faces.append(grid_face(patches[first : first + rows * columns], columns))
@@ -252,7 +252,7 @@ def _parse_nets(fields: ByteReader) -> Surface:
     unique = int(new.sum())
     data = fields.bytes(unique * columns * dtype.itemsize, "control points")
     points = np.ones((unique, 4))
-    with np.errstate(all="ignore"):  # what is not finite is refused with its patch
+    with np.errstate(all="ignore"):  # numbers that are not finite are refused with their patch
         points[:, :columns] = np.frombuffer(data, dtype).reshape(unique, columns)
         # Rounded homogeneous points would tear degenerate edges, whose weights differ.
         entries = (points if flags & _FLOAT64 else _net(points))[index]
@@ -266,10 +266,10 @@ def _parse_nets(fields: ByteReader) -> Surface:
     return Surface(_faces(patches, grids), name, tolerance)
 
 
-def _parse_grids(fields: ByteReader, told: bool) -> list[tuple[int, int]]:
+def _parse_grids(fields: ByteReader, are_stored: bool) -> list[tuple[int, int]]:
     """Return rows and columns of patches of all faces."""
     count = fields.varint("number of faces", MAX_PATCHES, 1)
-    if not told:
+    if not are_stored:
         return [(1, 1)] * count
     grids, left = [], MAX_PATCHES - count
     for _ in range(count):

@@ -9,7 +9,7 @@ __all__ = ["on_surface"]
 
 
 def on_surface(data: bytes, surface: Surface) -> bytes:
-    """Return a whole stream with another surface in it; everything else stays as it is, to the byte.
+    """Return a whole stream with another surface; all other data is unchanged, to the byte.
 
     Parameters
     ----------
@@ -21,12 +21,12 @@ def on_surface(data: bytes, surface: Surface) -> bytes:
     Raises
     ------
     FormatError
-        If the stream is damaged or not whole.
+        If the stream is damaged or incomplete.
     """
     reader = ChunkReader()
     reader.feed(data)
     if not reader.complete or reader.view is None:
-        raise FormatError(f"byte {len(data)}: stream is cut; allowed: a whole one")
+        raise FormatError(f"byte {len(data)}: stream is cut; allowed: a complete one")
     head: list[bytes] = []
     rest: list[bytes] = []
     for chunk in reader.chunks:

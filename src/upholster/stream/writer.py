@@ -1,4 +1,4 @@
-"""Writing a stream: what is needed first comes first."""
+"""Writing a stream: data that is needed first comes first."""
 
 import os
 from collections.abc import Callable, Mapping, Sequence
@@ -27,7 +27,7 @@ from upholster.wavelet.lifting import Wavelet
 __all__ = ["FIRST_PART", "check_layout", "encode_stream"]
 
 FIRST_PART = 600
-"""Bytes of the exemplar that come before the placements."""
+"""Number of bytes of the exemplar that precede the placements."""
 
 
 def encode_stream(
@@ -51,27 +51,27 @@ def encode_stream(
     surface
         The surface; built-in ones take a few bytes. Or its text form, or the path of its file. Or a mesh:
         its positions are rounded to 12 bits along the longest side of its box, parameters to an eighth of a
-        texel, and its triangles get another order.
+        texel, and its triangles are reordered.
     quilt
-        Its quilt: it comes back as it is. Centres of its placements must be centres of cells, at most one a
-        cell of its layer, in the order of the cells.
+        Its quilt, which decodes without change. Centres of its placements must be centres of cells, at most
+        one per cell of its layer, in the order of the cells.
     exemplar
         (H, W) or (H, W, C) uint8, uint16 or float, of the quilt's shape; or the path of such an image.
     wavelet, levels, most_significant
         How the exemplar is coded, see `upholster.codec.encode_parts`.
     sample_quality
-        Where the stream of every map ends: at so many dB, as `upholster.codec.encode_parts` counts them; or
+        Quality in dB at which the stream of every map ends, as `upholster.codec.encode_parts` measures it; or
         "lossless".
     most_bytes
-        Largest length of the whole stream: the exemplar gets what the rest leaves.
+        Largest length of the whole stream: the exemplar gets the bytes that the rest leaves.
     first_part
-        Bytes of the exemplar that come before the placements.
+        Number of bytes of the exemplar that precede the placements.
     maps
         Further maps of the same material by role, such as "normal" or "roughness": (H, W, 1 to 4) of the
         exemplar's height and width, each of its own depth, painted by the same quilt. The exemplar's role is
         "albedo".
     reached
-        Takes the PSNR of every map by role, in dB: infinite where nothing is lost.
+        Receives the PSNR of every map by role, in dB: infinite if nothing is lost.
 
     Returns
     -------
@@ -81,9 +81,8 @@ def encode_stream(
     Raises
     ------
     InputError
-        If something does not fit together, such as a quilt of another surface, or is beyond the format's
-        limits (SPEC.md, "Limits"), or
-        `most_bytes` does not hold what comes before the exemplar.
+        If arguments do not fit together, such as a quilt of another surface, or exceed the format's limits
+        (SPEC.md, "Limits"), or if `most_bytes` is too small for the data that precedes the exemplar.
     """
     check_whole("first_part", first_part, 0)
     for name, count in (("most_bytes", most_bytes), ("most_significant", most_significant)):
@@ -116,8 +115,8 @@ def encode_stream(
     plan = encode_plan(quilt)
     bent = not all(field.is_identity for field in quilt.fields)
     fields = pack_fields(quilt.fields, quilt.charts) if bent else None
-    told = [pack_chunk("Q", plan.head)]
-    told += [pack_chunk("R", pack_role(role, image.header)) for role, image in coded.items()]
+    tables = [pack_chunk("Q", plan.head)]
+    tables += [pack_chunk("R", pack_role(role, image.header)) for role, image in coded.items()]
     queue = plan_parts(plan, fields)
     streams = {role: image.payload for role, image in coded.items()}
 
@@ -130,11 +129,11 @@ def encode_stream(
             reached.update({role: coded[role].psnr(len(stream)) for role, stream in streams.items()})
         rest = ordered(queue, sample_parts(turns), errors, len(start))
         early = [("D", start)]
-        if fields is not None:  # first something to see, then its direction
+        if fields is not None:  # first a picture, then its direction
             third = len(start) // 3
             warped = [("F", fields.head), ("N", fields.nodes[: fields.coarse])]
             early = [("D", start[:third]), *warped, ("D", start[third:])]
-        return assembled(head, [*(pack_chunk(tag, data) for tag, data in early if data), *told, *rest])
+        return assembled(head, [*(pack_chunk(tag, data) for tag, data in early if data), *tables, *rest])
 
     if most_bytes is None:
         return whole(sample.payload, streams)
@@ -150,7 +149,7 @@ def _within(
     streams: Mapping[str, bytes],
     most_bytes: int,
 ) -> bytes:
-    # A stream of at most so many bytes, in which every map has its share.
+    # A stream of at most `most_bytes` bytes, in which every map has its share.
     most = sum(map(len, [payload, *streams.values()]))
     keep = min(most, most_bytes)
     while True:
@@ -165,19 +164,19 @@ def _within(
 def check_layout(
     surface: Surface | MeshSurface, charts: Sequence[Chart], exemplar_shape: tuple[int, int]
 ) -> bytes:
-    """Check that a stream can hold a layout, before anything is made for it; return its chunk's payload.
+    """Check that a stream can hold a layout, before it is used; return the payload of the layout chunk.
 
     Parameters
     ----------
     surface, charts
-        What the layout chunk tells.
+        The contents of the layout chunk.
     exemplar_shape
         (height, width) in pixels.
 
     Raises
     ------
     InputError
-        If it is beyond the format's limits (SPEC.md, "Limits").
+        If it exceeds the format's limits (SPEC.md, "Limits").
     """
     if not all(1 <= side <= MOST_SIDE for side in exemplar_shape):
         raise InputError(

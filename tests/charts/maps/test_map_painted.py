@@ -95,7 +95,7 @@ STROKE = {"at": [20, -15, 0], "value": 0.5}
         ([STROKE | {"radius": 0}], "has the radius 0; allowed: a length above 0"),
         ([STROKE | {"radius": "wide"}], "radius is 'wide'"),
         ([STROKE | {"radius": [1]}], "radius is [1]"),
-        ([STROKE | {"radius": "3cm"}], "this model does not tell how long its unit is"),
+        ([STROKE | {"radius": "3cm"}], "this model does not state the length of its unit"),
         ([STROKE | {"at": [0, 0, 500]}], "lies 500 from the surface; allowed: at most 5"),
     ],
 )

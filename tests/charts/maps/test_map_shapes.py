@@ -117,7 +117,7 @@ def test_a_ball_has_all_steps_that_are_near_enough(cube) -> None:
     sure = np.abs(away - 0.7) > 1e-6
     np.testing.assert_array_equal(found[sure], away[sure] <= 0.7)
     np.testing.assert_array_equal(told("2,1,1.5:7mm", cube), found)  # its unit is a centimetre
-    with pytest.raises(InputError, match="radius of a map is '7mm', and this model does not tell"):
+    with pytest.raises(InputError, match="radius of a map is '7mm', and this model does not state"):
         parse_map("2,1,1.5:7mm").values(on_flat())
 
 

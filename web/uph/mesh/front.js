@@ -33,19 +33,19 @@ export class FrontDecoder {
     return -1
   }
 
-  /** Whether one triangle can close the gate and the edge beside it, to whose other side lies `beyond`. */
-  #canClose(gate, beside, beyond) {
-    return this.twins[beside] === OPEN && beside !== gate && beyond !== gate
+  /** Whether one triangle can close the gate and the edge `adjacent` to it; `beyond` is the edge on the other side of that. */
+  #canClose(gate, adjacent, beyond) {
+    return this.twins[adjacent] === OPEN && adjacent !== gate && beyond !== gate
   }
 
-  /** A new vertex; `beside`: two that it has a triangle with, and the one across their edge. */
-  #newVertex(beside) {
+  /** A new vertex; `adjacent`: the two vertices of its triangle, and the vertex across their edge. */
+  #newVertex(adjacent) {
     const { numbers, positions: p, left, limit } = this
     if (this.vertexNumber === this.vertexCount) numbers.wrong()
     const at = 3 * this.vertexNumber
     for (let k = 0; k < 3; k++) {
-      if (beside) {
-        const [a, b, c] = beside.map((vertex) => 3 * vertex + k)
+      if (adjacent) {
+        const [a, b, c] = adjacent.map((vertex) => 3 * vertex + k)
         const guess = p[a] + p[b] - p[c]
         p[at + k] = numbers.leftover(0, Math.abs(left[a]) + Math.abs(left[b]), guess, 0, limit)
         left[at + k] = p[at + k] - guess

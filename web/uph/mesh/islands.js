@@ -11,7 +11,7 @@ export function decodeIslands(numbers, mesh) {
   const wedges = Int32Array.from(mesh.vertices, (_, corner) => corner)
   decodeSeams(numbers, mesh, pieces, wedges)
   const left = new Int32Array(2 * wedges.length)
-  const last = [-1, 0] // island and part that were told last
+  const last = [-1, 0] // island and part that were coded last
   for (let t = 0; t < pieces.length; t++) {
     const first = root(pieces, t)
     if (first === t) {
@@ -54,10 +54,10 @@ function decodeParameters(numbers, mesh, wedges, left, corner) {
   const { parameters: q } = mesh
   const first = root(wedges, corner)
   const next = nextCorner(corner)
-  const beside = [next, nextCorner(next)]
-  const [a, b] = beside.map((one) => root(wedges, one))
+  const others = [next, nextCorner(next)]
+  const [a, b] = others.map((one) => root(wedges, one))
   const isGuessed = a < corner && b < corner
-  const guess = first === corner && isGuessed ? turned(mesh, corner, beside, [a, b]) : [0, 1].map((j) => (corner ? q[2 * corner - 2 + j] : 0))
+  const guess = first === corner && isGuessed ? turned(mesh, corner, others, [a, b]) : [0, 1].map((j) => (corner ? q[2 * corner - 2 + j] : 0))
   for (let j = 0; j < 2; j++) {
     const at = 2 * corner + j
     if (first < corner) [q[at], left[at]] = [q[2 * first + j], left[2 * first + j]]
@@ -68,10 +68,10 @@ function decodeParameters(numbers, mesh, wedges, left, corner) {
   }
 }
 
-/** Where the parameters of a corner should lie, from those of the two `beside` it, at corners a and b, and the triangle's shape. */
-function turned({ positions: p, parameters: q, vertices }, corner, beside, [a, b]) {
+/** The predicted parameters of a corner, from those of the two `others` of the triangle, at corners a and b, and its shape. */
+function turned({ positions: p, parameters: q, vertices }, corner, others, [a, b]) {
   const at = (one) => [0, 1, 2].map((k) => p[3 * vertices[one] + k])
-  const [from, to, here] = [...beside, corner].map(at)
+  const [from, to, here] = [...others, corner].map(at)
   const [ex, ey, ez] = to.map((x, k) => x - from[k])
   const [dx, dy, dz] = here.map((x, k) => x - from[k])
   const square = ex * ex + ey * ey + ez * ez

@@ -26,12 +26,12 @@ export class MeshNumbers {
   }
 
   flag(place) {
-    const bit = this.bits.told(FLAGS + place)
+    const bit = this.bits.coded(FLAGS + place)
     if (bit < 0) this.reader.fail('triangles are missing')
     return bit
   }
 
-  /** A number from `least` to `most`, told beside a guess. */
+  /** A number from `least` to `most`, coded as its difference from a guess. */
   within(kind, guess, least, most) {
     const { done, value } = decodeInteger(this.bits, kind, 0).next()
     if (!done) this.reader.fail('triangles are missing')
@@ -39,9 +39,9 @@ export class MeshNumbers {
     return guess + value
   }
 
-  /** A coordinate (`what` 0) or a parameter (1) whose guess is good; `beside` is what others left over. */
-  leftover(what, beside, guess, least, most) {
-    return this.within(LEFTOVER + what * (LONGEST + 1) + Math.min(LONGEST, 32 - Math.clz32(beside)), guess, least, most)
+  /** A coordinate (`what` 0) or a parameter (1) whose guess is good; `others` is the sum of the residuals of two others. */
+  leftover(what, others, guess, least, most) {
+    return this.within(LEFTOVER + what * (LONGEST + 1) + Math.min(LONGEST, 32 - Math.clz32(others)), guess, least, most)
   }
 }
 

@@ -65,7 +65,7 @@ export class ChartPainter {
     const { cell, columns, shift } = grid
     const first = columns * Math.floor((place + shift) / (16 * cell))
     const down = Math.floor(((place + shift) % (16 * cell)) / cell)
-    /** Whether a cell shows the same as those beside it, below it and between. */
+    /** Whether a cell shows the same as its neighbours to the right, below and between. */
     const isOne = (at) => labels[at] === labels[at + 1] && labels[at] === labels[at + columns] && labels[at] === labels[at + columns + 1]
     for (let n = 0; n < spans.length; n++) {
       const { column, start } = spans[n]
@@ -122,7 +122,7 @@ export class ChartPainter {
       const above = mirrored(top >> 4, height) * width
       const below = mirrored((top >> 4) + 1, height) * width
       const here = mirrored(side >> 4, width)
-      const beside = mirrored((side >> 4) + 1, width)
+      const next = mirrored((side >> 4) + 1, width)
       const g = top & 15
       const h = side & 15
       const s = g * h
@@ -130,9 +130,9 @@ export class ChartPainter {
       const q = 16 * h - s
       const p = 256 - q - r - s
       let i = (above + here) * channels
-      let j = (above + beside) * channels
+      let j = (above + next) * channels
       let k = (below + here) * channels
-      let l = (below + beside) * channels
+      let l = (below + next) * channels
       for (let to = n * channels, last = to + channels; to < last; to++, i++, j++, k++, l++) {
         if (isFloat) sums[to] += Math.fround(bilinear(data[i], data[j], data[k], data[l], p, q, r, s) * (weight / 256))
         else sums[to] += weight * (p * data[i] + q * data[j] + r * data[k] + s * data[l])
