@@ -134,9 +134,9 @@ class Outputs:
             As for `outputs`.
         """
         for target in targets:
-            known = len(self._beside)
+            known = len(self._temporary)
             self.path(target)
-            if len(self._beside) == known:
+            if len(self._temporary) == known:
                 raise InputError(f"output {os.fspath(target)!r} is given twice")
 
     def path(self, target: str | os.PathLike[str]) -> Path:
@@ -154,14 +154,14 @@ class Outputs:
             raise InputError(f"output {name!r} contains a null character")
         # Symbolic links stay: the file that they point to is written.
         place = Path(os.path.realpath(name))
-        if place not in self._beside:
+        if place not in self._temporary:
             temporary = place.with_name(f".upholster-{os.getpid()}-{secrets.token_hex(4)}{place.suffix}")
             self._check_apart(name, place)
             _check_writable(name, place, temporary)
-            if all(place.parent != other.parent for other in self._beside):
+            if all(place.parent != other.parent for other in self._temporary):
                 _sweep(place.parent)
             self._temporary[place] = temporary
-        return self._beside[place]
+        return self._temporary[place]
 
     def _check_apart(self, name: str, place: Path) -> None:
         """Raise if `place` is the file of an input or of another target."""

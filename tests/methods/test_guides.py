@@ -245,7 +245,7 @@ BAD: dict[str, tuple[dict[str, Any], str]] = {
     "label unknown": ({"labels": ("labels.png=part:x",)}, r"map 'part:x' is for models"),
     "label lacks": (
         {"labels": ("labels.png=height>0.5",)},
-        r"asks for #ffffff, which the sample's lacks; .*#000000",
+        r"asks for #ffffff, which the sample's map lacks; .*#000000",
     ),
     "labels many": ({"labels": ("sample.png=height>0.5",)}, r"map has [0-9,]+ colours; allowed: up to 254"),
     "zone no pair": ({"zone": ("x.png",)}, r"zone is 'x.png'; allowed: SAMPLE=TARGET"),
@@ -254,7 +254,7 @@ BAD: dict[str, tuple[dict[str, Any], str]] = {
     "zones": ({"zone": ("other.png=height",) * 16}, r"there are 16 zones; allowed: up to 15"),
     "zone size": (
         {"zone": ("other.png@2=height",)},
-        r"has a size and the sample none; allowed: with --sample-size",
+        r"has a size but the sample has none; allowed: with --sample-size",
     ),
     "zone tiny": (
         {"zone": ("other.png@0.1=height",), "sample_size": 4.0},
@@ -263,15 +263,15 @@ BAD: dict[str, tuple[dict[str, Any], str]] = {
     "blend": ({"blend": 2.0}, r"blend is 2.0 without zones; allowed: with --zone"),
     "blend 0": ({"blend": 0.0, "zone": ("other.png=height",)}, r"blend is 0.0; allowed: a length above 0"),
     "seed": ({"again": ("height@-1",)}, r"seed of again 'height@-1' is '-1'; allowed: 0 to"),
-    "region": ({"again": ("9,9,9:0.1",)}, r"region '9,9,9:0.1' has nothing of the surface"),
+    "region": ({"again": ("9,9,9:0.1",)}, r"region '9,9,9:0.1' contains no part of the surface"),
     "put form": ({"put": ("x.png",)}, r"put is 'x.png'; allowed: FILE=X,Y,Z"),
     "put size": ({"put": ("0,0,9,9=2,0,0*99",)}, r"size of put .* is 99; allowed: 1/16 to 16"),
     "put far": (
         {"put": ("0,0,9,9=99,0,0",)},
-        r"put '0,0,9,9=99.*' lies 9\d.* from the surface; .*near at",
+        r"put '0,0,9,9=99.*' lies 9\d.* from the surface; .*nearest point of the surface is",
     ),
     "put flat": ({"put": ("0,0,9,9=2,0",)}, r"has two coordinates; allowed: three"),
-    "put part": ({"put": ("100,0,99,9=2,0,0",)}, r"no part of the sample; allowed: .*inside 128x128"),
+    "put part": ({"put": ("100,0,99,9=2,0,0",)}, r"is not part of the sample; allowed: .*inside 128x128"),
     "method": (
         {"guide": ("luminance=height",), "method": "paper"},
         r"guide belongs to method 'quilt'; allowed with 'paper'",

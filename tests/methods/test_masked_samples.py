@@ -188,6 +188,6 @@ def test_a_mask_that_leaves_no_room_is_refused_by_its_largest_square() -> None:
     used[:18, :18] = True
     synthesize(Material({"albedo": PHOTO}, used=used), "plane", texels=(64, 64))
     with pytest.raises(
-        InputError, match="block is 40; allowed: 8 to 8 in a sample of 200x160 pixels, as far as"
+        InputError, match="block is 40; allowed: 8 to 8 in a sample of 200x160 pixels with this mask"
     ):
         synthesize(Material({"albedo": PHOTO}, used=used), "plane", texels=(64, 64), block=40)

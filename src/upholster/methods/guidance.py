@@ -1,4 +1,4 @@
-"""What a user asks of where things go, before it is known on which charts: guides and zones."""
+"""Placement requests of a user, independent of charts (guides, zones, regions, pieces); moved onto charts."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -30,47 +30,47 @@ __all__ = [
 ]
 
 _FARTHEST = 0.1
-"""How far from the surface a piece may be put, as a part of the model's size."""
+"""Maximum distance of a piece's place from the surface, as a fraction of the model's size."""
 
 _LISTED = 6
-"""Labels that an error lists."""
+"""Maximum number of labels that an error lists."""
 
 _MOST_LABELS = 254
 
 _BLENDED = 3
-"""Steps that blocks are blended over: what is laid is so much smaller than its region, and what stays
-so much larger."""
+"""Steps over which blocks are blended. A region that is laid again shrinks by this margin, and a region that
+stays grows by it."""
 
 _PIECES = 3
-"""Pieces of a frayed border lie within its width."""
+"""Number of pieces across the width of a frayed border."""
 
 _LEAST_NOISE = 0.02
-"""Where less of a zone is near, there is none of it, and where more, nothing else."""
+"""Where a zone's share is below this, the zone does not show; above 1 minus this, no other zone shows."""
 
 _BAND = 4
-"""Where zones meet, blocks of either may reach in by this part of their side."""
+"""Where zones meet, blocks of either zone may reach into the other by their side divided by this number."""
 
 
 Shown = NDArray[np.float32] | IntArray
-"""What a sample's pixels are, (H, W): values 0…1, or labels."""
+"""A map of the sample's pixels, (H, W): values 0…1, or labels."""
 
 
 @dataclass(frozen=True, eq=False)
 class GuidePair:
-    """A map of the sample beside one of the surface.
+    """A map of the sample paired with a map of the surface.
 
     Attributes
     ----------
     text
-        As the user wrote it.
+        The guide as the user wrote it.
     shown
-        (H, W) what the sample's pixels are: values 0…1, or labels 0xRRGGBB.
+        (H, W) the map of the sample's pixels: values 0…1, or labels 0xRRGGBB.
     wanted
-        What the surface shall be.
+        The map of the surface: the requested values.
     weight
-        How much it counts; 1 is usual.
+        The guide's weight; 1 is usual.
     is_label
-        Whether they are labels: the same, or not.
+        Whether values are labels, which are either equal or different.
     """
 
     text: str
@@ -82,16 +82,16 @@ class GuidePair:
 
 @dataclass(frozen=True, eq=False)
 class ZoneMaps:
-    """Which of several samples in one image lies where.
+    """Several samples in one image, and the part of the surface that each covers.
 
     Attributes
     ----------
     rectangles
-        Where each sample lies in the image; the first one lies where no map asks for another.
+        Each sample's rectangle in the image; the first sample covers all places that no map requests.
     wanted
-        For each of the others, where it is asked for: of several the last one counts.
+        For each of the other samples, the map of its places. Where several maps overlap, the last one counts.
     blend
-        Model units over which their borders fray; None: they lie where maps have them.
+        Width in model units over which the zones' borders fray; None: borders are exactly as in the maps.
     """
 
     rectangles: tuple[Rectangle, ...]
@@ -101,18 +101,18 @@ class ZoneMaps:
 
 @dataclass(frozen=True, eq=False)
 class Put:
-    """A piece of the sample, and where it is put.
+    """A piece of the sample, and the place where the user puts it.
 
     Attributes
     ----------
     text
-        As the user wrote it.
+        The option as the user wrote it.
     rectangle
-        The piece, in the sample.
+        The piece's rectangle in the sample.
     place
-        In model units; of a flat texture (column, row).
+        In model units; (column, row) on a flat texture.
     size, degrees, used
-        As of `PutPiece`.
+        As in `PutPiece`.
     """
 
     text: str
@@ -125,18 +125,18 @@ class Put:
 
 @dataclass(frozen=True, eq=False)
 class Guidance:
-    """All that is asked for, of one sample or several.
+    """All placement requests, for one sample or several.
 
     Attributes
     ----------
     guides, zones
-        See there; None: there is one sample.
+        See `GuidePair` and `ZoneMaps`; no zones (None): there is one sample.
     again
-        Regions that are laid once more, one after another, and their seeds.
+        Regions that are laid again, one after another, and their seeds.
     put
-        Pieces that lie where they are put.
+        Pieces at places that the user chose.
     held
-        Regions that stay as another quilt has them.
+        Regions that stay as they are in another quilt.
     """
 
     guides: tuple[GuidePair, ...] = ()
@@ -153,7 +153,7 @@ def guides_on(pairs: Sequence[GuidePair], ground: MapGround) -> tuple[Guide, ...
     Raises
     ------
     InputError
-        As `SurfaceMap.values`; for a label that the sample lacks.
+        As `SurfaceMap.values`; also for a label that the sample's map lacks.
     """
     return tuple(_labels(pair, ground) if pair.is_label else _values(pair, ground) for pair in pairs)
 
@@ -177,7 +177,7 @@ def _labels(pair: GuidePair, ground: MapGround) -> Guide:
         if missing.any():
             raise InputError(
                 f"labels {pair.text!r}: the surface's map asks for {_colour(int(codes[missing][0]))}, which "
-                f"the sample's lacks; allowed: {', '.join(map(_colour, known[:_LISTED].tolist()))}"
+                f"the sample's map lacks; allowed: {', '.join(map(_colour, known[:_LISTED].tolist()))}"
                 + (" …" if len(known) > _LISTED else "")
             )
         wanted.append(np.where(codes < 0, 0, at + 1).astype(np.uint8))
@@ -191,12 +191,12 @@ def _colour(code: int) -> str:
 
 @stage
 def put_on(pieces: Sequence[Put], ground: MapGround) -> tuple[PutPiece, ...]:
-    """Return pieces at the steps at which they are put.
+    """Return pieces, each at the step nearest to its place.
 
     Raises
     ------
     InputError
-        If a place lies far from the surface, or has two numbers and is not on a flat texture.
+        If a place is too far from the surface, or has two coordinates and the surface is not a flat texture.
     """
     return tuple(
         PutPiece(_step_at(one, ground), one.rectangle, one.size, one.degrees, one.used) for one in pieces
@@ -207,8 +207,8 @@ def _step_at(put: Put, ground: MapGround) -> tuple[int, int, int]:
     # Chart, row and column of the step nearest to a place.
     charted = ground.charted
     if len(put.place) == 2 and not ground.is_flat:
-        raise InputError(f"put {put.text!r} has two coordinates; allowed: three, but on flat textures")
-    # A flat texture lies in space with rows to −y; a pixel's middle is meant.
+        raise InputError(f"put {put.text!r} has two coordinates; allowed: three, except on flat textures")
+    # In space, a flat texture's rows run towards −y. The place is the centre of its pixel.
     x, y, *z = put.place
     point = np.array([[x + 0.5, -y - 0.5, 0.0] if not z else [x, y, *z]])
     corners = np.array(charted.mesh.corners[charted.chart >= 0])
@@ -226,7 +226,7 @@ def _step_at(put: Put, ground: MapGround) -> tuple[int, int, int]:
         nearest = ",".join(f"{number:.4g}" for number in own[0] + edges @ shares)
         raise InputError(
             f"put {put.text!r} lies {away[0]:.4g} from the surface; allowed: at most {farthest:.4g}; the "
-            f"surface is near at {nearest}"
+            f"nearest point of the surface is {nearest}"
         )
     places = charted.places[triangle]
     at = places[0] + shares @ (places[1:] - places[0])
@@ -238,27 +238,27 @@ def _step_at(put: Put, ground: MapGround) -> tuple[int, int, int]:
 
 @stage
 def region_again(wanted: SurfaceMap, ground: MapGround, seed: int) -> Again:
-    """Return a region that is laid once more.
+    """Return a region that is laid again.
 
     Raises
     ------
     InputError
-        As `SurfaceMap.values`; if nothing of the surface lies in it.
+        As `SurfaceMap.values`; also if the region contains no part of the surface.
     """
-    # Steps off the surface are outside, but nothing of them stays.
+    # Steps off the surface are outside the region, but they are not kept.
     surface = [triangles >= 0 for triangles in triangles_at_steps(ground.charted)]
     stays = tuple(
         _spread((on & ~own).view(np.uint8), _BLENDED, np.maximum) > 0
         for own, on in zip(region(wanted, ground), surface, strict=True)
     )
     if not any((on & ~held).any() for on, held in zip(surface, stays, strict=True)):
-        raise InputError(f"region {wanted.text!r} has nothing of the surface; allowed: one that has some")
+        raise InputError(f"region {wanted.text!r} contains no part of the surface; allowed: one that does")
     return Again(stays, seed)
 
 
 @stage
 def regions_held(wanted: Sequence[SurfaceMap], ground: MapGround) -> tuple[NDArray[np.bool_], ...]:
-    """Return of each chart (height, width) where regions stay, and what is blended with them.
+    """Return for each chart a mask (height, width) of the regions that stay and of steps blended with them.
 
     Raises
     ------
@@ -271,7 +271,7 @@ def regions_held(wanted: Sequence[SurfaceMap], ground: MapGround) -> tuple[NDArr
 
 @stage
 def zones_on(maps: ZoneMaps, ground: MapGround, block: float) -> tuple[NDArray[np.uint8], ...]:
-    """Return which zone each step of the charts shall show, as of `Zones`; blocks are so many steps wide.
+    """Return the requested zone of each step of the charts, as in `Zones`; `block` is blocks' side in steps.
 
     Raises
     ------
@@ -279,7 +279,8 @@ def zones_on(maps: ZoneMaps, ground: MapGround, block: float) -> tuple[NDArray[n
         As `SurfaceMap.values`.
     """
     out = [np.ones((chart.height, chart.width), np.uint8) for chart in ground.charted.charts]
-    # Where borders fray, a zone shows where its share is above a smooth noise: in pieces, ever fewer.
+    # Where borders fray, a zone shows where its share exceeds a smooth noise: in pieces that become fewer
+    # towards the other zone.
     noise = None if maps.blend is None else parse_map(f"noise:{maps.blend / _PIECES!r}").values(ground)
     for zone, wanted in enumerate(maps.wanted, 2):
         shares = wanted.values(ground)
@@ -292,14 +293,14 @@ def zones_on(maps: ZoneMaps, ground: MapGround, block: float) -> tuple[NDArray[n
 
 
 def _opened(zones: NDArray[np.uint8], radius: int) -> NDArray[np.uint8]:
-    # With `EITHER` at steps that lie so near to one of another zone, by rows and by columns.
+    # Adds `EITHER` to steps that have another zone within `radius` rows and columns.
     low, high = _spread(zones, radius, np.minimum), _spread(zones, radius, np.maximum)
     return np.where(low == high, zones, zones + EITHER).astype(np.uint8)
 
 
 def _spread(values: NDArray[np.uint8], radius: int, of: np.ufunc) -> NDArray[np.uint8]:
-    # The least or the greatest value of the square of so many places round each, by windows of doubled
-    # length.
+    # The minimum or maximum over the square within `radius` of each place. The window's length doubles in
+    # each pass.
     size, found = 2 * radius + 1, np.pad(values, radius, mode="edge")
     for axis in (0, 1):
         length = 1

@@ -1,4 +1,4 @@
-"""From the texts of options to guidance: maps of the sample are read, samples of zones become one image."""
+"""Turns the texts of options into guidance: reads maps of the sample, joins samples of zones in one image."""
 
 import os
 import re
@@ -32,25 +32,25 @@ __all__ = ["given_guidance", "guidance_files", "read_guidance", "sized_sample", 
 _GUIDED = ("guide", "labels", "zone", "again", "put")
 
 _LUMINANCE = "luminance"
-"""The word for how light a sample is: of its colours."""
+"""The word for the luminance of the sample's colours."""
 
 MIN_PIECE = 8
-"""Pixels of a piece of the sample that is put by hand, each way."""
+"""Minimum height and width, in pixels, of a piece of the sample that the user puts at a place."""
 
 _SMOOTH = 64
-"""What a sample itself is, as a guide, is a mean over this part of its shorter side."""
+"""Where the sample itself is the guide, it is averaged within this fraction, 1/64, of its shorter side."""
 
 _TAILS = 0.02
-"""Of all pixels: as many are 0, and as many 1, in a guide that the sample itself is."""
+"""Where the sample itself is the guide, this fraction of all pixels becomes 0, and the same fraction 1."""
 
 
 def given_guidance(asked: SynthesisOptions) -> list[str]:
-    """Return the options that are given of those that say where things go."""
+    """Return the names of the placement options that the user gave."""
     return [option for option in _GUIDED if getattr(asked, option)]
 
 
 def guidance_files(asked: SynthesisOptions) -> list[str]:
-    """Return the files that guides and zones name."""
+    """Return the files named in guides, labels, zones, regions and pieces."""
     found: list[str] = []
     for guide in map(parse_guide, (*(asked.guide or ()), *(asked.labels or ()))):
         found += [] if _is_word(guide.sample) else [guide.sample]
@@ -67,7 +67,7 @@ def guidance_files(asked: SynthesisOptions) -> list[str]:
 
 
 def with_names(asked: SynthesisOptions, name: Callable[[str], str]) -> dict[str, tuple[str, ...]]:
-    """Return guides, labels, zones, regions and pieces by option, with other names for the files in them."""
+    """Return guides, labels, zones, regions and pieces by option; `name` gives the new name of each file."""
 
     def map_(text: str) -> str:
         return parse_map(text).named(name)
@@ -96,15 +96,15 @@ def with_names(asked: SynthesisOptions, name: Callable[[str], str]) -> dict[str,
 
 
 def sized_sample(text: str, what: str) -> Sample:
-    """Return a sample with its width behind an @: ``oak.jpg@30cm``.
+    """Return a sample from a file name, optionally with its width after an @: ``oak.jpg@30cm``.
 
     Raises
     ------
     InputError
-        If there is no file before the @, or no length behind it.
+        If there is no file before the @, or no length after it.
     """
     file, at, size = text.rpartition("@")
-    # A file may have an @ in its name: that it is there, or goes on with a suffix, tells.
+    # The @ belongs to the file's name if that file exists, or if a suffix follows the @.
     if not at or os.path.exists(text) or (re.search(r"\.[a-zA-Z]", size) and "/" not in size):
         return Sample(text)
     if not file:
@@ -124,21 +124,21 @@ def read_guidance(
     reading: SampleOptions,
     metres: float | None,
 ) -> tuple[PixelArray | Material, Guidance | None]:
-    """Return what is painted, with the samples of zones in it, and what is asked of where things go.
+    """Return the image to paint from, which includes the samples of zones, and all placement requests.
 
     Parameters
     ----------
     asked
         The options.
     source, reading
-        The sample, and how it was read: guides are read alike.
+        The sample, and how it was read: guides are read in the same way.
     metres
-        Length of a model unit; None where it is not known.
+        Length of a model unit; None: unknown.
 
     Raises
     ------
     InputError
-        If a text is wrong, a file cannot be read, or a map has another size than the sample.
+        If a text is invalid, a file cannot be read, or a map differs from the sample in size.
     """
     if not given_guidance(asked):
         return source, None
@@ -169,7 +169,7 @@ def read_guidance(
 
 
 def _put(put: PutText, shape: tuple[int, int], rectangle: Rectangle | None, material: Material | None) -> Put:
-    # A piece of the sample, or a sample of its own, and where it lies in the image.
+    # A piece of the sample, or a separate sample, with its rectangle in the image.
     if isinstance(put.piece, str):
         assert rectangle is not None
         assert material is not None
@@ -178,21 +178,21 @@ def _put(put: PutText, shape: tuple[int, int], rectangle: Rectangle | None, mate
     text = ",".join(map(str, put.piece))
     if width < MIN_PIECE or height < MIN_PIECE or x + width > shape[1] or y + height > shape[0]:
         raise InputError(
-            f"put {text!r} is no part of the sample; allowed: x,y,width,height inside {shape[1]}x{shape[0]}, "
-            f"{MIN_PIECE} pixels or more each way"
+            f"put {text!r} is not part of the sample; allowed: x,y,width,height inside "
+            f"{shape[1]}x{shape[0]}, {MIN_PIECE} pixels or more each way"
         )
     return Put(str(put), (y, x, height, width), put.place, put.size, put.degrees)
 
 
 def _again(text: str, number: int) -> tuple[SurfaceMap, int]:
-    # What is laid for the n-th time has seed n, unless another is asked for.
+    # The n-th region that is laid again has seed n, unless the user gives a seed.
     again = parse_again(text)
     return parse_map(again.region), number if again.seed is None else again.seed
 
 
 def _other(text: str, what: str, width: int, asked: SynthesisOptions, metres: float | None) -> Material:
-    # Another sample, with as many pixels in a length as the first one, `width` pixels wide. The alpha of one
-    # that is put tells its outline.
+    # Another sample, resampled to the scale of the first one, which is `width` pixels wide. The alpha of a
+    # sample that the user puts at a place is its outline.
     sample = sized_sample(text, what)
     found = read_source(sample)
     pixels = found.maps["albedo"] if isinstance(found, Material) else found
@@ -202,7 +202,7 @@ def _other(text: str, what: str, width: int, asked: SynthesisOptions, metres: fl
     if sample.size is None:
         return material
     if asked.sample_size is None:
-        raise InputError(f"{what} {text!r} has a size and the sample none; allowed: with --sample-size")
+        raise InputError(f"{what} {text!r} has a size but the sample has none; allowed: with --sample-size")
     own, wanted = (
         parse_length(size, metres, name=name)
         for size, name in ((asked.sample_size, "sample size"), (sample.size, f"size of {what} {text!r}"))
@@ -222,7 +222,8 @@ def _other(text: str, what: str, width: int, asked: SynthesisOptions, metres: fl
 
 
 def _widened(shown: Shown, shape: tuple[int, int], own: Rectangle) -> Shown:
-    # A guide of the first sample over all samples' image; the others are as its first pixel, and never asked.
+    # A guide of the first sample, extended to the image of all samples. The other samples' pixels get the
+    # value of its first pixel; guides do not apply to them.
     out: Any = np.full(shape, shown[0, 0], shown.dtype)
     out[: own[2], : own[3]] = shown
     found: Shown = out
@@ -249,25 +250,25 @@ def _pair(
             what, (height, width) = "image of labels" if labels else "guide", shown.shape
             raise InputError(
                 f"{what} {text.sample!r} is {width}x{height} pixels; "
-                f"allowed: {shape[1]}x{shape[0]}, as the sample"
+                f"allowed: {shape[1]}x{shape[0]}, like the sample"
             )
     return GuidePair(str(text), shown, parse_map(text.target), text.weight, labels)
 
 
 def _prepared(text: GuideText, reading: SampleOptions, *, labels: bool) -> PixelArray:
-    # A map of the sample as the photo was prepared: rectified, cropped, resized; its light stays.
+    # A map of the sample, prepared like the photo: rectified, cropped, resized. Its light is not evened.
     pixels = read_image(text.sample, colors=False)
     if labels and (reading.rectify is not None or reading.resize is not None):
         raise InputError(
             f"labels {str(text)!r} with rectify or resize, which would mix colours; "
-            "allowed: of a sample made by `upholster prepare` before"
+            "allowed: labels of a sample that `upholster prepare` made"
         )
     maps = {"albedo": pixels, "guide": pixels}
     return finished(cut_out(maps, reading), replace(reading, even_light=False))["guide"]
 
 
 def _own(text: GuideText, parts: dict[str, PixelArray]) -> NDArray[np.float32]:
-    # What the sample itself is: smooth, and spread over all of 0…1.
+    # A map of the sample itself as a guide: smoothed, and stretched to the range 0…1.
     role = "albedo" if text.sample.lower() == _LUMINANCE else text.sample.lower()
     if role not in parts:
         raise InputError(

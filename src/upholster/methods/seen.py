@@ -1,4 +1,4 @@
-"""What is matched: an exemplar, or several in one image, and what is asked of where it goes."""
+"""The input of matching: one exemplar, or several in one image, and the user's placement requests."""
 
 from dataclasses import dataclass
 
@@ -34,16 +34,16 @@ __all__ = ["Seen"]
 
 @dataclass(frozen=True, eq=False)
 class Seen:
-    """What is matched: an exemplar, or several in one image.
+    """The input of matching: one exemplar, or several in one image.
 
     Attributes
     ----------
     exemplar
-        (H, W, C) all of it.
+        (H, W, C) the complete image.
     used
-        (H, W) which pixels blocks show; None: all.
+        (H, W) the pixels that blocks may show; None: all.
     guidance
-        Where what goes; None: nothing is said.
+        The user's placement requests; None: there are none.
     """
 
     exemplar: PixelArray
@@ -52,19 +52,19 @@ class Seen:
 
     @property
     def zones(self) -> ZoneMaps | None:
-        """Where several samples go; None: there is one."""
+        """Where each of several samples goes; None: there is only one sample."""
         return None if self.guidance is None else self.guidance.zones
 
     @property
     def parts(self) -> tuple[PixelArray, ...]:
-        """The samples, of which the first tells sizes."""
+        """The samples; the first one defines sizes."""
         if self.zones is None:
             return (self.exemplar,)
         return tuple(cropped(self.exemplar, one) for one in self.zones.rectangles)
 
     @property
     def masks(self) -> tuple[Used | None, ...]:
-        """Of each sample which pixels blocks show."""
+        """For each sample, the pixels that blocks may show; None: all."""
         if self.zones is None or self.used is None:
             return (self.used,) * len(self.parts)
         return tuple(cropped(self.used, one) for one in self.zones.rectangles)
@@ -72,7 +72,7 @@ class Seen:
     def steering(
         self, ground: MapGround, block: float, phases: tuple[WantedPhases | None, ...]
     ) -> Steering | None:
-        """Return what blocks are asked for on charts, which are so many steps wide."""
+        """Return the requests on charts, None if there are none; `block` is the side of blocks in steps."""
         if self.guidance is None:
             return None
         zones = None
@@ -81,23 +81,23 @@ class Seen:
         return Steering(guides_on(self.guidance.guides, ground), zones, put=put_on(self.guidance.put, ground))
 
     def again(self, ground: MapGround) -> tuple[Again, ...]:
-        """Return the regions that are laid once more.
+        """Return the regions that are laid again.
 
         Raises
         ------
         InputError
-            If one has nothing of the surface.
+            If a region contains no part of the surface.
         """
         asked = () if self.guidance is None else self.guidance.again
         return tuple(region_again(wanted, ground, seed) for wanted, seed in asked)
 
     def held(self, ground: MapGround) -> tuple[NDArray[np.bool_], ...] | None:
-        """Return of each chart (height, width) where another quilt stays; None: nowhere."""
+        """Return for each chart a mask (height, width) of the steps kept from another quilt; None: none."""
         asked = () if self.guidance is None else self.guidance.held
         return regions_held(asked, ground) if asked else None
 
     def lattices(self, options: SynthesisOptions, weight: float) -> list[Lattice | None]:
-        """Return what repeats in each sample, if to be out of phase costs something: by default `weight`."""
+        """Return each sample's lattice; all are None if phases have no weight, by default `weight`."""
         counts = (weight if options.phase is None else options.phase) > 0
         return [find_lattice(part) if counts else None for part in self.parts]
 
@@ -110,7 +110,7 @@ class Seen:
         scale: float,
         sizes: SizeField | None = None,
     ) -> tuple[WantedPhases | None, ...]:
-        """Return where in its periods each sample shall be; other parameters as of `phase_field`."""
+        """Return the requested phases of each sample; the other parameters are those of `phase_field`."""
         weight = weight if options.phase is None else options.phase
         return tuple(
             None
@@ -126,7 +126,7 @@ class Seen:
         turning: float,
         phases: tuple[WantedPhases | None, ...] | None = None,
     ) -> int:
-        """Return the side of blocks on a surface; the other parameters as of `block_side` of one sample."""
+        """Return the side of blocks on a surface; other parameters as in the function `block_side`."""
         if options.block is not None:
             return options.block
         surfaces = [None if one is None else one.surface for one in phases or (None,) * len(self.parts)]
@@ -137,18 +137,18 @@ class Seen:
         return min(usable_side(max(sides), mask) for mask in self.masks)
 
     def wanted_block(self, options: SynthesisOptions) -> int:
-        """Return the side of blocks in pixels, as it is asked for, or as it suits the samples.
+        """Return the side of blocks in pixels: the requested one, or one that suits the samples.
 
         Raises
         ------
         InputError
-            If no sample has room for blocks as large as is asked for.
+            If a sample has no room for blocks of the requested size.
         """
         for part, used in zip(self.parts, self.masks, strict=True):
-            most = min(512, 3 * min(part.shape[:2]) // 4)  # beyond that there is nothing to choose from
+            most = min(512, 3 * min(part.shape[:2]) // 4)  # larger blocks leave no choice
             most = most if used is None else min(most, largest_block(used))
             if options.block is not None and not 8 <= options.block <= most:
-                masked = "" if used is None else ", as far as it is used"
+                masked = "" if used is None else " with this mask"
                 raise InputError(
                     f"block is {options.block}; allowed: 8 to {most} in a sample of "
                     f"{part.shape[1]}x{part.shape[0]} pixels{masked}"

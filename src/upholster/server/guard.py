@@ -42,7 +42,7 @@ class AddedHeaders:
         async def adding(message: Message) -> None:
             if message["type"] == "http.response.start":
                 added = MutableHeaders(scope=message)
-                for name, text in self.headers.items():
+                for name, text in self._headers.items():
                     added.setdefault(name, text)
             await send(message)
 

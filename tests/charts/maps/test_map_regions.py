@@ -35,5 +35,5 @@ def test_steps_of_the_surface_outside_stay_and_three_round_each(ground: MapGroun
 
 
 def test_a_region_beside_the_surface_is_refused(ground: MapGround) -> None:
-    with pytest.raises(InputError, match="has nothing of the surface"):
+    with pytest.raises(InputError, match="contains no part of the surface"):
         region_again(parse_map("50,0,0:1"), ground, 1)

@@ -1,8 +1,9 @@
-"""Method "quilt": one texture over a whole charted surface, block by block.
+"""Method "quilt": one texture over a complete charted surface, block by block.
 
-`method` has the steps; `centres` tells where blocks lie and in which order, `ground` what they lie on,
-`match_pyramid` and `features` what they are compared by, `exemplar_structure` their size, `emit` what shows
-of them.
+`method` runs the steps. `centres` chooses the blocks' centres and their order, and `ground` holds the surface
+on which blocks are laid. `match_pyramid` and `features` make the values by which blocks are compared.
+`exemplar_structure` measures the size that blocks need. `emit` turns their visible parts into placements and
+labels.
 """
 
 from upholster.methods.quilt.method import synthesize_quilt

@@ -1,4 +1,4 @@
-"""What the kernels of method "quilt" know of blocks, and small steps that they share."""
+"""Blocks in the kernels of method "quilt": their arrays and numbers, and small functions for all kernels."""
 
 from typing import NamedTuple
 
@@ -27,9 +27,9 @@ __all__ = [
     "squared_difference",
 ]
 
-# Columns of a block's record: the pixel that its centre reads, symmetry, and whether it was laid (1), laid on
-# nothing (2), or not needed (0). Last the phases that the surface wants at the centre, of two waves at most,
-# in 1/65536 turn.
+# Columns of a block's record: the pixel that its centre reads, its symmetry, and whether it was laid on other
+# blocks (1), laid on bare steps only (2), or not needed (0). The last ones are the phases that the surface
+# requests at the centre, for at most two waves, in 1/65536 turn.
 SOURCE_ROW, SOURCE_COLUMN, SYMMETRY, LAID, PHASE = range(5)
 BLOCK_COLUMNS = PHASE + 2
 
@@ -37,22 +37,22 @@ EITHER = 128
 """Added to a step's zone near its border: blocks of another zone may show there."""
 
 _FEW = 4096
-"""Candidates that are searched at a time: their costs stay in the fastest memory."""
+"""Number of candidates that are searched at a time, so that their costs stay in the fastest memory."""
 
 REFINED = 4
-"""How many of the best candidates are looked round."""
+"""Number of the best candidates whose surroundings are searched."""
 
 
 class MatchImage(NamedTuple):
-    """The exemplar in its matching form, and its boxes' means, see `mean_boxes`.
+    """The exemplar in its matching form, and its boxes' means `plane`, see `mean_boxes`.
 
     A pixel of `image` (H · W) is a number of four channels, 8 bits each: see `squared_difference`. `phases`
-    (n, H · W) are its waves' phases, n = 0 where none are looked at; and `shown` (8, n) tells for each
-    symmetry which wave is seen in a wave's place: k + 1 for wave k, -k - 1 for its opposite, 0 for none; of
-    several zones those of one below the other.
-    `allowed` (H · W) is not 0 where a block may have its source, but the number of the zone that lies there,
-    and `places` are these pixels; (0,): everywhere. `guides` (K, H · W) is what each pixel is by each of the
-    guides, and `costs` (K, 256) what a pixel pays that is off by so much.
+    (n, H · W) are its waves' phases; n = 0 if phases do not count. `shown` (8, n) is the wave that each
+    symmetry shows in place of each wave: k + 1 for wave k, -k - 1 for its opposite, 0 for none. With several
+    zones, their rows are one below the other.
+    `allowed` (H · W) is the number of the zone at each pixel where a block may have its source, 0 at other
+    pixels, and `places` lists the allowed pixels; (0,): all are allowed. `guides` (K, H · W) is each pixel's
+    value in each of the K guides, and `costs` (K, 256) is the cost of each difference from a request.
     """
 
     image: NDArray[np.int32]
@@ -68,10 +68,10 @@ class MatchImage(NamedTuple):
 class LayNumbers(NamedTuple):
     """Numbers of the sample and of blocks.
 
-    `height`, `width` are the exemplar's on `level`; `step` pixels lie between two candidates, of which
-    `shortlist` are judged, and `usage_step` between two points at which usage is counted. Blocks may have
-    symmetry n where bit n of `symmetries` is 1. A block's frame is `size` × `size` pixels, its mask's cells
-    are `cell` wide.
+    `height`, `width` are the exemplar's on `level`. Candidates are `step` pixels apart, and `shortlist` of
+    them are judged; points at which usage is counted are `usage_step` pixels apart. Blocks may have symmetry
+    n if bit n of `symmetries` is 1. A block's frame is `size` × `size` pixels, its mask's cells are `cell`
+    pixels wide.
     """
 
     height: int
@@ -86,9 +86,10 @@ class LayNumbers(NamedTuple):
 
 
 class LayWeights(NamedTuple):
-    """Evenness and variety, each times the exemplar's variance, and how much worse than the best may do.
+    """Weights of matching: `evenness` and `variety` are multiplied by the exemplar's variance.
 
-    `phase` is what a sample pays for a unit of `misfit`; `used` the part of the exemplar that is used.
+    `tolerance` is the maximum cost of a source that may be chosen, relative to the best. `phase` is the cost
+    of a unit of `misfit` for each sample; `used` is the fraction of the exemplar that is used.
     """
 
     evenness: float
@@ -99,7 +100,7 @@ class LayWeights(NamedTuple):
 
 
 class Span(NamedTuple):
-    """Which pixels a block's centre may read, first and last, and how far from it its texels then fall."""
+    """The first and last pixels that a block's centre may read, and the range of its texels from there."""
 
     first_y: int
     last_y: int
@@ -112,13 +113,13 @@ class Span(NamedTuple):
 
 
 class FramePixels(NamedTuple):
-    """Scratch: the pixels of a block's frame.
+    """Scratch: the pixels of a block's frame, arrays (size, size).
 
-    `marks` tells what there is at each, see `_frame_kernels`, and `old` what is laid; `ys`, `xs` tell where
-    pixels read, seen from the source. `wanted` (K, size, size) is what guides ask for, 0 where they ask
-    nothing, and `off` what is laid pays for that; (0, 0): there are no guides. `zones` (size, size) is which
-    zone shall be there, see `upholster.methods.quilt.guides.Zones`; (0, 0): there are none. `steps` (size,
-    size) is which step of the canvases lies there, −1 for none; (0, 0): nothing is asked.
+    `marks` are the marks of `_frame_kernels`, and `old` the pixels that are laid; `ys`, `xs` are where pixels
+    read, relative to the source. `wanted` (K, size, size) are the values that guides request, 0 without a
+    request, and `off` is the laid pixels' cost by these; (0, 0): there are no guides. `zones` is the
+    requested zone, see `upholster.methods.quilt.guides.Zones`; (0, 0): there are no zones. `steps` is the
+    canvases' step at each pixel, −1 for none; (0, 0): there are no requests.
     """
 
     marks: NDArray[np.uint8]
@@ -132,7 +133,7 @@ class FramePixels(NamedTuple):
 
     @classmethod
     def of(cls, size: int, guides: int = 0, *, zones: bool = False) -> "FramePixels":
-        """Return scratch for a frame, with so many guides."""
+        """Return scratch for a frame of size × size pixels and a number of guides."""
         shape = (size, size)
         return cls(
             np.empty(shape, np.uint8),
@@ -147,15 +148,15 @@ class FramePixels(NamedTuple):
 
 
 class ChoiceScratch(NamedTuple):
-    """Scratch: what a source is chosen by, and candidates.
+    """Scratch: the samples by which a source is chosen, and candidates.
 
-    `features` (n, 2) are boxes of what is laid, rows and columns from a candidate, and `means` their means.
-    `offsets` and `values` are pixels from a candidate and what should be there, in the order in which they
-    are compared; `listed` (2, n) are the same in that in which they were found. `penalties` has the shape of
-    usage for one symmetry. `wanted` (2, 3) tells for each wave which of the exemplar's shall have which
-    phase: its number (-1: none), 1 or -1 for its opposite, the phase. `zone` (1,) is the zone that the source
-    lies in, 0 for any. `kept` are candidates as row · width +
-    column, `judged` what they cost. `heap`, `costs`, `line` and `misfits` are the search's.
+    `features` (n, 2) are boxes of laid pixels, rows and columns relative to a candidate, and `means` their
+    means. `offsets` and `values` are pixels relative to a candidate and the values that they should have, in
+    the order of comparison; `listed` (2, n) are the same in the order of the frame. `penalties` has the shape
+    of usage for one symmetry. `wanted` (2, 3) is for each wave the exemplar's wave that should have a phase:
+    its number (-1: none), 1 or -1 for its opposite, and the phase. `zone` (1,) is the zone of the source, 0
+    for any. `kept` are candidates as row · width + column, `judged` are their costs. `heap`, `costs`, `line`
+    and `misfits` belong to the search.
     """
 
     features: NDArray[np.int64]
@@ -175,7 +176,7 @@ class ChoiceScratch(NamedTuple):
 
     @classmethod
     def of(cls, numbers: LayNumbers, usage: NDArray[np.float64]) -> "ChoiceScratch":
-        """Return scratch for frames of that size."""
+        """Return scratch for frames of the size in `numbers`, and for the shape of `usage`."""
         size, reach = numbers.size, numbers.step // 2
         boxes, pixels = (size // 4 + 1) ** 2, size * size
         columns = (numbers.width + numbers.step - 1) // numbers.step
@@ -199,10 +200,10 @@ class ChoiceScratch(NamedTuple):
 
 
 class CutScratch(NamedTuple):
-    """Scratch by the cells of a block: `marks`, `missing`, `barred` see `_label_seeds`, the rest `cut_grid`.
+    """Scratch for the cells of a block: for `marks`, `missing`, `barred` see `_label_seeds`, else `cut_grid`.
 
-    `balance` is by how much a cell had rather be new, as guides ask. Only `differences` has the texels of a
-    row.
+    `balance` is how strongly each cell should be new by the guides. Only `differences` is for texels, those
+    of one row.
     """
 
     differences: NDArray[np.int32]
@@ -217,7 +218,7 @@ class CutScratch(NamedTuple):
 
     @classmethod
     def of(cls, numbers: LayNumbers) -> "CutScratch":
-        """Return scratch for frames of that size."""
+        """Return scratch for frames of the size in `numbers`."""
         cells = (numbers.size // numbers.cell) ** 2
         return cls(
             np.empty(numbers.size, np.int32),
@@ -236,7 +237,7 @@ class CutScratch(NamedTuple):
 def squared_difference(one: np.int32, other: np.int32) -> np.int32:
     """Return the sum of the squared differences of two pixels' channels.
 
-    All in 32 bits, so that compiled code takes several pixels at a time.
+    All numbers have 32 bits, so that compiled code processes several pixels at a time.
     """
     low = np.int32(255)
     a = np.int32(np.int32(one & low) - np.int32(other & low))
@@ -250,7 +251,7 @@ def squared_difference(one: np.int32, other: np.int32) -> np.int32:
 def splat_tent(
     lattice: NDArray[np.float64], step: int, row: int, column: int, height: int, width: int, by: float
 ) -> None:
-    """Add to each point of a lattice how much of a block there a block at (row, column) covers."""
+    """Add a block at (row, column) to a lattice: at each point, `by` times the overlap with a block there."""
     i0, i1 = max(0, (row - height) // step + 1), min(lattice.shape[0], (row + height) // step + 1)
     j0, j1 = max(0, (column - width) // step + 1), min(lattice.shape[1], (column + width) // step + 1)
     for i in range(i0, i1):

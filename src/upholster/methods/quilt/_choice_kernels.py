@@ -1,8 +1,8 @@
-"""Choosing a block's source: candidates by boxes' means, judged by texels, refined; one of the best is drawn.
+"""Choosing a block's source: find candidates by boxes' means, judge them by texels, refine, draw a good one.
 
-Candidates are every `step`-th pixel at which the block reads inside the exemplar, and what of it is used.
-Those that differ least in boxes' means are judged by the texels themselves (every other one, as on a
-chessboard), then the pixels round the best ones.
+Candidates are every `step`-th pixel at which the block reads only used pixels inside the exemplar. Those that
+differ least in boxes' means are judged by the texels themselves (every other one, as on a chessboard). Then
+the pixels around the best ones are judged too.
 """
 
 from typing import Any
@@ -30,17 +30,16 @@ __all__ = ["choose_source", "draw_fitting", "first_of", "penalise_used"]
 _BIG = int64(2**60)
 
 _CLOSE = MISFIT // 32
-"""A source drawn for a block on nothing has a misfit at most so much above the best."""
+"""A source drawn for a block on bare steps has a misfit at most this much above the best."""
 
 
 @inline
 def penalise_used(
     usage: NDArray[np.float64], first: int, weights: LayWeights, penalties: NDArray[np.float64]
 ) -> None:
-    """Write what each place costs: what is used more than the rest costs more.
+    """Write each place's penalty: places that are used more than the mean cost more.
 
-    Of all usage, that from row `first` on counts. Where a part of the exemplar is never used, the mean is
-    that over all else.
+    The symmetry's usage begins at row `first`. The mean is over the part of the exemplar that may be used.
     """
     mean = 0.0
     for i in range(usage.shape[0]):
@@ -55,7 +54,7 @@ def penalise_used(
 
 @inline
 def first_of(numbers: LayNumbers, symmetry: int, rows: int) -> Any:
-    """Return the row of usage at which what counts for a symmetry begins, `rows` for each that is allowed."""
+    """Return the first row of a symmetry's usage; each allowed symmetry has `rows` rows."""
     first = int64(0)
     for s in range(symmetry):
         first += numbers.symmetries >> s & 1
@@ -74,7 +73,7 @@ def _is_allowed(match: MatchImage, choice: ChoiceScratch, place: Any) -> Any:
 def _draw_place(
     match: MatchImage, numbers: LayNumbers, state: NDArray[np.uint64], span: Span, choice: ChoiceScratch
 ) -> Any:
-    # Draws a pixel of a span, or one of those that are allowed: any span has them all.
+    # Draws a pixel of a span, or one of the allowed pixels, which are in every span.
     if match.places.shape[0]:
         while True:
             place = match.places[draw(state, match.places.shape[0])]
@@ -86,7 +85,7 @@ def _draw_place(
 
 @inline
 def _is_asked(match: MatchImage) -> Any:
-    # Whether some places fit better than others on nothing.
+    # Whether some places fit better than others even on bare steps.
     return match.phases.shape[0] > 0 or match.guides.shape[0] > 0
 
 
@@ -94,7 +93,7 @@ def _is_asked(match: MatchImage) -> Any:
 def _misfit_at(
     match: MatchImage, numbers: LayNumbers, weights: LayWeights, choice: ChoiceScratch, place: Any
 ) -> Any:
-    # How badly a pixel's phases fit, and what it is by guides; no other is as bad as one that is not allowed.
+    # The cost of a pixel's phases and guides; a pixel that is not allowed has the largest cost.
     if not _is_allowed(match, choice, place):
         return _BIG
     found = int64(misfit(match.phases, choice.wanted, place))
@@ -114,7 +113,7 @@ def draw_fitting(
     span: Span,
     choice: ChoiceScratch,
 ) -> tuple[Any, Any]:
-    """Draw an allowed pixel of a span: of all, or of those that fit phases and guides about best."""
+    """Draw an allowed pixel of a span: any, or if there are phases or guides, one that fits about best."""
     if not _is_asked(match):
         place = _draw_place(match, numbers, state, span, choice)
         return place // numbers.width, place % numbers.width
@@ -142,7 +141,7 @@ def draw_fitting(
 
 @inline
 def _list_features(numbers: LayNumbers, span: Span, pixels: FramePixels, choice: ChoiceScratch) -> Any:
-    # Lists the means of boxes that are laid entirely; returns how many there are.
+    # Lists the means of completely laid boxes; returns their number.
     ys, xs, low = pixels.ys, pixels.xs, np.int32(255)
     count = int64(0)
     for a in range(0, numbers.size - 3, 4):
@@ -153,7 +152,7 @@ def _list_features(numbers: LayNumbers, span: Span, pixels: FramePixels, choice:
                     whole &= pixels.marks[uint64(i), uint64(j)]
                     total += pixels.old[uint64(i), uint64(j)] & low
             if whole & 1:
-                # The box's middle falls midway between two pixels', 1½ pixels from the first of four.
+                # The box's centre is midway between two pixels' centres, 1½ pixels from the first of four.
                 y, x = (
                     (ys[a + 1, b + 1] + ys[a + 2, b + 2] - 3) >> 1,
                     (xs[a + 1, b + 1] + xs[a + 2, b + 2] - 3) >> 1,
@@ -167,14 +166,14 @@ def _list_features(numbers: LayNumbers, span: Span, pixels: FramePixels, choice:
 
 @inline
 def _list_samples(numbers: LayNumbers, pixels: FramePixels, choice: ChoiceScratch) -> Any:
-    # Lists every other laid pixel, as on a chessboard; returns how many there are. Such as lie far from each
-    # other come first: every n-th, then those right after them, and so on.
+    # Lists every other laid pixel, as on a chessboard; returns their number. Pixels far from each other come
+    # first: every n-th, then those right after them, and so on.
     width, listed = np.int32(numbers.width), choice.listed
     count = int64(0)
     for i in range(numbers.size):
         row = uint64(i)
         for j in range(i & 1, numbers.size, 2):
-            # Written before it is known whether it counts: that is faster than to ask.
+            # Always written, then counted only if it is laid: this is faster than a branch.
             at, column = uint64(count), uint64(j)
             listed[0, at] = np.int32(pixels.ys[row, column] * width) + pixels.xs[row, column]
             listed[1, at] = pixels.old[row, column]
@@ -189,7 +188,7 @@ def _list_samples(numbers: LayNumbers, pixels: FramePixels, choice: ChoiceScratc
 
 @inline
 def _rounds(samples: Any) -> Any:
-    # In how many rounds samples are compared: about 24 in each.
+    # The number of rounds in which samples are compared: about 24 samples in each.
     return max(1, samples // 24)
 
 
@@ -202,7 +201,7 @@ def _compare(
     start: int,
     stop: int,
 ) -> Any:
-    # The squared differences of samples `start` to before `stop`, at most 48, with a candidate.
+    # The sum of squared differences of a candidate and samples from `start` to before `stop`, at most 48.
     total = np.int32(0)
     for t in range(start, stop):
         one = image[uint64(place + offsets[uint64(t)])]
@@ -220,9 +219,9 @@ def _judge(
     part: tuple[int, int],
     least: int,
 ) -> int:
-    # Judges candidates from, to: their squared differences in all samples, and a penalty and the phase for
-    # each of them; phases count once where there are no samples. A candidate that the best so far, `least`,
-    # leaves no chance is not summed to its end. Returns the best one's cost.
+    # Judges the candidates in the range `part`, from, to: a candidate's squared differences in all samples,
+    # plus its penalty and its phase's cost for each sample; these count once if there are no samples. `least`
+    # is the best cost so far; a sum that exceeds its tolerance is stopped. Returns the best cost.
     penalties, rounds, tolerance = choice.penalties, _rounds(samples), weights.tolerance
     last_row, last_column = penalties.shape[0] - 1, penalties.shape[1] - 1
     times = max(samples, 1 if _is_asked(match) else 0)
@@ -250,7 +249,7 @@ def _judge(
 def _list_refined(
     match: MatchImage, numbers: LayNumbers, span: Span, choice: ChoiceScratch, stop: int
 ) -> int:
-    # Appends the allowed pixels round the best of the candidates: cheapest first, the first of equals.
+    # Appends the allowed pixels around the best candidates: the cheapest candidate first, ties in order.
     kept, judged, reach = choice.kept, choice.judged, numbers.step // 2
     end = stop
     cost, place = int64(-1), int64(-1)
@@ -274,7 +273,7 @@ def _list_refined(
 
 @inline
 def _draw_good(state: NDArray[np.uint64], choice: ChoiceScratch, stop: int, limit: Any) -> Any:
-    # Draws one of the candidates that cost at most `limit`.
+    # Draws one of the candidates whose cost is at most `limit`.
     good = int64(0)
     for m in range(stop):
         good += choice.judged[m] <= limit
@@ -297,15 +296,15 @@ def choose_source(
     pixels: FramePixels,
     choice: ChoiceScratch,
 ) -> tuple[Any, Any, Any]:
-    """Choose a block's source; return its row and column, and what it costs.
+    """Choose a block's source; return its row, its column and its cost.
 
-    `choice` holds the places' penalties.
+    `choice` contains the places' penalties.
     """
     count = _list_features(numbers, span, pixels, choice)
     samples = _list_samples(numbers, pixels, choice)
     if count or _is_asked(match):
         stop = search(match, numbers, weights, span, count, choice)
-    else:  # too little is there to search by
+    else:  # too little is laid for a search
         stop = int64(numbers.shortlist)
         for m in range(stop):
             choice.kept[m] = _draw_place(match, numbers, state, span, choice)

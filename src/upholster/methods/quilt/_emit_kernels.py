@@ -1,4 +1,4 @@
-"""From label maps to placements: centres, what they read there, and how far the field alone is off."""
+"""From label maps to placements: their centres, the positions read there, and errors of the field alone."""
 
 from typing import NamedTuple
 
@@ -15,11 +15,12 @@ __all__ = ["SettledArrays", "ShownCells", "settle_placements"]
 
 
 class ShownCells(NamedTuple):
-    """A chart's cells, which of its sheets each shows, and those sheets.
+    """A chart's cells, the sheet that each shows, and those sheets.
 
-    `shown` (rows, columns) is −1 for none; cells are `cell` steps wide. `fits` (n, `FIT`) tells how sheets
-    read, `sources` (n, 3) their blocks' source, row and column, and symmetry, `turns` (n,) the symmetry of
-    their placements. Sources are pixels of a `level` of the exemplar, which has `shape` pixels.
+    `shown` (rows, columns) are the sheets' numbers, −1 for none; cells are `cell` steps wide. `fits`
+    (n, `FIT`) are the sheets' fits, `sources` (n, 3) the row and column of their blocks' source and the
+    block's symmetry, `turns` (n,) the symmetry of their placements. Sources are pixels of a `level` of the
+    exemplar, which has `shape` pixels.
     """
 
     shown: IntArray
@@ -32,13 +33,13 @@ class ShownCells(NamedTuple):
 
 
 class SettledArrays(NamedTuple):
-    """What is found of n placements.
+    """The results for n placements.
 
-    `cells` (n, 2) the cell in whose middle its centre lies, −1 for none yet. `reads` (n, 2) what that reads,
-    in 1/16 pixel, and `centres` (n, 4) the field's matrix there. `off` (n,) by how many pixels the chart's
-    field alone is off at most. `square` (n, 3) and `product` (n, 4) the least squares' sums for an offset,
-    see `upholster.methods.quilt.emit`. `away` (n,) and `sums` (n, 3) are scratch; all but `cells` and `away`
-    are 0 at first, `away` is infinite.
+    `cells` (n, 2) is the cell whose middle is the placement's centre, −1 for none yet. `reads` (n, 2) is the
+    position read there, in 1/16 pixel, and `centres` (n, 4) is the field's matrix there. `off` (n,) is the
+    maximum error of the chart's field alone, in pixels. `square` (n, 3) and `product` (n, 4) are the sums of
+    least squares for an offset, see `upholster.methods.quilt.emit`. `away` (n,) and `sums` (n, 3) are
+    scratch. Initially `cells` is −1, `away` is infinite, and the others are 0.
     """
 
     cells: NDArray[np.int64]
@@ -53,10 +54,10 @@ class SettledArrays(NamedTuple):
 
 @inline
 def _read_at(field: FieldArrays, cells: ShownCells, n: int, row: int, column: int) -> tuple[int, int]:
-    # What a sheet reads at a place in 1/16 step, in 1/16 pixel.
+    # The position that a sheet reads at a place: the place is in 1/16 step, the position in 1/16 pixel.
     y, x = shown_at(field, cells.fits[n], row / 16.0 - 0.5, column / 16.0 - 0.5)
     turn, unit = SYMMETRIES[cells.sources[n, 2]], 16 << cells.level
-    # The middle of a level's pixel, and what lies beside it.
+    # The centre of the source's pixel of the level; the offset from there is added below.
     down = ((16 * cells.sources[n, 0] + 8) << cells.level) - 8
     right = ((16 * cells.sources[n, 1] + 8) << cells.level) - 8
     return (
@@ -67,7 +68,8 @@ def _read_at(field: FieldArrays, cells: ShownCells, n: int, row: int, column: in
 
 @inline
 def _choose_centres(field: FieldArrays, cells: ShownCells, found: SettledArrays) -> None:
-    # Cells that read inside the sample come first, then those on the chart, then those near the middle.
+    # Chooses each placement's central cell: first by whether it reads inside the sample, then by whether it
+    # is on the chart, then by its distance from the mean of all cells that show the placement.
     shown, unit = cells.shown, 16 * cells.cell
     rows, columns = shown.shape
     for i in range(rows):
@@ -88,7 +90,7 @@ def _choose_centres(field: FieldArrays, cells: ShownCells, found: SettledArrays)
             if not (0 < i < rows - 1 and 0 < j < columns - 1):
                 away += 2.0**34
             if away >= found.away[n]:
-                continue  # whatever it reads
+                continue  # no position that it reads can make it better
             y, x = _read_at(field, cells, n, unit * (i - 1) + unit // 2, unit * (j - 1) + unit // 2)
             if y < 0 or x < 0 or y >= 16 * cells.shape[0] or x >= 16 * cells.shape[1]:
                 away += 2.0**36
@@ -107,9 +109,10 @@ def settle_placements(
     rounded: int,
     found: SettledArrays,
 ) -> None:
-    """Choose the placements' centres, and sum up how what they read differs from the field's answer.
+    """Choose the placements' centres, and sum up the differences between their readings and the field's.
 
-    `matrices` and `margin` are the chart's warp field's; sources are rounded to `rounded` sixteenths.
+    `matrices` and `margin` are those of the chart's warp field. Sources are rounded to multiples of `rounded`
+    sixteenths of a pixel.
     """
     _choose_centres(field, cells, found)
     unit = 16 * cells.cell

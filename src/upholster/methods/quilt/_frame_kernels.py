@@ -1,7 +1,7 @@
-"""Frames: the squares of pixels in which blocks are chosen and cut, and the canvases on which they lie.
+"""Frames: the squares of pixels in which blocks are chosen and cut, and the canvases on which they are laid.
 
-What is laid under a block is drawn into its frame; there a source is chosen and cut as on a flat texture;
-then the block's new steps are written to the canvases of all charts that it reaches.
+The blocks that are laid under a new one are drawn into its frame. There a source is chosen and cut as on a
+flat texture. Then the block's new steps are written to the canvases of all charts that it reaches.
 """
 
 from typing import NamedTuple
@@ -34,21 +34,21 @@ __all__ = [
 ]
 
 LAID, BESIDE, FIXED = 1, 2, 8
-"""Marks of a frame's pixel: something is laid there; it lies beside the surface or the block; and, with
-`LAID`, what is laid stays. 0: bare."""
+"""Marks of a frame's pixel: a block is laid there; the pixel is off the surface or the footprint; and, with
+`LAID`, the laid block must not change there. 0: bare."""
 
 KEPT_SHEET = 255
-"""On a canvas, the sheet of what was there before: no block of this run."""
+"""On a canvas, the sheet of kept steps, which show another quilt and no block of this run."""
 
 
 class Canvases(NamedTuple):
     """The charts' steps, one chart after another: step (r, c) of chart k at ``firsts[k] + r·widths[k] + c``.
 
-    `owners` is the block that shows there, −1 for none, `sheets` on which of its sheets, and `sources` which
-    pixel of the exemplar that is, row · width + column. `triangles` tells in which triangle a step's middle
-    lies, or right beside it, −1 for none. `heights` and `widths` are the charts'. The first `fixed` blocks
-    stay as they are. `wanted` (K, steps) is what guides ask for, 0 where they ask nothing, and `zones`
-    (steps,) which zone of the exemplar shall show, 0 for any; (0,): there are none.
+    `owners` is the block that each step shows, −1 for none, `sheets` is the sheet of that block, and
+    `sources` the pixel of the exemplar, row · width + column. `triangles` is the triangle that contains the
+    step's centre or is right next to it, −1 for none. `heights` and `widths` are the charts' sizes. The first
+    `fixed` blocks do not change. `wanted` (K, steps) are the values that guides request, 0 without a request,
+    and `zones` (steps,) is the requested zone of the exemplar, 0 for any; (0,): there are no zones.
     """
 
     owners: IntArray
@@ -67,7 +67,7 @@ class Canvases(NamedTuple):
 def bound_places(chart: IntArray, places: FloatArray, low: FloatArray, high: FloatArray) -> None:
     """Write the least and the greatest row and column (charts, 2) of the places (T, 3, 2) on each chart.
 
-    ``low > high`` where none is on it.
+    ``low > high`` for charts without places.
     """
     low[:, :], high[:, :] = np.inf, -np.inf
     for t in range(places.shape[0]):
@@ -92,12 +92,13 @@ def nearest_steps(
     away: FloatArray,
     found: IntArray,
 ) -> None:
-    """Find in each square of a chart the step on the surface that lies nearest to its middle.
+    """Find in each square of a chart the step on the surface nearest to the square's middle.
 
     Squares are `step` steps wide; the first one's middle is at `shift` on the chart. `grid` (3, 2) is the
-    chart's step with which the canvas begins, the first square that is looked at, and the chart's last one.
-    Of the steps in triangles that are `wanted` (T,), or if `bare` of those that no block shows. `away` and
-    `found` (rows, columns) receive its squared distance and the step's number on the canvas, −1 for none.
+    chart's step where the canvas begins, the first square of the search, and the chart's last square.
+    Candidates are the steps in triangles that are `wanted` (T,), and with `bare` only those without a block.
+    `away` and `found` (rows, columns) receive the squared distance and the step's number on the canvas, −1
+    for none.
     """
     first, width = canvases.firsts[chart], canvases.widths[chart]
     away[:], found[:] = np.inf, -1
@@ -120,7 +121,7 @@ def nearest_steps(
 
 @inline
 def _ask(canvases: Canvases, match: MatchImage, pixels: FramePixels) -> None:
-    # Enters what is asked for at the frame's pixels, and what is laid there pays for it.
+    # Enters the requests at the frame's pixels, and the cost of the laid pixels by them.
     size = pixels.steps.shape[0]
     for i in range(size):
         for j in range(size):
@@ -150,7 +151,7 @@ def _draw(
     pixels: FramePixels,
     symmetries: NDArray[np.int64],
 ) -> None:
-    # Draws into the frame what is laid under one triangle of a block.
+    # Draws the blocks that are laid under one triangle of a block into the frame.
     size = covered.shape[0] - 2
     half, is_asked = size // 2 + 1, pixels.steps.shape[0] > 0
     u, p, t, k = found.maps[n], found.places[n], int64(found.triangles[n]), int64(found.charts[n])
@@ -168,7 +169,7 @@ def _draw(
                 continue
             r = int64(np.floor(p[0, 0] + b * (p[1, 0] - p[0, 0]) + d * (p[2, 0] - p[0, 0]) + 0.5))
             c = int64(np.floor(p[0, 1] + b * (p[1, 1] - p[0, 1]) + d * (p[2, 1] - p[0, 1]) + 0.5))
-            if t >= 0:  # what is unfolded lies on the chart
+            if t >= 0:  # unfolded triangles are on the chart
                 r, c = min(max(r, 0), canvases.heights[k] - 1), min(max(c, 0), canvases.widths[k] - 1)
             elif r < 0 or c < 0 or r >= canvases.heights[k] or c >= canvases.widths[k]:
                 continue
@@ -198,10 +199,11 @@ def look_at_frame(
     pixels: FramePixels,
     symmetries: NDArray[np.int64],
 ) -> tuple[int, int]:
-    """Draw into a frame what is laid under a block; return how many of its pixels are laid, how many bare.
+    """Draw the blocks under a block into its frame; return the number of laid and of bare pixels.
 
-    Bare are those on the surface where nothing is. `covered` is the frame with a rim of one pixel,
-    `symmetries` (8,) receives how many pixels show each. `inside` (triangles,) is scratch, all 0.
+    Bare pixels are on the surface and show no block. `covered` is the frame with a rim of one pixel,
+    `symmetries` (8,) receives the number of pixels with each symmetry. `inside` (triangles,) is scratch,
+    all 0.
     """
     size = covered.shape[0] - 2
     covered[:, :], symmetries[:] = BESIDE, 0

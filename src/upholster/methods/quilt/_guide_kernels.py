@@ -1,4 +1,4 @@
-"""What guides ask for: what a source pays whose pixels are off, and which side of a cut they prefer."""
+"""Guides in kernels: the cost of sources that differ from requests, and the preferred sides of cuts."""
 
 from typing import Any
 
@@ -20,12 +20,12 @@ from upholster.types import int64, uint64
 __all__ = ["is_barred", "penalise_off", "prefer_cells", "show_all"]
 
 _POINTS = 6
-"""A frame is compared with guides at so many points each way."""
+"""Number of points each way at which a frame is compared with guides."""
 
 
 @inline
 def _costs_of(match: MatchImage, pixels: FramePixels, place: Any, i: int, j: int) -> Any:
-    # What a pixel of the frame pays, by all guides, that reads a place of the exemplar.
+    # The cost, by all guides, of a pixel of the frame that reads a place of the exemplar.
     total = int64(0)
     for k in range(match.guides.shape[0]):
         wanted = int64(pixels.wanted[k, i, j])
@@ -38,8 +38,8 @@ def _costs_of(match: MatchImage, pixels: FramePixels, place: Any, i: int, j: int
 def _list_points(
     match: MatchImage, numbers: LayNumbers, k: int, pixels: FramePixels, choice: ChoiceScratch
 ) -> tuple[Any, Any]:
-    # Lists some pixels of the frame of which guide k asks something: how far from the source each reads, and
-    # what is asked. Returns how many they are, and how many were looked at.
+    # Lists the requests of guide k at some pixels of the frame: the position that each pixel reads, relative
+    # to the source, and the requested value. Returns the number of requests, and of all pixels examined.
     stride = max(1, numbers.size // _POINTS)
     first, listed, seen = (numbers.size - 1) % stride // 2, int64(0), int64(0)
     for i in range(first, numbers.size, stride):
@@ -57,10 +57,10 @@ def _list_points(
 def penalise_off(
     match: MatchImage, numbers: LayNumbers, span: Span, pixels: FramePixels, choice: ChoiceScratch
 ) -> None:
-    """Add to `penalties` what places cost whose frame is off what guides ask for: the mean over some pixels.
+    """Add to `penalties` the cost of frames that differ from the guides' requests: the mean over some pixels.
 
-    A place stands for the square of places that begins there, as far as that lies in the span. What even the
-    best one pays counts for nothing. Lists of samples are written over.
+    Each place represents the square of places that begins there, clipped to the span. The cost of the best
+    place is subtracted from all. Lists of samples are overwritten.
     """
     step, penalties, least = numbers.usage_step, choice.penalties, np.inf
     first_a, last_a = span.first_y // step, min(span.last_y // step, penalties.shape[0] - 1)
@@ -85,7 +85,7 @@ def penalise_off(
 
 @inline
 def is_barred(pixels: FramePixels, zone: int, cell: int, a: int, b: int) -> Any:
-    """Return whether most of a cell shall be of another zone: near its border, of what is bare alone."""
+    """Return whether most of a cell is requested for another zone; in bands only bare pixels count."""
     if pixels.zones.shape[0] == 0 or zone == 0:
         return False
     other = int64(0)
@@ -100,7 +100,7 @@ def is_barred(pixels: FramePixels, zone: int, cell: int, a: int, b: int) -> Any:
 def prefer_cells(
     match: MatchImage, numbers: LayNumbers, base: int, pixels: FramePixels, scratch: CutScratch
 ) -> None:
-    """Write to `balance` how much less each cell costs if it is new, with the source at pixel `base`."""
+    """Write to `balance` the saving in each cell's cost if it is new, with the source at pixel `base`."""
     across = numbers.size // numbers.cell
     for at in range(scratch.balance.shape[0]):
         scratch.balance[at] = 0
@@ -115,7 +115,7 @@ def prefer_cells(
 def show_all(
     match: MatchImage, numbers: LayNumbers, base: int, pixels: FramePixels, mask: NDArray[np.uint8]
 ) -> None:
-    """Let a block on nothing show all its cells but those that shall be of another zone."""
+    """Let a block on bare steps show all its cells, except those that are requested for another zone."""
     zone = int64(match.allowed[base]) if pixels.zones.shape[0] else int64(0)
     across = numbers.size // numbers.cell
     for at in range(mask.shape[0]):

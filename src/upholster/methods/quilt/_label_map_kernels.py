@@ -1,4 +1,4 @@
-"""From canvases to label maps: which block shows in each cell of a chart, and what it reads there."""
+"""From canvases to label maps: the block and the sheet that each cell of a chart shows."""
 
 from typing import Any
 
@@ -14,13 +14,14 @@ from upholster.types import FloatArray, IntArray, int64
 __all__ = ["KEPT", "fill_labels", "label_beyond", "label_cells", "list_sheets"]
 
 KEPT = -2
-"""Instead of a label: the cell shows what was there before."""
+"""Instead of a label: the cell stays as it was."""
 
 _REACH = 2.0
-"""Cells beyond a seam that are labelled by what lies there."""
+"""Distance from a seam, in cells, up to which cells beyond it are labelled by the chart across."""
 
 _ALIKE = 4.0
-"""Frame pixels: two sheets of a block that differ by less at a place of a seam go on in each other there."""
+"""Two sheets of a block continue each other across a seam where they differ by less than this many frame
+pixels."""
 
 
 @kernel
@@ -32,11 +33,11 @@ def label_cells(
     away: FloatArray,
     labels: NDArray[np.int64],
 ) -> None:
-    """Write which block and sheet show in each cell of a chart, ``block · MOST_SHEETS + sheet``; −1: none.
+    """Write the block and sheet that each cell of a chart shows, ``block · MOST_SHEETS + sheet``; −1: none.
 
-    `KEPT`: what was there before. Of its steps the one right after its middle counts, or the first one that
-    shows something. `away` receives 0 where that lies in a triangle that is `own` (T,), −1 where it does not,
-    and infinity where nothing shows.
+    `KEPT`: the cell stays as it was. A cell takes the step right after its middle, or the first of its steps
+    that shows a block. `away` receives 0 if that step is in a triangle that is `own` (T,), −1 if it is not,
+    and infinity if the cell shows no block.
     """
     height, width, first = canvases.heights[chart], canvases.widths[chart], canvases.firsts[chart]
     for i in range(labels.shape[0]):
@@ -67,8 +68,8 @@ def _goes_on(
     other: int,
     there: tuple[float, float],
 ) -> Any:
-    # The block and sheet that show at a place of another chart, as it goes on at a place of this one; −1: it
-    # does not; `KEPT`: what shows there was there before.
+    # The block at a place of another chart, and its sheet that continues at a place of this chart; −1: the
+    # block does not continue; `KEPT`: the other chart's step is kept.
     r = min(max(int64(np.floor(there[0] + 0.5)), 0), canvases.heights[other] - 1)
     c = min(max(int64(np.floor(there[1] + 0.5)), 0), canvases.widths[other] - 1)
     at = canvases.firsts[other] + r * canvases.widths[other] + c
@@ -103,9 +104,9 @@ def label_beyond(
 ) -> None:
     """Label cells beyond a chart's seams by the blocks that show there, on the chart beyond.
 
-    `edges` (n, 2) are a chart's edges that are seams, triangle and edge; `firsts` and `fits` all blocks'
-    sheets. `away` (rows, columns) is that of `label_cells`, and receives how far beyond a seam cells lie,
-    squared.
+    `edges` (n, 2) are the chart's edges on seams, triangle and edge; `firsts` and `fits` are all blocks'
+    sheets. `away` (rows, columns) comes from `label_cells`, and receives the squared distance, in steps, of
+    cells beyond a seam.
     """
     reach = _REACH * cell
     for e in range(edges.shape[0]):
@@ -117,7 +118,7 @@ def label_beyond(
         length = y * y + x * x
         if length <= 0.0:
             continue
-        # In steps from the chart's edge, the middle of cell i lies at (i − ½)·cell.
+        # The middle of cell i is (i − ½)·cell steps from the chart's edge.
         i0 = int64(np.floor((min(p[k, 0], p[m, 0]) - reach) / cell)) + 1
         i1 = int64(np.floor((max(p[k, 0], p[m, 0]) + reach) / cell)) + 3
         j0 = int64(np.floor((min(p[k, 1], p[m, 1]) - reach) / cell)) + 1
@@ -125,7 +126,7 @@ def label_beyond(
         for i in range(max(i0, 0), min(i1, labels.shape[0])):
             for j in range(max(j0, 0), min(j1, labels.shape[1])):
                 if away[i, j] <= 0.0:
-                    continue  # something shows there
+                    continue  # the cell shows a block
                 row, column = (i - 0.5) * cell - 0.5, (j - 0.5) * cell - 0.5
                 down, right = row - p[k, 0], column - p[k, 1]
                 share = min(max((down * y + right * x) / length, 0.0), 1.0)
@@ -162,11 +163,11 @@ def list_sheets(
     labels: IntArray,
     keys: NDArray[np.int64],
 ) -> Any:
-    """Give the sheets that cells show numbers, in raster order; return how many there are.
+    """Assign numbers to the sheets that cells show, in raster order; return how many there are.
 
-    `seen` and `away` are what `label_beyond` leaves; where `away` is negative nothing is told. `labels`
-    receives the numbers, −1 for none, `KEPT` where that is seen, and `keys` the sheets, as in `seen`.
-    `firsts` (B + 1,) are blocks' first sheets, and `ranks` is scratch, as many as there are sheets, all −1.
+    `seen` and `away` are the results of `label_beyond`; cells with a negative `away` get no number. `labels`
+    receives the numbers, −1 for none, `KEPT` where `seen` is `KEPT`; `keys` receives the sheets as in `seen`.
+    `firsts` (B + 1,) are blocks' first sheets, and `ranks` is scratch with an entry for each sheet, all −1.
     """
     count = int64(0)
     for i in range(seen.shape[0]):
@@ -186,8 +187,8 @@ def list_sheets(
 
 
 @inline
-def _is_beside_none(labels: IntArray, i: int, j: int) -> Any:
-    # Whether a cell beside this one has no label.
+def _is_next_to_none(labels: IntArray, i: int, j: int) -> Any:
+    # Whether one of a cell's four neighbours has no label.
     return (
         (i > 0 and labels[i - 1, j] < 0)
         or (i + 1 < labels.shape[0] and labels[i + 1, j] < 0)
@@ -198,14 +199,14 @@ def _is_beside_none(labels: IntArray, i: int, j: int) -> Any:
 
 @kernel
 def fill_labels(labels: NDArray[np.int32], queue: NDArray[np.int64]) -> None:
-    """Give each cell without a label, −1, that of the nearest one, in steps by rows and columns.
+    """Give each cell without a label, −1, the label of the nearest cell by rows plus columns.
 
-    `queue` has room for all cells. Of several as near, the cell takes what is reached first in raster order.
+    `queue` has room for all cells. If several cells are equally near, the first one in raster order counts.
     """
     wide, first, last = labels.shape[1], 0, 0
     for i in range(labels.shape[0]):
         for j in range(wide):
-            if labels[i, j] >= 0 and _is_beside_none(labels, i, j):
+            if labels[i, j] >= 0 and _is_next_to_none(labels, i, j):
                 queue[last] = i * wide + j
                 last += 1
     while first < last:

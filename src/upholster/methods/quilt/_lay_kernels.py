@@ -1,8 +1,8 @@
-"""The hot loop of method "quilt": blocks, each found, chosen, cut and laid, one after another.
+"""The hot loop of method "quilt": finds, chooses, cuts and lays blocks, one after another.
 
-A block's steps: where it lies (`lie_whole`, or `unfold_block` and `fit_block`), what is there
-(`look_at_frame`), what it shows (`choose_source`, for each symmetry that it is tried with), its border
-(`cut_block`), and `write_frame`.
+For each block, the loop finds its footprint (`lie_whole`, or `unfold_block` and `fit_block`), draws the
+blocks under it (`look_at_frame`), chooses its source (`choose_source`, once for each symmetry that is tried),
+cuts its border (`cut_block`), and writes it to the canvases (`write_frame`).
 """
 
 from typing import Any, NamedTuple
@@ -42,14 +42,14 @@ from upholster.types import FloatArray, IntArray, int64
 __all__ = ["BlockArrays", "Ground", "LayScratch", "find_block", "lay_blocks", "replay_blocks"]
 
 _MOST_TRIANGLES = 1 << 13
-"""Of a block."""
+"""Maximum number of triangles of a block."""
 
 _NEAR = 2.0
-"""Blocks: so near lie others whose sources cost more."""
+"""The sources of other blocks within this distance, in blocks, cost more."""
 
 
 class Ground(NamedTuple):
-    """What blocks are laid on."""
+    """The surface on which blocks are laid: its mesh, warp fields, clear cells and canvases."""
 
     mesh: MeshArrays
     field: FieldArrays
@@ -58,11 +58,12 @@ class Ground(NamedTuple):
 
 
 class BlockArrays(NamedTuple):
-    """Blocks, in the order in which they are laid, B of them.
+    """B blocks, in the order in which they are laid.
 
-    `triangles` (B,) are those of the mesh in which their centres lie, `roots` (B, 6) where that is on a
-    chart, see `fit_block`, and `spots` (B, 3) in space; `scales` (B,) are frame pixels per model unit.
-    `records` (B, `BLOCK_COLUMNS`) receive what is found, see `_block_kernels`; they have the wanted phases.
+    `triangles` (B,) are the mesh's triangles that contain the blocks' centres, `roots` (B, 6) the centres'
+    places on charts, see `fit_block`, and `spots` (B, 3) their positions in space; `scales` (B,) are frame
+    pixels per model unit. `records` (B, `BLOCK_COLUMNS`) contain the requested phases and receive the
+    results, see `_block_kernels`.
     """
 
     triangles: IntArray
@@ -112,8 +113,8 @@ class LayScratch(NamedTuple):
 
 @inline
 def _list_symmetries(numbers: LayNumbers, scratch: LayScratch) -> Any:
-    # Lists the symmetries that a block is tried with: the two that most of what it overlaps shows, and one
-    # drawn from all that are allowed. Returns how many; where nothing is laid, the drawn one alone.
+    # Lists the symmetries to try for a block: the two most frequent among the pixels that it overlaps, and
+    # one drawn from all that are allowed; on bare steps only the drawn one. Returns the number of symmetries.
     shown, tried = scratch.symmetries, scratch.tried
     tried[0] = 0
     if numbers.symmetries == 1:
@@ -141,8 +142,8 @@ def _list_symmetries(numbers: LayNumbers, scratch: LayScratch) -> Any:
 
 @inline
 def _turn_frame(numbers: LayNumbers, symmetry: int, pixels: FramePixels) -> Span:
-    # Enters where the frame's pixels read with a symmetry, from the source; returns where that may be, so
-    # that the frame lies inside the exemplar.
+    # Enters the positions, relative to the source, that the frame's pixels read with a symmetry. Returns the
+    # span of sources with which the frame is inside the exemplar.
     size = numbers.size
     half, turn = size // 2, SYMMETRIES[symmetry]
     for i in range(size):
@@ -167,7 +168,7 @@ def _penalise_near(
     reach: float,
     penalties: FloatArray,
 ) -> None:
-    # What blocks near by have used costs more; `near` (k, 2) are those that may be near, from, to.
+    # Penalizes the sources of nearby blocks; `near` (k, 2) are ranges of blocks that may be near, from, to.
     spots, records, tall = blocks.spots, blocks.records, numbers.size // 2 + 1
     for k in range(near.shape[0]):
         for m in range(near[k, 0], min(near[k, 1], n)):
@@ -194,8 +195,8 @@ def _choose(
     count: int,
     scratch: LayScratch,
 ) -> None:
-    # Chooses the source of block n with each of the symmetries listed, and keeps the cheapest, the first of
-    # equals.
+    # Chooses the source of block n with each of the listed symmetries, and keeps the cheapest. Ties go to the
+    # first one.
     record, choice, tried = blocks.records[n], scratch.choice, scratch.tried
     least = int64(-1)
     for t in range(count):
@@ -216,7 +217,7 @@ def _choose(
 
 @inline
 def _centre(canvases: Canvases, root: FloatArray) -> Any:
-    # The step in which a block has its centre.
+    # The step at a block's centre.
     k = int64(root[0])
     return canvases.firsts[k] + int64(root[1]) * canvases.widths[k] + int64(root[2])
 
@@ -231,7 +232,7 @@ def _write(
     triangles: int,
     scratch: LayScratch,
 ) -> None:
-    # Writes block n. Its centre is never left bare: a step may lie between two pixels of the frame.
+    # Writes block n, and always its centre, even if that step falls between two pixels of the frame.
     record, centre = blocks.records[n], _centre(canvases, blocks.roots[n])
     write_frame(canvases, numbers, n, record, mask, scratch.found, triangles)
     if canvases.owners[centre] < 0:
@@ -253,7 +254,7 @@ def _settle(
     triangles: int,
     scratch: LayScratch,
 ) -> None:
-    # Chooses, cuts and writes block n, whose footprint is found, so many triangles.
+    # Chooses, cuts and writes block n, whose footprint of `triangles` triangles is in `scratch`.
     record, pixels, canvases = blocks.records[n], scratch.pixels, ground.canvases
     laid, bare = look_at_frame(
         canvases,
@@ -301,9 +302,9 @@ def find_block(
     fits: FloatArray,
     scratch: LayScratch,
 ) -> tuple[Any, Any]:
-    """Find where block n lies; return how many triangles that takes, and how many sheets.
+    """Find the footprint of block n; return its number of triangles, and its number of sheets.
 
-    `half` is half its side in frame pixels, of which `scale` are a model unit.
+    `half` is half the block's side in frame pixels; `blocks.scales` are frame pixels per model unit.
     """
     root = blocks.roots[n]
     count = lie_whole(ground.field, ground.clear, root, half, scratch.found, fits)
@@ -331,10 +332,10 @@ def replay_blocks(
     pieces: NDArray[np.int64],
     scratch: LayScratch,
 ) -> None:
-    """Write blocks that were laid before, in an order: where they lie is found again, nothing else.
+    """Write blocks that were laid earlier, in an order: only their footprints are computed again.
 
-    `masks` (blocks, cells) is what they show; `fits` and `pieces` as in `lay_blocks`. Those without a
-    triangle, −1, are left out.
+    `masks` (blocks, cells) are the cells that they show; `fits` and `pieces` are as in `lay_blocks`. Blocks
+    without a triangle, −1, are left out.
     """
     for n in order:
         if blocks.triangles[n] >= 0:
@@ -359,15 +360,15 @@ def lay_blocks(
     stop: NDArray[np.uint8],
     scratch: LayScratch,
 ) -> None:
-    """Find, choose, cut and lay some blocks, from, to, one after another.
+    """Find, choose, cut and lay the blocks in the range `part`, from, to, one after another.
 
-    A block that shows nothing new is left out. One on nothing is drawn from all sources that fit; any other
-    is chosen by what it continues, and cut where the two differ least. `usage` counts how much each part of
-    the exemplar is used, every `usage_step` pixels, for each symmetry that is allowed, one below the other.
-    `near` (k, 2) are blocks that may lie near, from, to. Each block draws from its own generator, which
-    follows from `seed`. `fits` (blocks, `MOST_SHEETS`, `FIT`) and `pieces` (blocks,) receive how sheets read,
-    and how many there are, `masks` (blocks, cells) which cells are shown. It ends early once `stop` (1,) is
-    not 0.
+    A block that would show nothing new is left out. The source of a block on bare steps is drawn from all
+    that fit. The source of any other block is chosen by the blocks that it continues, and the block is cut
+    where it differs least from them. `usage` counts how much each part of the exemplar is used, every
+    `usage_step` pixels, with the allowed symmetries one below the other. `near` (k, 2) are ranges of blocks
+    that may be near, from, to. Each block has its own random generator, which follows from `seed`. `fits`
+    (blocks, `MOST_SHEETS`, `FIT`) and `pieces` (blocks,) receive the sheets' fits and the number of sheets,
+    `masks` (blocks, cells) the cells that show. The loop ends early once `stop` (1,) is not 0.
     """
     for n in range(part[0], part[1]):
         if stop[0]:

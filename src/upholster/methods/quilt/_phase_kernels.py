@@ -1,4 +1,4 @@
-"""How well a source's phases fit those that the surface wants where a block lies."""
+"""How well a source's phases fit those that the surface requests at a block."""
 
 from typing import Any
 
@@ -12,17 +12,17 @@ from upholster.types import int64, uint64
 __all__ = ["MISFIT", "list_misfits", "misfit", "want_phases"]
 
 MISFIT = 2**14
-"""What `misfit` gives for a wave that is a quarter turn off."""
+"""The value of `misfit` for a wave that is a quarter turn off."""
 
 _STEPS = 1024
 
-# Rounded far from any tie, so that every machine's cosine gives the same.
+# No value is near a tie of rounding, so every machine's cosine gives the same numbers.
 _MISFITS = np.rint(MISFIT * (1 - np.cos(2 * np.pi * np.arange(_STEPS) / _STEPS))).astype(np.int32)
 
 
 @inline
 def want_phases(match: MatchImage, phases: NDArray[np.int32], symmetry: int, choice: ChoiceScratch) -> None:
-    """Enter what a block with a symmetry wants, whose centre shall have given phases in 1/65536 turn."""
+    """Enter the requested phases of a block with a symmetry; `phases` are its centre's, in 1/65536 turn."""
     row = 8 * max(0, choice.zone[0] - 1) + symmetry
     for k in range(match.phases.shape[0]):
         seen = int64(match.shown[row, k])
@@ -35,7 +35,7 @@ def want_phases(match: MatchImage, phases: NDArray[np.int32], symmetry: int, cho
 def misfit(phases: NDArray[np.int16], wanted: NDArray[np.int64], place: int) -> Any:
     """Return the sum over all waves of 1 - cos(phase at a place - wanted phase), in 1/`MISFIT`.
 
-    A wave that the symmetry does not show counts as one a quarter turn off: the mean of all sources.
+    A wave that the symmetry does not show counts as a quarter turn off, which is the mean over all sources.
     """
     total = int64(0)
     for k in range(phases.shape[0]):
@@ -51,7 +51,7 @@ def misfit(phases: NDArray[np.int16], wanted: NDArray[np.int64], place: int) -> 
 def list_misfits(
     phases: NDArray[np.int16], wanted: NDArray[np.int64], place: int, step: int, out: NDArray[np.int32]
 ) -> None:
-    """Write the `misfit` of every `step`-th place from one on: all in 32 bits, several at a time."""
+    """Write the `misfit` of every `step`-th place from `place` on, in 32 bits for several at a time."""
     for n in range(out.shape[0]):
         out[n] = 0
     for k in range(phases.shape[0]):

@@ -1,4 +1,4 @@
-"""Blocks put by hand: each lies with its own size and turn, before any other is laid."""
+"""Pieces that the user puts, as blocks: each has its own size and rotation, and is laid before all others."""
 
 from typing import Any
 
@@ -22,7 +22,8 @@ def _times(s: FloatArray, y: float, x: float) -> tuple[float, float]:
 
 @inline
 def _turn_fit(field: FieldArrays, s: FloatArray, fit: FloatArray) -> None:
-    # A sheet that read ½(C + M)(q − c) reads S times that about its centre: with S(C + M(c)) − M(c) for C.
+    # A sheet that reads ½(C + M)(q − c) must read S times that about its centre. So C becomes
+    # S(C + M(c)) − M(c).
     m = turned(field_at(field, int64(fit[1]), fit[2], fit[3]), fit[10])
     fit[4], fit[5] = _times(s, fit[4], fit[5])
     a, c = _times(s, fit[6] + m[0], fit[8] + m[2])
@@ -42,11 +43,11 @@ def put_block(
     fits: FloatArray,
     scratch: LayScratch,
 ) -> Any:
-    """Lay block n with a size and turn of its own; return how many sheets it has.
+    """Lay block n with its own size and rotation; return its number of sheets.
 
-    `turn` (4,) is S, row by row: from frame pixels as any block has them to those of its piece. `half` is how
-    far it reaches, in the former; `numbers` and `mask` are those of the piece. `fits` is as in
-    `lay_blocks`.
+    `turn` (4,) is the matrix S, row by row, from the frame pixels of other blocks to those of the piece.
+    `half` is the distance that the block covers from its centre, in frame pixels of other blocks; `numbers`
+    and `mask` are those of the piece. `fits` is as in `lay_blocks`.
     """
     count, pieces = find_block(ground, half, blocks, n, fits, scratch)
     maps = scratch.found.maps

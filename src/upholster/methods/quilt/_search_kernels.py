@@ -1,6 +1,6 @@
-"""Finding the part of the exemplar that goes on best from what is there: by boxes' means, then in full.
+"""Search for the places of the exemplar that continue the laid pixels best, by boxes' means.
 
-Whole numbers in float32 keep sums of squares exact, in any order.
+Integers in float32 keep sums of squares exact in any order.
 """
 
 from typing import Any
@@ -20,9 +20,10 @@ __all__ = ["draw", "mean_boxes", "search"]
 def mean_boxes(image: NDArray[np.uint8], step: int) -> NDArray[np.float32]:
     """Return the rounded means of the 4×4 boxes of a channel (H, W), one for each box's first pixel.
 
-    Undecimated LL2 of the Haar transform up to a factor. Boxes that reach beyond the image repeat its edge.
-    They come in step² groups, (step², ⌈H/step⌉·⌈W/step⌉): box (y, x) in group (y mod step)·step + x mod step
-    at row ⌊y/step⌋ and column ⌊x/step⌋, so that every step-th box lies beside the one before.
+    They are the undecimated LL2 of the Haar transform up to a factor. Boxes that extend beyond the image
+    repeat its edge. Boxes are in step² groups, (step², ⌈H/step⌉·⌈W/step⌉): box (y, x) is in group
+    (y mod step)·step + x mod step at row ⌊y/step⌋ and column ⌊x/step⌋, so that every step-th box is adjacent
+    to the previous one.
     """
     height, width = image.shape
     across = np.empty((height, width), np.int32)
@@ -63,7 +64,7 @@ def _keep(
     kept: NDArray[np.int64],
     size: int,
 ) -> int:
-    # Keeps the `most` least of all finite costs seen, as a heap with the greatest on top; returns how many.
+    # Keeps the `most` least of all finite costs so far, as a heap with the greatest on top; returns its size.
     for n in range(costs.shape[0]):
         value = costs[n]
         if size == most:
@@ -94,7 +95,7 @@ def _keep(
 
 @inline
 def _sort_kept(heap: NDArray[np.float32], kept: NDArray[np.int64], size: int) -> None:
-    # Sorts what was kept by cost, then by place: the cheapest first.
+    # Sorts the kept candidates by cost, then by place: the cheapest first.
     for n in range(1, size):
         value, place = heap[n], kept[n]
         m = n
@@ -113,7 +114,7 @@ def _add_features(
     count: int,
     part: NDArray[np.float32],
 ) -> None:
-    # Adds each feature's squared difference to the costs of some candidates. Eight features a pass: an
+    # Adds each feature's squared difference to the costs of some candidates. Eight features per pass take an
     # eighth of the loads and stores of the sums.
     f = 0
     while f + 8 <= count:
@@ -142,12 +143,12 @@ def _add_features(
 def _fill_line(
     penalties: NDArray[np.float64], numbers: LayNumbers, span: Span, y: int, count: int, choice: ChoiceScratch
 ) -> None:
-    # Writes what the candidates of a line pay for their places, once for each feature.
+    # Writes the penalties of the places of a line's candidates, times `count`, the number of features.
     i = min(y // numbers.usage_step, penalties.shape[0] - 1)
     last, n = penalties.shape[1] - 1, int64(0)
     size = (span.last_x - span.first_x) // numbers.step + 1
     while n < size:
-        # As many as pay the same: up to the next point of the lattice.
+        # All candidates up to the next point of the lattice have the same penalty.
         j = min((span.first_x + n * numbers.step) // numbers.usage_step, last)
         stop = size
         if j < last:
@@ -168,24 +169,24 @@ def search(
     count: int,
     choice: ChoiceScratch,
 ) -> Any:
-    """Find the candidates with the least sum of squared differences of boxes, and of penalties; how many.
+    """Find the candidates with the least sum of boxes' squared differences and penalties; return how many.
 
-    Candidates are every `step`-th pixel of a span, if it is allowed; the first `count` features are compared,
-    for each of which a candidate's penalty and phase count once. Without features these alone count. They go
-    to `kept`.
+    Candidates are every `step`-th pixel of a span, if it is allowed. The first `count` features are compared,
+    and a candidate's penalty and phase count once for each. Without features only penalty and phase count.
+    The candidates are written to `kept`.
     """
     step, features, penalties = numbers.step, choice.features, choice.penalties
     columns = (numbers.width + step - 1) // step
     area = match.plane.size // (step * step)
     flat = match.plane.reshape(-1)
     times = max(count, 1)
-    # In a feature's first number, where its box lies for the first candidate.
+    # A feature's first number becomes the index of its box for the first candidate.
     for f in range(count):
         y, x = span.first_y + features[f, 0], span.first_x + features[f, 1]
         features[f, 0] = (y % step * step + x % step) * area + y // step * columns + x // step
     size, lines = (span.last_x - span.first_x) // step + 1, (span.last_y - span.first_y) // step + 1
     kept, found, filled = choice.kept, int64(0), int64(-1)
-    # Several lines at a time, with what lies between them, which is left out: long runs take less time.
+    # Several lines at a time, because long runs are faster. Costs between lines are computed but not used.
     group = choice.costs.shape[0] // columns
     for start in range(0, lines, group):
         stop = min(start + group, lines)

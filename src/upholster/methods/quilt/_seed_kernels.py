@@ -1,4 +1,4 @@
-"""Where a block's cut may run, and where it does."""
+"""The cut of a block: the cells where it may run, and the minimum cut itself."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,10 +19,10 @@ from upholster.types import int64, uint64
 __all__ = ["cut_block"]
 
 _BARE = 4
-"""Of a cell, beside the marks of a frame's pixels: some of its pixels are bare."""
+"""A mark of cells, in addition to the marks of a frame's pixels: some of the cell's pixels show no block."""
 
 _HELD = int64(2**40)
-"""What it costs to take a cell from the side that it is held on."""
+"""Cost of moving a cell to the other side of the cut if it must stay on its side."""
 
 
 @inline
@@ -35,7 +35,7 @@ def _differ(
     old: NDArray[np.int32],
     differences: NDArray[np.int32],
 ) -> None:
-    # The squared differences of a row of texels and what is there, laid or not.
+    # The squared differences between a row of texels and the pixels there, laid or not.
     for j in range(differences.shape[0]):
         place = base + (np.int32(ys[j] * width) + xs[j])
         differences[j] = squared_difference(image[uint64(place)], old[j])
@@ -45,8 +45,9 @@ def _differ(
 def _compare(
     match: MatchImage, numbers: LayNumbers, base: int, pixels: FramePixels, scratch: CutScratch
 ) -> None:
-    # Fills `errors`, squared differences between the source at pixel `base` and what is laid, summed over
-    # each cell; `marks`, what a cell's pixels are; and `missing`, 1 where one is bare.
+    # Fills three arrays for cells: `errors`, the sum of squared differences between the source at pixel
+    # `base` and the laid pixels; `marks`, the combined marks of the cell's pixels; `missing`, 1 if a pixel is
+    # bare.
     image = match.image
     cell, differences = numbers.cell, scratch.differences
     across = numbers.size // cell
@@ -69,7 +70,7 @@ def _compare(
 
 @inline
 def _bar_cells(numbers: LayNumbers, zone: int, pixels: FramePixels, scratch: CutScratch) -> None:
-    # Cells that shall be of another zone stay as they are, old or bare.
+    # Cells that are requested for another zone stay as they are, old or bare.
     across = numbers.size // numbers.cell
     for at in range(scratch.barred.shape[0]):
         scratch.barred[at] = is_barred(pixels, zone, numbers.cell, at // across, at % across)
@@ -79,7 +80,7 @@ def _bar_cells(numbers: LayNumbers, zone: int, pixels: FramePixels, scratch: Cut
 
 @inline
 def _touches_missing(missing: NDArray[np.int32], rows: int, columns: int, a: int, b: int) -> bool:
-    # Whether something is missing in one of the cells round a cell.
+    # Whether a cell or one of the eight cells around it is missing.
     found = 0
     for i in range(max(a - 1, 0), min(a + 2, rows)):
         for j in range(max(b - 1, 0), min(b + 2, columns)):
@@ -89,7 +90,7 @@ def _touches_missing(missing: NDArray[np.int32], rows: int, columns: int, a: int
 
 @inline
 def _goes_on(covered: NDArray[np.uint8], cell: int, across: int, a: int, b: int) -> bool:
-    # Whether a cell on the frame's rim has something laid right beyond that rim.
+    # Whether a block is laid right outside the frame at a cell on the frame's rim.
     last, r, c = covered.shape[0] - 1, a * cell + 1, b * cell + 1
     found = 0
     if a == 0:
@@ -105,9 +106,9 @@ def _goes_on(covered: NDArray[np.uint8], cell: int, across: int, a: int, b: int)
 
 @inline
 def _label_seeds(covered: NDArray[np.uint8], cell: int, across: int, scratch: CutScratch) -> int:
-    # Tells which cells stay old and which become new, whatever it costs; bit 0: some old, bit 1: some new.
-    # New is what is bare and missing (then out of the grid), and what is round it. Old is what must not
-    # change, and the frame's rim where what is laid goes on.
+    # Fixes the cells that stay old and those that become new at any cost. Returns bit 0 if some are old, and
+    # bit 1 if some are new. Missing cells are new but outside the grid; the cells around them are new. Cells
+    # that must not change are old, as is the frame's rim where laid blocks continue beyond it.
     marks, missing, seeds = scratch.marks, scratch.missing, scratch.seeds
     kinds = 0
     for a in range(across):
@@ -119,9 +120,9 @@ def _label_seeds(covered: NDArray[np.uint8], cell: int, across: int, scratch: Cu
             elif marks[at] & FIXED or (scratch.barred[at] and not marks[at] & _BARE):
                 kind = OLD
             elif marks[at] & _BARE:
-                # Bare, but where nobody needs it: beside the surface.
-                beside = _touches_missing(missing, across, across, a, b)
-                kind = OLD if marks[at] & BESIDE and not beside else OUTSIDE
+                # Without a block, but not needed if it is off the surface.
+                needed = _touches_missing(missing, across, across, a, b)
+                kind = OLD if marks[at] & BESIDE and not needed else OUTSIDE
             elif _touches_missing(missing, across, across, a, b):
                 kind = NEW
             elif marks[at] & BESIDE or _goes_on(covered, cell, across, a, b):
@@ -133,7 +134,7 @@ def _label_seeds(covered: NDArray[np.uint8], cell: int, across: int, scratch: Cu
 
 @inline
 def _list_steps(columns: int, scratch: CutScratch) -> None:
-    # What it costs to cut between two cells: 1 at least, to keep the cut short.
+    # The cost of a cut between two cells is at least 1, to keep the cut short.
     errors, seeds, residual = scratch.errors, scratch.seeds, scratch.residual
     for at in range(seeds.shape[0]):
         for side in range(4):
@@ -151,7 +152,7 @@ def _list_steps(columns: int, scratch: CutScratch) -> None:
 
 @inline
 def _cut_as_preferred(columns: int, scratch: CutScratch, mask: NDArray[np.uint8]) -> None:
-    # The minimum cut where cells prefer a side; no preference moves those that are held.
+    # The minimum cut where cells prefer a side; no preference moves cells that must stay on their side.
     for at in range(scratch.seeds.shape[0]):
         if scratch.seeds[at] == OUTSIDE:
             scratch.balance[at] = 0
@@ -172,10 +173,10 @@ def cut_block(
     scratch: CutScratch,
     mask: NDArray[np.uint8],
 ) -> None:
-    """Cut a block against what is laid; `mask` receives its new cells.
+    """Cut a block along the laid blocks; `mask` receives its new cells.
 
-    `covered` (size + 2, size + 2) tells what is laid on the frame and round it, `base` is the pixel that its
-    centre reads. Where guides ask for something, cells prefer the side that is less off.
+    `covered` (size + 2, size + 2) are the marks of the frame's pixels and of a rim around it, `base` is the
+    pixel that its centre reads. If there are guides, cells prefer the side that fits them better.
     """
     across, guided = numbers.size // numbers.cell, match.guides.shape[0] > 0
     zone = int64(match.allowed[base]) if pixels.zones.shape[0] else int64(0)
@@ -193,5 +194,5 @@ def cut_block(
     for at in range(mask.shape[0]):
         if scratch.seeds[at] == OUTSIDE:
             mask[at] = 0 if scratch.barred[at] else 1
-        elif not both:  # all new, or nothing but what is bare
+        elif not both:  # all cells are new, or only the bare ones
             mask[at] = 1 if kinds == 2 else 0

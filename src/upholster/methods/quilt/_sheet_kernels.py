@@ -1,11 +1,11 @@
-"""How each sheet of a block reads the exemplar: a centre, a source and a centre matrix, fitted along seams.
+"""Fits of a block's sheets: the centre, source and centre matrix by which each sheet reads the exemplar.
 
-Texel q of a sheet's chart reads at ``s + ½(C + Q·M(q))(q − c)``, M the chart's warp field and Q the quarter
-turns that take it to the sense in which the block lies. On the sheet with the block's centre C and s are
-fitted to the block map, C held near Q·M there. On any other they are fitted to what settled sheets show along
-their common seams, and less so to the block map, C held near ``C_A·T⁻¹``, the centre matrix beyond the seam,
-through its transition.
-All in steps and frame pixels.
+Texel q of a sheet's chart reads at ``s + ½(C + Q·M(q))(q − c)``. M is the chart's warp field, and Q the
+quarter turns from it to the block's directions. On the sheet with the block's centre, C and s are fitted to
+the block map, with C held near Q·M there. On any other sheet they are fitted to the settled sheets along
+common seams, and with less weight to the block map. There C is held near ``C_A·T⁻¹``: the centre matrix
+across the seam, transformed by the seam's transition.
+All quantities are in steps and frame pixels.
 """
 
 from typing import Any, NamedTuple
@@ -30,22 +30,23 @@ __all__ = [
 ]
 
 MOST_SHEETS = 24
-"""Of one block: those beyond are left out."""
+"""Maximum number of sheets of a block: further ones are left out."""
 
 FIT = 11
-"""Numbers of a fitted sheet: 1 if it is settled, −1 if it can not be, chart, c (2), s (2), C (4), turns."""
+"""Number of values of a fitted sheet: 1 if it is settled or −1 if it cannot be, chart, c (2), s (2), C (4),
+turns."""
 
 _HELD = 30.0
-"""How strongly C is held near its first guess: as so many texels of seam, a texel off, would."""
+"""Weight that holds C near its first guess, equal to this many texels of seam that are off by one texel."""
 
 _HELD_ALONE = 1.0
-"""Likewise on the sheet with the block's centre, as so many texels inside."""
+"""The same weight on the sheet with the block's centre, equal to this many texels inside it."""
 
 _INSIDE = 0.1
-"""How much a texel inside a sheet counts, of one along a seam."""
+"""Weight of a texel inside a sheet, relative to a texel along a seam."""
 
 _LEAST, _MOST = 0.1, 4.0
-"""Determinant and entries of C, in frame pixels per step: about 1 where charts are sound."""
+"""Minimum determinant and maximum entry of C, in frame pixels per step. On sound charts both are about 1."""
 
 _MOST_EDGES = 2048
 
@@ -53,8 +54,8 @@ _MOST_EDGES = 2048
 class FieldArrays(NamedTuple):
     """All charts' warp fields: nodes (n, 4) float64 in frame pixels per step, one after another.
 
-    `shapes` (charts, 3) tell each one's first node, rows and columns; nodes lie `step` steps apart,
-    the second one of each row and column at `origins` (charts, 2): places are told in a window of a chart.
+    `shapes` (charts, 3) are each chart's first node, rows and columns. Nodes are `step` steps apart. The
+    second one of each row and column is at `origins` (charts, 2), relative to the chart's window.
     """
 
     nodes: FloatArray
@@ -64,7 +65,7 @@ class FieldArrays(NamedTuple):
 
 
 class SheetScratch(NamedTuple):
-    """Scratch: `local` by triangles, −1 between calls; the seams' edges between a block's sheets."""
+    """Scratch: `local` for triangles, −1 between calls; `edges` on seams between a block's sheets; sums."""
 
     local: IntArray
     edges: IntArray
@@ -84,7 +85,7 @@ class SheetScratch(NamedTuple):
 
 @inline
 def field_at(field: FieldArrays, chart: int, row: float, column: float) -> tuple[float, float, float, float]:
-    """Return M at a place of a chart: bilinear between nodes, the outermost ones beyond."""
+    """Return M at a place of a chart: bilinear between nodes, constant beyond the outermost ones."""
     first, rows, columns = field.shapes[chart, 0], field.shapes[chart, 1], field.shapes[chart, 2]
     y = min(max((row - field.origins[chart, 0]) / field.step + 1.0, 0.0), rows - 1.0)
     x = min(max((column - field.origins[chart, 1]) / field.step + 1.0, 0.0), columns - 1.0)
@@ -107,7 +108,7 @@ def field_at(field: FieldArrays, chart: int, row: float, column: float) -> tuple
 
 @inline
 def turned(m: tuple[float, float, float, float], quarters: float) -> tuple[float, float, float, float]:
-    """Return a matrix after so many quarter turns, as `SYMMETRIES` counts them."""
+    """Return a matrix rotated by quarter turns, in the direction of `SYMMETRIES`."""
     if quarters == 1.0:
         return m[2], m[3], -m[0], -m[1]
     if quarters == 2.0:
@@ -130,8 +131,8 @@ def shown_at(field: FieldArrays, fit: FloatArray, row: float, column: float) -> 
 
 @inline
 def _list_edges(mesh: MeshArrays, found: Footprint, count: int, scratch: SheetScratch) -> Any:
-    # Lists the edges along which two sheets of a block meet, from either side: two places in the footprint,
-    # and the edge of either triangle.
+    # Lists the edges along which two sheets of a block meet, from each side: for each of the two triangles
+    # its index in the footprint and its edge.
     edges = int64(0)
     for n in range(count):
         scratch.local[found.triangles[n]] = n
@@ -161,7 +162,7 @@ def _edge_length(mesh: MeshArrays, t: int, k: int) -> float:
 
 @inline
 def _samples(length: float) -> Any:
-    # So many places of an edge are looked at.
+    # The number of sampled places on an edge.
     return min(max(int64(length / 2.0) + 1, 1), 16)
 
 
@@ -176,7 +177,7 @@ def _place_on(mesh: MeshArrays, t: int, k: int, share: float) -> tuple[float, fl
 
 @inline
 def _is_inside(maps: FloatArray, n: int, k: int, share: float, half: float) -> tuple[bool, float]:
-    # Whether a place of an edge lies in the block's square, and its squared distance from the centre.
+    # Whether a place on an edge is in the block's square, and its squared distance from the centre.
     last = (k + 1) % 3
     y = maps[n, k, 0] + share * (maps[n, last, 0] - maps[n, k, 0])
     x = maps[n, k, 1] + share * (maps[n, last, 1] - maps[n, k, 1])
@@ -193,7 +194,8 @@ def _choose_next(
     fits: FloatArray,
     scratch: SheetScratch,
 ) -> tuple[int, int]:
-    # The sheet that shares most seam with settled ones, and the settled one with which it shares most.
+    # The sheet with the longest common seams with settled sheets, and the settled sheet with the longest of
+    # these.
     lengths = scratch.shares
     for a in range(pieces):
         for b in range(pieces):
@@ -235,7 +237,7 @@ def _guess(
     fits: FloatArray,
     scratch: SheetScratch,
 ) -> None:
-    # The centre of a sheet, extrapolated over the seam, and its first guess of C.
+    # The centre of a sheet, extrapolated across the seam, and the first guess of its C.
     fit, old = fits[wanted], fits[source]
     t00, t01, t10, t11, row, column, total = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for e in range(edges):
@@ -267,7 +269,7 @@ def _guess(
     fit[7] = (old[7] * t00 - old[6] * t01) / determinant
     fit[8] = (old[8] * t11 - old[9] * t10) / determinant
     fit[9] = (old[9] * t00 - old[8] * t01) / determinant
-    # The quarters by which the chart's own matrix there comes nearest to it.
+    # The quarter turns with which the chart's own matrix there is nearest to C.
     m = field_at(field, int64(fit[1]), fit[2], fit[3])
     best, step = -1e300, 4 // mesh.fold
     for quarters in range(0, 4, step):
@@ -281,7 +283,7 @@ def _guess(
 def _add_sample(
     fit: FloatArray, sums: FloatArray, row: float, column: float, shown: tuple[float, float], weight: float
 ) -> None:
-    # A place of the sheet's chart, and by how much it is not yet shown where it should be.
+    # Adds a place of the sheet's chart, where `shown` is the remaining error of the position that it reads.
     y, x = 0.5 * (row - fit[2]), 0.5 * (column - fit[3])
     down, right = weight * shown[0], weight * shown[1]
     sums[0], sums[1], sums[2] = sums[0] + weight, sums[1] + weight * y, sums[2] + weight * x
@@ -303,7 +305,7 @@ def _add_inside(
     fit: FloatArray,
     sums: FloatArray,
 ) -> None:
-    # The middles of the edges of a sheet's triangles, by area: as the block map shows them.
+    # Adds the midpoints of the edges of a sheet's triangles, weighted by area, with their block map.
     for n in range(count):
         if found.sheets[n] != sheet:
             continue
@@ -321,8 +323,8 @@ def _add_inside(
 
 @inline
 def _solve(fit: FloatArray, sums: FloatArray) -> None:
-    # Least squares of the changes of s and C, both rows at once: a system of three unknowns, with two right
-    # sides. `sums`: the matrix's upper triangle (6), then the right sides (3 and 3).
+    # Least squares for the changes of s and C: one system of three unknowns, with a right side for each of
+    # the two rows. `sums`: the matrix's upper triangle (6), then the right sides (3 and 3).
     a00, a01, a02, a11, a12, a22 = sums[0], sums[1], sums[2], sums[3], sums[4], sums[5]
     c00, c01, c02 = a11 * a22 - a12 * a12, a02 * a12 - a01 * a22, a01 * a12 - a02 * a11
     c11, c12, c22 = a00 * a22 - a02 * a02, a01 * a02 - a00 * a12, a00 * a11 - a01 * a01
@@ -351,8 +353,8 @@ def _fit(
     fits: FloatArray,
     scratch: SheetScratch,
 ) -> None:
-    # Fits C and s to what settled sheets show along their seams, and less so to the block map. The sheet with
-    # the block's centre, which has no seam yet, has the block map alone.
+    # Fits C and s to the settled sheets along common seams, and with less weight to the block map. The sheet
+    # with the block's centre is fitted first, without seams, to the block map alone.
     fit, sums = fits[wanted], scratch.sums
     for n in range(12):
         sums[n] = 0.0
@@ -381,7 +383,7 @@ def _fit(
 
 @inline
 def enter_fit(fit: FloatArray, root: FloatArray, centre: tuple[float, float, float, float]) -> None:
-    """Write a sheet that reads as its chart's field says, about a block's centre."""
+    """Write the fit of a sheet that reads by its chart's field alone about a block's centre."""
     fit[0], fit[1], fit[2], fit[3], fit[4], fit[5] = 1.0, root[0], root[1], root[2], root[3], root[4]
     fit[6], fit[7], fit[8], fit[9], fit[10] = centre[0], centre[1], centre[2], centre[3], root[5]
 
@@ -397,11 +399,11 @@ def fit_block(
     scratch: SheetScratch,
     fits: FloatArray,
 ) -> int:
-    """Fit the sheets of a block, `fits` (`MOST_SHEETS`, `FIT`); return how many there are, settled or not.
+    """Fit the sheets of a block, `fits` (`MOST_SHEETS`, `FIT`); return their number, settled or not.
 
-    `root` (6,) is the chart and the place of the block's centre there, where it reads less the block's
-    source, and the quarter turns from the chart's matrix to the block's; `sizes` the triangles and sheets
-    that `unfold_block` found. `sheets` becomes −1 where a sheet is not settled.
+    `root` (6,) is the chart; the place of the block's centre there; the position that it reads minus the
+    block's source; and the quarter turns from the chart's matrix to the block's. `sizes` are the numbers of
+    triangles and sheets that `unfold_block` found. `found.sheets` becomes −1 on sheets that are not settled.
     """
     count, pieces = sizes[0], min(sizes[1], MOST_SHEETS)
     for m in range(pieces):
@@ -409,7 +411,7 @@ def fit_block(
     centre = turned(field_at(field, int64(root[0]), root[1], root[2]), root[5])
     enter_fit(fits[0], root, centre)
     _fit(mesh, field, found, count, 0, half, 0, fits, scratch)
-    if fits[0, 0] != 1.0:  # it can not be fitted: as the chart has it
+    if fits[0, 0] != 1.0:  # it cannot be fitted: the chart's field alone
         enter_fit(fits[0], root, centre)
     if pieces > 1:
         edges = _list_edges(mesh, found, count, scratch)

@@ -1,8 +1,9 @@
-"""Unfolding a mesh round a block's centre: which triangles the block reaches, and where they lie in it.
+"""Unfolding a mesh around a block's centre: the triangles that the block covers, and their places in it.
 
-The centre's triangle lies in its plane; vertices follow in the order of their distance, each placed by a
-triangle whose other two corners are settled, with true lengths: exponential map by unfolding. The block map
-takes the direction field along: ``u = ρ/2·(I + R(−δ))·ℓ`` for an unfolded place ℓ, δ the field's turn there.
+The centre's triangle is placed in its own plane. The other vertices follow in the order of their distance.
+Each is placed, with true lengths, by a triangle whose other two corners are settled: an exponential map by
+unfolding. The block map also follows the direction field: ``u = ρ/2·(I + R(−δ))·ℓ`` for an unfolded place ℓ,
+where δ is the field's turn.
 """
 
 from typing import Any, NamedTuple
@@ -16,43 +17,44 @@ from upholster.types import FloatArray, IntArray, int64
 __all__ = ["Footprint", "MeshArrays", "UnfoldScratch", "unfold_block"]
 
 _REACH = 1.45
-"""Half a block's diagonal and a little, in halves of its side."""
+"""Half a block's diagonal and a little more, in units of half its side."""
 
 _TORN = 2.5
-"""A triangle that unfolding makes so much larger or smaller, in area or squared lengths, is torn."""
+"""A triangle is torn if unfolding changes its area or a squared length by more than this factor."""
 
 _SHORT = 1.0 / 256.0
-"""Squared length of an edge over that of the side beside it, below which its direction tells nothing."""
+"""Squared length of an edge, relative to the adjacent side, below which its direction is not reliable."""
 
 _FLOOD = 4.0
-"""Areas of the disk within reach: where unfolding has gone over more, it has collapsed."""
+"""Unfolding has collapsed if it has covered more than this many times the area of the disk within reach."""
 
 _MOST_SETTLED = 1 << 13
 
 _AGREES = 0.7
-"""Cosine of the angle at a vertex up to which two triangles' directions are one field."""
+"""Minimum cosine of the angle between two triangles' directions at a vertex for them to be one field."""
 
 _TRIM = 0.35
-"""A triangle stays in a block if the block map's derivative differs less from a rotation-free one there. Less
-makes directions and sizes truer and blocks more: cuts between them then cross seams more often, and show."""
+"""A triangle stays in a block if the block map's derivative there, in the field's axes, differs by less than
+this from the identity. A smaller value makes directions and sizes more accurate, but needs more blocks. Cuts
+between blocks then cross seams more often and are visible."""
 
 _OFF = 0.5
-"""Frame pixels: a triangle stays as well if no place of it is off by more. Narrow ones beside seams would
-else end blocks there."""
+"""A triangle also stays if no place of it is off by more than this many frame pixels. Otherwise narrow
+triangles at seams would end blocks."""
 
 
 class MeshArrays(NamedTuple):
-    """A mesh as kernels take it; V vertices, T triangles.
+    """A mesh in the kernels' form; V vertices, T triangles.
 
-    `corners` (T, 3, 3) are positions, `triangles` (T, 3) vertices and `neighbours` (T, 3) as in
-    `TriangleMesh`; `first` (V + 1,) and `around` list the triangles round each vertex. Positions belong to
-    corners: those of a tile, whose opposite edges meet, are not the vertices'. `vectors` (T, 3, 3) is the
-    direction field at corners; `normals`, `along` and `down` (T, 3) are each triangle's normal and the
-    field's two axes in its plane. `places` (T, 3, 2) are row and column of each corner on its chart in
-    steps, centres at whole numbers; `chart` (T,) is that chart, −1 for none. `seam` (T, 3) numbers
-    the seams' edges, −1 elsewhere; `crossing` (seams, 2, 2) takes texel steps over each. `spread` (V,) is a
-    third of the area round a vertex. `fold` is the field's: 1, 2 or 4 directions, turned evenly, count as
-    one; `turns` (T,) are the quarter turns that take the charts' warp fields to `along` and `down`.
+    `corners` (T, 3, 3) are positions, `triangles` (T, 3) vertices and `neighbours` (T, 3) are as in
+    `TriangleMesh`; `first` (V + 1,) and `around` list the triangles around each vertex. Positions belong to
+    corners, not to vertices, because opposite edges of a tile meet. `vectors` (T, 3, 3) is the direction
+    field at corners; `normals`, `along` and `down` (T, 3) are each triangle's normal and the field's two axes
+    in its plane. `places` (T, 3, 2) are the row and column of each corner on its chart in steps, with steps'
+    centres at integers; `chart` (T,) is that chart, −1 for none. `seam` (T, 3) numbers the edges on seams, −1
+    for other edges; `crossing` (seams, 2, 2) is each one's transition of texel steps. `spread` (V,) is a
+    third of the area around a vertex. `fold` is that of the field: 1, 2 or 4 evenly rotated directions count
+    as one; `turns` (T,) are the quarter turns from the charts' warp fields to `along` and `down`.
     """
 
     corners: FloatArray
@@ -74,11 +76,11 @@ class MeshArrays(NamedTuple):
 
 
 class Footprint(NamedTuple):
-    """Scratch: where a block lies, triangle by triangle; those of one sheet come together.
+    """Scratch: the footprint of a block, triangle by triangle; triangles of one sheet are consecutive.
 
-    Of each triangle its number in the mesh, −1 where it is a part of a block that was not unfolded; its
-    chart; `places` (n, 3, 2) of its corners there and `maps` (n, 3, 2), where they lie in the frame, from the
-    block's centre; and its sheet, −1 for none. `corners` (64, 4) is scratch.
+    For each triangle: its number in the mesh, −1 if it is a part of a block that was not unfolded; its chart;
+    the `places` (n, 3, 2) of its corners there; `maps` (n, 3, 2), the corners' places in the frame, relative
+    to the block's centre; and its sheet, −1 for none. `corners` (64, 4) is scratch.
     """
 
     triangles: IntArray
@@ -90,7 +92,7 @@ class Footprint(NamedTuple):
 
     @classmethod
     def of(cls, most: int) -> "Footprint":
-        """Return room for so many triangles."""
+        """Return arrays for at most `most` triangles."""
         return cls(
             np.empty(most, np.int32),
             np.empty(most, np.int32),
@@ -102,9 +104,9 @@ class Footprint(NamedTuple):
 
 
 class UnfoldScratch(NamedTuple):
-    """Scratch of one thread: by vertices `state`, `flat` (x, y, how many agreed), `turned`, `u`; lists.
+    """Scratch of one thread: for vertices `state`, `flat`, `turned` and `u`; `local` for triangles; lists.
 
-    `state` and `local` (by triangles) are all 0 and −1 between calls.
+    `flat` is x, y and the number of averaged places. Between calls `state` is all 0, and `local` is all −1.
     """
 
     state: NDArray[np.uint8]
@@ -150,7 +152,7 @@ def _push(keys: FloatArray, heap: IntArray, size: int, key: float, vertex: int) 
 
 @inline
 def _pop(keys: FloatArray, heap: IntArray, size: int) -> int:
-    # Removes the least; what is left has one entry less.
+    # Removes the least entry; returns the new size.
     size -= 1
     key, vertex = keys[size], heap[size]
     at = 0
@@ -190,8 +192,8 @@ def _doubled_area(a: tuple[float, float, float], b: tuple[float, float, float]) 
 
 @inline
 def _place_third(mesh: MeshArrays, flat: FloatArray, t: int, k: int) -> tuple[bool, float, float]:
-    # Where a triangle puts the corner across its edge k, to the left of that flat edge, with lengths as in
-    # space: an edge that unfolding shortened would else shorten all that follows.
+    # The place of the corner opposite to a triangle's edge k, to the left of that flat edge. Lengths are
+    # those in space: otherwise an edge that unfolding shortened would shorten all triangles that follow.
     m, o = (k + 1) % 3, (k + 2) % 3
     i, j = mesh.triangles[t, k], mesh.triangles[t, m]
     edge, side = _edge(mesh, t, k, m), _edge(mesh, t, k, o)
@@ -210,8 +212,8 @@ def _place_third(mesh: MeshArrays, flat: FloatArray, t: int, k: int) -> tuple[bo
 def _settle_neighbours(
     mesh: MeshArrays, scratch: UnfoldScratch, best: int, within: float, touched: int, size: int
 ) -> tuple[int, int]:
-    # Places third corners of the triangles round a vertex that was just settled, of those whose edge there
-    # has an end as near as `within`, squared: triangles beyond do not meet the block.
+    # Places the third corners of triangles around a vertex that was just settled, if an end of the settled
+    # edge is within the squared distance `within`: triangles beyond do not meet the block.
     state, flat = scratch.state, scratch.flat
     for n in range(mesh.first[best], mesh.first[best + 1]):
         t = mesh.around[n]
@@ -232,7 +234,7 @@ def _settle_neighbours(
                 scratch.touched[touched] = w
                 touched += 1
             elif apart < 0.25 * _dot(edge, edge):
-                m = flat[w, 2]  # they agree: their mean
+                m = flat[w, 2]  # the places agree: take their mean
                 flat[w, 0], flat[w, 1] = (m * flat[w, 0] + x) / (m + 1.0), (m * flat[w, 1] + y) / (m + 1.0)
                 flat[w, 2] = m + 1.0
             elif x * x + y * y < flat[w, 0] ** 2 + flat[w, 1] ** 2:
@@ -248,8 +250,8 @@ def _settle_neighbours(
 def _unfold(
     mesh: MeshArrays, scratch: UnfoldScratch, centre: int, point: Any, axis: Any, reach: float
 ) -> Any:
-    # Flattens the triangles with a corner within `reach` of a point of one, x along `axis`; returns how many
-    # vertices that takes.
+    # Flattens the triangles that have a corner within `reach` of a point of triangle `centre`, with x along
+    # `axis`. Returns the number of vertices that were placed.
     state, flat, keys, heap = scratch.state, scratch.flat, scratch.keys, scratch.heap
     normal = mesh.normals[centre]
     up0 = normal[1] * axis[2] - normal[2] * axis[1]
@@ -284,7 +286,7 @@ def _unfold(
 
 @inline
 def _is_whole(mesh: MeshArrays, flat: FloatArray, t: int) -> Any:
-    # Whether unfolding kept a triangle about as it is.
+    # Whether unfolding preserves the size and shape of a triangle approximately.
     a, b, c = mesh.triangles[t, 0], mesh.triangles[t, 1], mesh.triangles[t, 2]
     e, g, h = _edge(mesh, t, 0, 1), _edge(mesh, t, 0, 2), _edge(mesh, t, 1, 2)
     ex, ey = flat[b, 0] - flat[a, 0], flat[b, 1] - flat[a, 1]
@@ -300,7 +302,7 @@ def _is_whole(mesh: MeshArrays, flat: FloatArray, t: int) -> Any:
 
 @inline
 def _nearest_turn(x: float, y: float, fold: int) -> tuple[float, float]:
-    # Of the directions that count as one, that nearest to the block's own, which is (1, 0).
+    # The direction nearest to the block's own, (1, 0), among those that count as one.
     if fold == 4 and abs(y) > abs(x):
         x, y = y, -x
     if fold > 1 and x < 0.0:
@@ -310,7 +312,7 @@ def _nearest_turn(x: float, y: float, fold: int) -> tuple[float, float]:
 
 @inline
 def _add_turns(mesh: MeshArrays, scratch: UnfoldScratch, t: int) -> None:
-    # Adds to its corners how the direction field there lies in a flat triangle, weighted by area.
+    # Adds the direction field in a flat triangle to its corners, weighted by area.
     flat = scratch.flat
     a, b, c = mesh.triangles[t, 0], mesh.triangles[t, 1], mesh.triangles[t, 2]
     e, g = _edge(mesh, t, 0, 1), _edge(mesh, t, 0, 2)
@@ -329,13 +331,13 @@ def _add_turns(mesh: MeshArrays, scratch: UnfoldScratch, t: int) -> None:
         x, y = _nearest_turn(p * ex + q * gx, p * ey + q * gy, mesh.fold)
         old = scratch.turned[v]
         both = np.sqrt((x * x + y * y) * (old[0] * old[0] + old[1] * old[1]))
-        if x * old[0] + y * old[1] >= _AGREES * both:  # else the field jumps here: the nearer side counts
+        if x * old[0] + y * old[1] >= _AGREES * both:  # otherwise the field jumps: keep the nearer side
             old[0], old[1] = old[0] + x, old[1] + y
 
 
 @inline
 def _map_vertices(scratch: UnfoldScratch, touched: int, scale: float) -> None:
-    # The block map at flat vertices: rows down, columns to the right, in frame pixels.
+    # Writes the block map at flat vertices: rows down, columns to the right, in frame pixels.
     for n in range(touched):
         v = scratch.touched[n]
         x, y = scratch.flat[v, 0], scratch.flat[v, 1]
@@ -348,7 +350,7 @@ def _map_vertices(scratch: UnfoldScratch, touched: int, scale: float) -> None:
 
 @inline
 def _is_true(mesh: MeshArrays, scratch: UnfoldScratch, t: int, scale: float) -> Any:
-    # Whether the block map shows a triangle about as it lies in the field.
+    # Whether the block map shows a triangle approximately in the field's direction and at true size.
     a, b, c = mesh.triangles[t, 0], mesh.triangles[t, 1], mesh.triangles[t, 2]
     e, g, u = _edge(mesh, t, 0, 1), _edge(mesh, t, 0, 2), scratch.u
     right, down = mesh.along[t], mesh.down[t]
@@ -367,14 +369,14 @@ def _is_true(mesh: MeshArrays, scratch: UnfoldScratch, t: int, scale: float) -> 
     vd, vr = u[c, 0] - u[a, 0], u[c, 1] - u[a, 1]
     m00, m01 = (ud * gr - vd * er) / determinant, (vd * ed - ud * gd) / determinant
     m10, m11 = (ur * gr - vr * er) / determinant, (vr * ed - ur * gd) / determinant
-    # As of a rotation; the matrix's other part does not turn.
+    # The rotation in the matrix; the remainder does not rotate.
     like, turn = _nearest_turn(m00 + m11, m10 - m01, mesh.fold)
     size = m00 * m00 + m01 * m01 + m10 * m10 + m11 * m11
     if size - 2.0 * like + 2.0 < _TRIM * _TRIM:
         return True
     if like <= abs(turn):
         return False
-    # By how much the edges are off, in the branch of the field that is nearest.
+    # The error of the edges, for the nearest branch of the field.
     if mesh.fold == 4 and abs(m10 - m01) > abs(m00 + m11):
         ud, ur, vd, vr = ur, -ud, vr, -vd
     if mesh.fold > 1 and ud * ed + ur * er + vd * gd + vr * gr < 0.0:
@@ -386,7 +388,7 @@ def _is_true(mesh: MeshArrays, scratch: UnfoldScratch, t: int, scale: float) -> 
 
 @inline
 def _reaches(mesh: MeshArrays, scratch: UnfoldScratch, t: int, half: float) -> bool:
-    # Whether some of a triangle may lie in the block's square.
+    # Whether a part of a triangle may be in the block's square.
     u = scratch.u
     a, b, c = mesh.triangles[t, 0], mesh.triangles[t, 1], mesh.triangles[t, 2]
     for axis in range(2):
@@ -399,7 +401,7 @@ def _reaches(mesh: MeshArrays, scratch: UnfoldScratch, t: int, half: float) -> b
 def _list_near(
     mesh: MeshArrays, scratch: UnfoldScratch, centre: int, touched: int, scale: float, half: float
 ) -> Any:
-    # Lists the triangles that the block shows about as they are; marks them in `local` with −2.
+    # Lists the triangles that the block shows without much distortion; marks them in `local` with −2.
     near, count = scratch.near, int64(0)
     for n in range(touched):
         v = scratch.touched[n]
@@ -429,8 +431,9 @@ def _list_near(
 
 @inline
 def _spread(mesh: MeshArrays, scratch: UnfoldScratch, centre: int, sheets: IntArray) -> tuple[int, int]:
-    # Orders what hangs together with the centre into `queue`, sheet by sheet: pieces that no seam cuts.
-    # Those on which a sheet may begin wait in `near`, which is not needed any more: marks tell the rest.
+    # Orders the triangles that are connected with the centre into `queue`, sheet by sheet: pieces that no
+    # seam cuts. Triangles where a sheet may begin wait in `near`, whose list is no longer needed: its
+    # triangles are marked in `local`.
     local, queue, waiting = scratch.local, scratch.queue, scratch.near
     head, tail, first, last, sheet = int64(0), int64(0), int64(0), int64(0), int64(0)
     waiting[0], last = centre, int64(1)
@@ -472,10 +475,10 @@ def unfold_block(
     scratch: UnfoldScratch,
     out: Footprint,
 ) -> tuple[int, int]:
-    """Find the footprint of a block; return how many triangles it has, and how many sheets.
+    """Find the footprint of a block; return its number of triangles, and its number of sheets.
 
-    `centre` is a triangle, `spot` (3,) a place in it or right beside it; `half` is half a block's side in
-    frame pixels, `scale` frame pixels per model unit.
+    `centre` is a triangle, `spot` (3,) a place in it or right next to it; `half` is half a block's side in
+    frame pixels, `scale` is frame pixels per model unit.
     """
     touched = _unfold(mesh, scratch, centre, spot, mesh.along[centre], _REACH * half / scale)
     _list_near(mesh, scratch, centre, touched, scale, half)

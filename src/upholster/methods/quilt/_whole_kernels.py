@@ -1,7 +1,7 @@
-"""Blocks that lie whole on one chart: they are not unfolded, but read as a decoder reads them.
+"""Blocks that are completely on one chart: they are not unfolded, but read as a decoder reads them.
 
-A place q of the chart reads at ``s + ½·(C + M(q))·(q − c)``. The frame's grid of a few cells each way is
-brought to the chart by that map's inverse, and what lies between is linear.
+A place q of the chart reads at ``s + ½·(C + M(q))·(q − c)``. The inverse of this map takes the corners of a
+coarse grid over the frame to the chart; between these corners it is interpolated linearly.
 """
 
 from typing import Any, NamedTuple
@@ -17,24 +17,24 @@ from upholster.types import FloatArray, int64
 __all__ = ["CLEAR_CELL", "ClearCells", "lie_whole", "mark_edges"]
 
 CLEAR_CELL = 8
-"""Steps a side of the cells in which it is known whether a sheet may end there."""
+"""Side in steps of the cells for which it is stored whether a sheet may end there."""
 
 _GRID = 4
-"""Parts of the frame each way."""
+"""Number of the grid's cells over a frame each way."""
 
 _VARIES = 0.25
-"""By what part M may differ inside a block from M at its centre: where it varies more, blocks are unfolded,
-and trimmed."""
+"""Maximum relative difference between M inside a block and M at its centre. Where M varies more, blocks are
+unfolded and trimmed."""
 
 _STEPS = 3
-"""Rounds in which the map is inverted: it is nearly linear."""
+"""Iterations for inverting the map, which is nearly linear."""
 
 
 class ClearCells(NamedTuple):
-    """Which cells of charts, `CLEAR_CELL` steps wide, are crossed by edges at which sheets end.
+    """The cells of charts, `CLEAR_CELL` steps wide, that are crossed by edges at which sheets end.
 
-    `crossed` holds charts one after another, row by row, `firsts` where each begins, `shapes` (charts, 2)
-    rows and columns of cells.
+    `crossed` contains charts one after another, row by row; `firsts` is the index of each chart's first cell,
+    `shapes` (charts, 2) are the rows and columns of cells.
     """
 
     crossed: NDArray[np.uint8]
@@ -44,7 +44,7 @@ class ClearCells(NamedTuple):
 
 @inline
 def _is_outer(p: FloatArray, k: int, m: int, corner: NDArray[np.int64], size: NDArray[np.int64]) -> bool:
-    # Whether an edge runs along the outer edge of its chart: beyond it there is no step.
+    # Whether an edge is on the outer edge of its chart, beyond which there is no step.
     for axis in range(2):
         first, last = -0.5 - corner[axis], size[axis] - 0.5 - corner[axis]
         if abs(p[k, axis] - first) < 1e-6 and abs(p[m, axis] - first) < 1e-6:
@@ -58,9 +58,9 @@ def _is_outer(p: FloatArray, k: int, m: int, corner: NDArray[np.int64], size: ND
 def mark_edges(
     mesh: MeshArrays, corners: NDArray[np.int64], sizes: NDArray[np.int64], clear: ClearCells
 ) -> None:
-    """Mark the cells through which seams, creases and borders run, but for borders along charts' edges.
+    """Mark the cells that seams, creases and borders cross, except for borders along charts' edges.
 
-    `corners` (charts, 2) are the steps with which the charts' windows begin, `sizes` (charts, 2) the charts'.
+    `corners` (charts, 2) are the first steps of the charts' windows, `sizes` (charts, 2) the charts' sizes.
     """
     for t in range(mesh.triangles.shape[0]):
         chart = int64(mesh.chart[t])
@@ -100,7 +100,7 @@ def _is_clear(clear: ClearCells, chart: int, low: tuple[float, float], high: tup
 def _place_of(
     field: FieldArrays, root: FloatArray, centre: tuple[float, float, float, float], down: float, right: float
 ) -> tuple[bool, float, float]:
-    # The place on the chart of what lies (down, right) in the frame, and whether M varies little up to there.
+    # The place on the chart of the frame's point (down, right), and whether M varies little up to there.
     chart, turns = int64(root[0]), root[5]
     y, x = down - root[3], right - root[4]
     row, column, sound = root[1], root[2], True
@@ -129,14 +129,15 @@ def _place_of(
 def lie_whole(
     field: FieldArrays, clear: ClearCells, root: FloatArray, half: float, out: Footprint, fits: FloatArray
 ) -> Any:
-    """Lay a block flat on its centre's chart; return its number of triangles, 0 where it must be unfolded.
+    """Lay a block flat on its centre's chart; return its number of triangles, 0 if it must be unfolded.
 
-    `root` as in `fit_block`, which this takes the place of, with `half` the side's half in frame pixels.
+    This replaces `unfold_block` and `fit_block`. `root` is as in `fit_block`; `half` is half the block's side
+    in frame pixels.
     """
     centre = turned(field_at(field, int64(root[0]), root[1], root[2]), root[5])
     reach, across = half + 2.0, _GRID + 1
     low, high = (1e30, 1e30), (-1e30, -1e30)
-    # Corners of the grid wait in the first places of `maps`, three a triangle.
+    # First the corners of the grid are computed in `out.corners`, then two triangles for each of its cells.
     for i in range(across):
         for j in range(across):
             down, right = reach * (2.0 * i / _GRID - 1.0), reach * (2.0 * j / _GRID - 1.0)

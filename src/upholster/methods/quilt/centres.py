@@ -1,7 +1,7 @@
-"""Where blocks' centres lie, and in which order they are laid: region after region, for threads to share.
+"""The positions of blocks' centres, and the order in which blocks are laid: by regions, for parallel threads.
 
-A parcel is cut into cubes three blocks wide, in eight classes by the parity of their place. Blocks of two
-cubes of one class never touch: they are laid side by side. The order follows from the geometry alone.
+A parcel is cut into cubes three blocks wide, in eight classes by the parity of their indices. Blocks in two
+cubes of one class never touch, so these cubes are laid in parallel. The order depends on the geometry alone.
 """
 
 from dataclasses import dataclass
@@ -18,24 +18,26 @@ from upholster.types import FloatArray, IntArray
 __all__ = ["Centres", "Regions", "centres_at", "centres_on"]
 
 _REGION = 3.0
-"""Side of a region's cube, in blocks: two blocks that meet lie less than one and a half apart."""
+"""Side of a region's cube, in blocks: the centres of two blocks that meet are less than 1.5 blocks apart."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Centres:
-    """Blocks' centres, n of them: each is a step of a chart.
+    """The centres of n blocks: each is a step of a chart.
 
     Attributes
     ----------
     steps
-        (n, 3) int32: chart, row and column; all else follows from them.
+        (n, 3) int32: chart, row and column; the other attributes follow from them.
     triangles
-        (n,) int32: in which triangle of the ground's mesh, or right beside it; −1: not on the ground.
+        (n,) int32: the triangle of the ground's mesh that contains the step or is right next to it; −1: not
+        on the ground.
     roots
-        (n, 6): the chart, the place of the step in its window, where that one reads, less the block's source,
-        in frame pixels, and the quarter turns from the chart's matrix there to the block's.
+        (n, 6): the chart; row and column of the step in the chart's window; the position that the step reads
+        minus the block's source, in frame pixels (2); and the quarter turns from the chart's matrix there to
+        the block's.
     spots
-        (n, 3) in space, in the triangles' planes.
+        (n, 3) positions in space, in the triangles' planes.
     """
 
     steps: IntArray
@@ -44,18 +46,18 @@ class Centres:
     spots: FloatArray
 
     def chosen(self, order: NDArray[Any]) -> "Centres":
-        """Return some of them, in an order."""
+        """Return the centres that `order` lists, in that order."""
         parts = (self.steps, self.triangles, self.roots, self.spots)
         return Centres(*(part[order] for part in parts))
 
     def with_more(self, others: "Centres") -> "Centres":
-        """Return them and others behind them."""
+        """Return these centres, followed by others."""
         names = ("steps", "triangles", "roots", "spots")
         return Centres(*(np.concatenate([getattr(part, name) for part in (self, others)]) for name in names))
 
 
 def centres_at(placed: PlacedGround, steps: IntArray) -> Centres:
-    """Return steps (n, 3) of charts as centres."""
+    """Return charts' steps (n, 3) as centres."""
     mesh, canvases = placed.ground.mesh, placed.ground.canvases
     chart = steps[:, 0]
     at = steps[:, 1:] - placed.corners[chart]
@@ -76,8 +78,8 @@ def centres_on(
 ) -> Centres:
     """Return centres on even grids over the charts, `step` steps apart, the first one at `shift`.
 
-    Each is the step on the surface that lies nearest to a point of the grid, and in a triangle that is wanted
-    (T,); with `bare` it is the nearest of those in such triangles that no block shows.
+    Each centre is the step on the surface nearest to a point of the grid; centres in triangles that are not
+    `wanted` (T,) are left out. With `bare`, only steps in wanted triangles that show no block are candidates.
     """
     canvases = placed.ground.canvases
     looked_at = wanted if bare else np.ones(len(wanted), np.bool_)
@@ -101,12 +103,14 @@ def centres_on(
 
 
 class Regions:
-    """Cubes of space, and which blocks lie in each."""
+    """Cubes of space, and the blocks in each."""
 
     def __init__(self, block: float, tile: FloatArray | None) -> None:
-        """Begin, with blocks so many model units wide; `tile` (2, 3) is the box of a tile, from, to.
+        """Begin without blocks.
 
-        Round a tile goes an even number of cubes, so that classes of the first and the last differ; or one.
+        `block` is the blocks' width in model units; `tile` (2, 3) is the box of a tile, from, to. Across a
+        tile there is an even number of cubes, or only one. So the first and the last cube, which meet, differ
+        in class.
         """
         self._origin, self._sides = np.zeros(3), np.full(3, _REGION * block)
         if tile is not None:
@@ -117,9 +121,10 @@ class Regions:
         self._parts: dict[tuple[int, int, int], list[tuple[int, int]]] = {}
 
     def enter(self, spots: FloatArray, first: int) -> tuple[NDArray[np.intp], list[list[tuple[int, int]]]]:
-        """Enter blocks; return their order, and of each class the regions, as blocks from, to, in that order.
+        """Enter blocks at `spots` (n, 3); return their order, and for each class its regions.
 
-        They are numbered from `first` on, in the order returned.
+        Blocks are numbered from `first` on in the order returned. A region is a range of these numbers, from,
+        to.
         """
         cubes = self._cubes(spots)
         kind = (cubes & 1) @ np.array([1, 2, 4])
@@ -140,7 +145,7 @@ class Regions:
         return cubes
 
     def near(self, spot: FloatArray) -> NDArray[np.int64]:
-        """Return the blocks in the cubes round a place, (k, 2) from, to."""
+        """Return the blocks in the 27 cubes around a place, as ranges (k, 2) from, to."""
         a, b, c = self._cubes(spot).tolist()
         found = [
             part
@@ -153,8 +158,8 @@ class Regions:
 
 
 def _shares(flat: FloatArray, places: FloatArray) -> FloatArray:
-    # Barycentric coordinates of places in or beside triangles (n, 3, 2). Beside narrow ones, whose plane
-    # tells little, they are brought nearer: −1 is the least.
+    # Barycentric coordinates of places in triangles (n, 3, 2), or next to them. A narrow triangle defines its
+    # plane poorly, so places next to it are moved closer: coordinates are at least −1.
     first, second, to = flat[:, 1] - flat[:, 0], flat[:, 2] - flat[:, 0], places - flat[:, 0]
     area = first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]
     b = np.maximum((to[:, 0] * second[:, 1] - to[:, 1] * second[:, 0]) / area, -1)

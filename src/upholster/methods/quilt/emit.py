@@ -1,8 +1,8 @@
-"""What shows of laid blocks becomes placements and labels.
+"""Turns the visible parts of laid blocks into placements and labels.
 
-A label map's cell takes the block that shows there. A placement's centre lies in the middle of a cell that
-shows it, with what the block reads there; where its chart's field alone would turn or stretch it by more than
-a little, its matrix gets an offset, fitted to the cells that show it.
+A cell of a label map takes the block visible there. A placement's centre is the middle of a cell that shows
+it, and its source is the position that the block reads there. Where the chart's field alone would turn or
+stretch the placement noticeably, its matrix gets an offset, fitted to the cells that show it.
 """
 
 from collections.abc import Sequence
@@ -33,14 +33,14 @@ from upholster.types import FloatArray, IntArray
 __all__ = ["LABEL_CELL", "LabelPiece", "Labelled", "emitted_quilt", "label_pieces", "labelled"]
 
 LABEL_CELL = 2
-"""Steps a side of a cell of label maps: blocks are blended over so many. Cells of two charts do not line up:
-the larger they are, the more a border of blocks is off where it crosses a seam."""
+"""Side of a label map's cell in steps; blocks are blended over this width. Cells of two charts do not line
+up: the larger they are, the larger is the jump of blocks' borders at seams."""
 
 _SOURCE_UNIT, _OFFSET_UNIT = 4, 64
-"""Sources are quarters of a pixel, offsets 1/64 pixel for a step: finer ones only cost bytes."""
+"""Sources are quarters of a pixel, offsets 1/64 pixel per step. Finer values would only cost bytes."""
 
 _OFF = 0.3
-"""Pixels that a placement may be off somewhere before its matrix gets an offset."""
+"""Maximum error of a placement in pixels without an offset of its matrix."""
 
 Labelled = tuple[NDArray[np.void], LabelMap]
 """A chart's placements and labels."""
@@ -48,7 +48,7 @@ Labelled = tuple[NDArray[np.void], LabelMap]
 
 @dataclass(frozen=True, eq=False, slots=True)
 class LabelPiece:
-    """A part of a chart's labels: a window of cells, of which one parcel tells those that it shows.
+    """A part of a chart's labels: a window of cells, with labels for the cells that one parcel shows.
 
     Attributes
     ----------
@@ -57,15 +57,15 @@ class LabelPiece:
     corner
         Row and column of the window's first cell.
     labels
-        (rows, columns) int32: which of the sheets below shows in a cell; −1: this parcel does not tell;
-        `KEPT`: what was there before.
+        (rows, columns) int32: the index of the sheet, in the lists below, that each cell shows; −1: this
+        parcel has no label for the cell; `KEPT`: the cell stays as it was.
     away
-        (rows, columns) float32: 0 where the surface lies, else how far beyond a seam a cell lies, in square
-        steps.
+        (rows, columns) float32: 0 on the surface, otherwise the squared distance, in steps, of a cell beyond
+        a seam.
     numbers
-        (n,) int64, ascending: of each sheet the block's number · `MOST_SHEETS` + the sheet's.
+        (n,) int64, ascending: for each sheet, its block's number · `MOST_SHEETS` + its own number.
     records, fits
-        (n, `BLOCK_COLUMNS`) the block's, and (n, `FIT`) how the sheet reads, on the chart.
+        (n, `BLOCK_COLUMNS`) the records of the sheets' blocks, and (n, `FIT`) the sheets' fits on the chart.
     """
 
     chart: int
@@ -78,7 +78,7 @@ class LabelPiece:
 
 
 def label_pieces(plan: LayPlan, drawn: Drawn, *, threads: int | None = 1) -> list[LabelPiece]:
-    """Return the labels of a parcel's own steps, and of the cells beyond its seams, chart by chart.
+    """Return the labels of a parcel's own steps and of the cells beyond its seams, one piece for each chart.
 
     `threads` is as in `upholster.parallel.run_tasks`.
     """
@@ -125,7 +125,7 @@ def _piece(drawn: Drawn, chart: int, edges: NDArray[np.int64], cell: int, ranks:
         first,
         np.where(labels == KEPT, KEPT, rank[np.maximum(labels, -1)]).astype(
             np.int32
-        ),  # -1, the last one, stays
+        ),  # label -1 reads the last rank, which is -1
         away.astype(np.float32),
         numbers[order],
         drawn.records[block[order]],
@@ -134,12 +134,12 @@ def _piece(drawn: Drawn, chart: int, edges: NDArray[np.int64], cell: int, ranks:
 
 
 def emitted_quilt(plan: LayPlan, pieces: Sequence[LabelPiece], *, threads: int | None = None) -> Quilt:
-    """Return the quilt of what was laid.
+    """Return the quilt of all laid blocks.
 
     Parameters
     ----------
     plan
-        By which it was laid.
+        The plan by which they were laid.
     pieces
         All parcels' labels, in the order of parcels.
     threads
@@ -161,15 +161,15 @@ def emitted_quilt(plan: LayPlan, pieces: Sequence[LabelPiece], *, threads: int |
 
 
 def _cell_of(plan: LayPlan, chart: int) -> int:
-    # Of a tile's cells a whole number is each side: then cells beyond an edge are those at the opposite one,
-    # and blocks are blended alike on both sides.
+    # Each side of a tile is a whole number of cells. So the cells beyond an edge are those at the opposite
+    # edge, and blocks are blended in the same way on both sides.
     own = plan.surface.charts[chart]
     sides = (own.height, own.width) if plan.surface.is_tile else ()
     return next(cell for cell in (LABEL_CELL, 3, 1) if not any(side % cell for side in sides))
 
 
 def labelled(plan: LayPlan, number: int, pieces: Sequence[LabelPiece]) -> Labelled:
-    """Return a chart's placements and labels, from all its pieces in the order of parcels."""
+    """Return a chart's placements and labels, from all its pieces, which are in the order of parcels."""
     chart, field, shape = plan.surface.charts[number], plan.fields[number], plan.shape
     cell = _cell_of(plan, number)
     shown, sheets, kept = _joined(label_shape(chart.height, chart.width, cell), pieces)
@@ -201,14 +201,15 @@ def labelled(plan: LayPlan, number: int, pieces: Sequence[LabelPiece]) -> Labell
 def _before(
     quilt: Quilt, number: int, kept: NDArray[np.bool_], shown: IntArray, first: int
 ) -> NDArray[np.void]:
-    # The placements that cells show which are kept; they go into `shown`, numbered from `first` on.
+    # The placements of the kept cells. They are numbered from `first` on, and these numbers are written to
+    # `shown`.
     used, which = np.unique(quilt.labels[number][0].labels[kept], return_inverse=True)
     shown[kept] = first + which.reshape(-1)
     return quilt.on_chart(number)[used]
 
 
 def _settled(plan: LayPlan, cells: ShownCells, field: WarpField) -> SettledArrays:
-    # Centres of a chart's placements, and what a fit of their matrices takes.
+    # The centres of a chart's placements, and the sums for fitting their matrices.
     count = len(cells.turns)
     found = SettledArrays(
         np.full((count, 2), -1, np.int64),
@@ -225,16 +226,16 @@ def _settled(plan: LayPlan, cells: ShownCells, field: WarpField) -> SettledArray
 
 
 def _offsets(found: SettledArrays) -> IntArray:
-    """Return the offsets (n, 4) of matrices with which placements read as before, where the field is off.
+    """Return the matrices' offsets (n, 4), with which placements read as their blocks did; 0 within `_OFF`.
 
-    With C + ΔC in place of C = M(c), a place q reads ½·ΔC·(q − c) further, T turned by the symmetry; ΔC is
-    the least squares' answer over the cells that show the placement.
+    With C + ΔC in place of C = M(c), a place q reads ½·ΔC·(q − c) further, turned by the symmetry T. ΔC is
+    the least-squares solution over the cells that show the placement.
     """
     out = np.zeros((len(found.off), 4), np.int32)
     bent = np.flatnonzero(found.off > _OFF)
     if not len(bent):
         return out
-    # A step's worth against singular ones.
+    # The identity, one step squared, regularizes singular matrices.
     square = found.square[bent][:, [0, 1, 1, 2]].reshape(-1, 2, 2) + np.eye(2)
     added = found.product[bent].reshape(-1, 2, 2) @ np.linalg.inv(square)
     offset = _OFFSET_UNIT * np.rint(added.reshape(-1, 4) * UNIT / _OFFSET_UNIT)
@@ -244,7 +245,7 @@ def _offsets(found: SettledArrays) -> IntArray:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Sheets:
-    # The sheets that a chart shows, as a `LabelPiece` has them.
+    # The sheets that a chart shows; the attributes are those of `LabelPiece`.
     numbers: NDArray[np.int64]
     records: IntArray
     fits: FloatArray
@@ -253,8 +254,8 @@ class _Sheets:
 def _joined(
     shape: tuple[int, int], pieces: Sequence[LabelPiece]
 ) -> tuple[IntArray, _Sheets, NDArray[np.bool_]]:
-    # A chart's cells, which of its sheets each shows, −1 for none, those sheets, and which cells are kept.
-    # Where two pieces tell of a cell, the nearer one counts, and of two as near the first.
+    # The sheet that each cell of a chart shows, −1 for none; those sheets; and a mask of the kept cells.
+    # Where two pieces label a cell, the nearer piece counts; if both are equally near, the first.
     kept = np.zeros(shape, np.bool_)
     shown, nearest = np.full(shape, -1, np.int32), np.full(shape, np.inf, np.float32)
     numbers = np.concatenate([np.zeros(0, np.int64), *(piece.numbers for piece in pieces)])
@@ -282,7 +283,7 @@ def _joined(
 
 
 def _products() -> NDArray[np.uint8]:
-    # Of two symmetries the one that is both, the second one first.
+    # The product of each two symmetries: the second one is applied first.
     matrices = SYMMETRIES.reshape(-1, 2, 2)
     both = (matrices[:, None] @ matrices).reshape(8, 8, 1, 4)
     found: NDArray[np.uint8] = (both == SYMMETRIES).all(axis=3).argmax(axis=2).astype(np.uint8)

@@ -1,4 +1,4 @@
-"""How large an exemplar's structure is, by its autocorrelation: what a block must contain."""
+"""The size of an exemplar's structure, which a block must contain, measured by its autocorrelation."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,35 +12,35 @@ from upholster.types import FloatArray, IntArray, PixelArray
 __all__ = ["RADIUS", "block_size", "correlation_peaks", "shifted_products"]
 
 _LOOKED_AT = 256
-"""Pixels of the shorter side that are looked at: larger exemplars are reduced first."""
+"""Maximum shorter side, in pixels, that is analysed: larger exemplars are reduced first."""
 
 _LONGEST = 512
-"""Pixels of the longer side that are looked at."""
+"""Maximum longer side, in pixels, that is analysed."""
 
 _LEAST, _MOST = 24, 512
-"""Sides of a block in pixels, whatever the structure."""
+"""Minimum and maximum side of a block in pixels, for any structure."""
 
 _SHARE, _PERIODIC_SHARE = 5 / 16, 7 / 16
-"""Most of the exemplar's shorter side that a block takes. More leaves so few places that repeats show; where
-the texture repeats by itself, they do not."""
+"""Maximum side of a block as a fraction of the exemplar's shorter side, in general and for textures that
+repeat. Larger blocks leave so few sources that repetitions are visible, except where the texture repeats."""
 
 _ELEMENT = 0.2
-"""Correlation at an element's size."""
+"""An element's size is the distance at which the correlation has fallen to this value."""
 
 _GROWTH = 4
-"""Pixels of a block per pixel of an element's size, above the least."""
+"""Pixels of a block, above the minimum, per pixel of an element's size."""
 
 _PERIOD_SHARE = 1.1
-"""Periods in a block."""
+"""Minimum number of periods in a block."""
 
 _REPEATING = 0.3
-"""Correlation from which on a texture is taken to repeat."""
+"""Minimum correlation at a peak of a texture that counts as repeating."""
 
 _AS_HIGH = 0.75
-"""How high a peak is, at least, that spans the lattice, as a share of the highest."""
+"""Minimum height of a peak that spans the lattice, as a fraction of the highest peak."""
 
 RADIUS = 3
-"""A peak is the highest value so many pixels round it."""
+"""A peak is the highest value within this many pixels."""
 
 
 @stage
@@ -48,10 +48,10 @@ def block_size(exemplar: PixelArray) -> int:
     """Return the side of a block, in pixels, that suits an exemplar.
 
     It grows with the size of the texture's elements: the distance at which the autocorrelation of the main
-    colour, averaged over all directions, has fallen to 0.2. Where the texture repeats, a block also holds a
-    whole cell of its lattice: that of its waves, see `upholster.elements`, and that of the two shortest of
-    the autocorrelation's high peaks that are not parallel. Sums are exact: the same exemplar gives the same
-    size on every machine.
+    colour, averaged over all directions, has fallen to 0.2. Where the texture repeats, a block also contains
+    a complete cell of its lattice: that of its waves, see `upholster.elements`, and that of the two shortest
+    high peaks of the autocorrelation that are not parallel. Sums are exact, so the same exemplar gives the
+    same size on every machine.
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ def block_size(exemplar: PixelArray) -> int:
     plane = pca_features(_reduced(exemplar, by), most=1)[:_LONGEST, :_LONGEST, 0].astype(np.int64)
     plane -= int(plane.sum()) // plane.size
     reach = min(plane.shape) // 2
-    # Whole numbers far below 2^53: rounding takes back what the transform lost.
+    # The exact products are integers far below 2^53, so rounding removes the transform's error.
     products = np.rint(shifted_products(plane, (reach, reach)))
     rows, columns = np.arange(reach + 1)[:, None], np.abs(np.arange(-reach, reach + 1))
     pairs = (plane.shape[0] - rows) * (plane.shape[1] - columns)
@@ -90,7 +90,7 @@ def block_size(exemplar: PixelArray) -> int:
 
 
 def shifted_products(plane: NDArray[np.int64] | FloatArray, reach: tuple[int, int]) -> FloatArray:
-    """Return Σ x(p)·x(p + d) over all places where both exist, for all shifts d up to a distance.
+    """Return Σ x(p)·x(p + d) over all places p where both exist, for all shifts d up to a maximum.
 
     Parameters
     ----------
@@ -102,11 +102,12 @@ def shifted_products(plane: NDArray[np.int64] | FloatArray, reach: tuple[int, in
     Returns
     -------
     ndarray
-        (rows + 1, 2 · columns + 1) float64, shifts of 0…rows and −columns…columns. The others mirror these.
+        (rows + 1, 2 · columns + 1) float64, for shifts of 0…rows and −columns…columns. Shifts by negative
+        rows mirror them.
     """
     height, width = plane.shape
     rows, columns = np.arange(reach[0] + 1)[:, None], np.arange(-reach[1], reach[1] + 1)
-    # Zeros beyond the borders keep shifts from wrapping round.
+    # Zeros beyond the borders prevent shifts from wrapping around.
     sizes = _smooth(height + reach[0]), _smooth(width + reach[1])
     spectrum = np.fft.rfft2(plane, sizes)
     found: FloatArray = np.fft.irfft2(np.abs(spectrum) ** 2, sizes)[rows, columns]
@@ -114,23 +115,23 @@ def shifted_products(plane: NDArray[np.int64] | FloatArray, reach: tuple[int, in
 
 
 def correlation_peaks(correlation: FloatArray, least: float) -> tuple[IntArray, IntArray]:
-    """Return where an autocorrelation is at least `least` and nowhere higher within `RADIUS` each way.
+    """Return the peaks of an autocorrelation: at least `least`, and no higher value within `RADIUS` each way.
 
     Parameters
     ----------
     correlation
-        (rows + 1, 2 · columns + 1), at shifts as `shifted_products` has them; larger than `RADIUS` each way.
+        (rows + 1, 2 · columns + 1), at the shifts of `shifted_products`; larger than `RADIUS` each way.
     least
-        Least height.
+        Minimum height.
 
     Returns
     -------
     rows, columns
-        (n,) the shifts, row by row: rows > 0, or rows = 0 and columns > 0. Of those so near the farthest
-        shifts that it may rise beyond, none.
+        (n,) the shifts, row by row: rows > 0, or rows = 0 and columns > 0. Peaks within `RADIUS` of the
+        largest shifts are left out, because the correlation may rise beyond.
     """
     height, middle = len(correlation), correlation.shape[1] // 2
-    # Rows above the centre mirror those below it.
+    # Rows above the centre are the mirror image of those below it.
     whole = np.concatenate([correlation[:0:-1, ::-1], correlation])
     size = 2 * RADIUS + 1
     highest = whole[: -size + 1]
@@ -147,7 +148,7 @@ def correlation_peaks(correlation: FloatArray, least: float) -> tuple[IntArray, 
 
 
 def _smooth(size: int) -> int:
-    """Return the next size whose only factors are 2, 3 and 5: fast to transform."""
+    """Return the next size whose only prime factors are 2, 3 and 5, which is fast to transform."""
     while True:
         rest = size
         for factor in (2, 3, 5):
@@ -177,7 +178,7 @@ def _reduced(image: PixelArray, by: int) -> PixelArray:
 
 
 def _element(products: FloatArray, pairs: IntArray, spread: float) -> float:
-    # The distance at which the correlation, averaged round the centre, has fallen to _ELEMENT.
+    # The distance at which the correlation, averaged over all directions, has fallen to _ELEMENT.
     reach = len(products) - 1
     squares = np.arange(reach + 1)[:, None] ** 2 + np.arange(-reach, reach + 1) ** 2
     rings = np.rint(np.sqrt(squares)).astype(np.int64)
@@ -192,7 +193,7 @@ def _element(products: FloatArray, pairs: IntArray, spread: float) -> float:
 
 
 def _cell(correlation: FloatArray) -> int:
-    # Side of the square that holds a cell of the lattice at which the texture repeats; 0: it does not.
+    # Side of the square that contains a cell of the lattice of the texture; 0: the texture does not repeat.
     rows, columns = correlation_peaks(correlation, _REPEATING)
     if not len(rows):
         return 0

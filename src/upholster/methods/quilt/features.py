@@ -1,4 +1,4 @@
-"""What blocks are compared by: the exemplar's main colours, in whole numbers."""
+"""The features by which blocks are compared: the exemplar's principal colours, as integers."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,31 +9,31 @@ from upholster.types import FloatArray, PixelArray
 __all__ = ["match_features", "pca_features"]
 
 _COARSE = 17
-"""Part of the shorter side over which colours are averaged, to tell what differs coarsely."""
+"""To find coarse differences, colours are averaged over the shorter side divided by this number."""
 
 _LOOKED_AT = 128
-"""Pixels of the shorter side, and less than twice as many, that are averaged."""
+"""For averaging, the image is reduced until its shorter side has from this to twice this many pixels."""
 
 _COARSE_WEIGHT = 2
-"""How much coarse differences count beside all differences, which they are part of."""
+"""Weight of coarse differences, in addition to their share in all differences."""
 
 _HUE_WEIGHT = 3
-"""How much the components after the first, which is mostly brightness, are stretched."""
+"""Factor by which the components after the first, which is mostly brightness, are stretched."""
 
 
 def pca_features(image: PixelArray, *, most: int = 4) -> NDArray[np.uint8]:
-    """Return an image's main colours, in whole numbers of 0 to 255.
+    """Return an image's principal colours, as integers from 0 to 255.
 
-    The samples' principal components, in order of their variance, as many as hold 99 % of it. All are scaled
-    alike, so that distances stay what they were; the first spans 0 to 255. The directions are rounded, so
-    that every machine finds the same numbers.
+    These are the principal components, in order of their variance, that together hold 99 % of it. All have
+    the same scale, which preserves ratios of distances; the first spans 0 to 255. The directions are rounded,
+    so that every machine finds the same numbers.
 
     Parameters
     ----------
     image
         (H, W, C), C any; uint8, uint16 or float32.
     most
-        Components at most.
+        Maximum number of components.
 
     Returns
     -------
@@ -44,10 +44,10 @@ def pca_features(image: PixelArray, *, most: int = 4) -> NDArray[np.uint8]:
 
 
 def match_features(image: PixelArray, *, most: int = 4) -> NDArray[np.uint8]:
-    """Return what the search compares of an image: its main colours as the eye sees them apart.
+    """Return the features that the search compares: an image's principal colours, weighted for the eye.
 
-    As `pca_features`, but a step between two broad shades, and one between two hues, counts for more than its
-    share of the variance: the eye sees them sooner than as large a step in fine detail.
+    As `pca_features`, but a difference between two broad shades, or between two hues, counts for more than
+    its share of the variance. The eye notices it sooner than an equal difference in fine detail.
     """
     parts = _components(image, most)
     _weight_shades(parts)
@@ -56,9 +56,9 @@ def match_features(image: PixelArray, *, most: int = 4) -> NDArray[np.uint8]:
 
 
 def _components(image: PixelArray, most: int) -> FloatArray:
-    # Principal components (H, W, K) of an image, in whole numbers, of mean 0.
+    # Principal components (H, W, K) of an image, as integers with mean 0.
     samples = working_form(image).reshape(-1, image.shape[2])
-    # Whole numbers below 2^53 throughout, so that floating point is exact in any order.
+    # All values are integers below 2^53, so that floating-point sums are exact in any order.
     centred = samples.astype(np.float64)
     centred -= np.rint(samples.mean(axis=0, dtype=np.float64))
     values, directions = np.linalg.eigh(centred.T @ centred)
@@ -72,7 +72,7 @@ def _components(image: PixelArray, most: int) -> FloatArray:
 
 
 def _in_bytes(parts: FloatArray) -> NDArray[np.uint8]:
-    # All scaled alike, so that the first spans 0 to 255.
+    # All components get the same scale, with which the first spans 0 to 255.
     first = parts[..., 0].reshape(-1)
     few = len(first) // 1000
     low, high = np.partition(first, [few, len(first) - 1 - few])[[few, -1 - few]]
@@ -85,8 +85,9 @@ def _in_bytes(parts: FloatArray) -> NDArray[np.uint8]:
 
 
 def _weight_shades(parts: FloatArray) -> None:
-    # Adds the weighted mean round each pixel of (H, W, K), in place and in whole numbers: under a pyramid,
-    # which is a box filter twice each way, over squares of pixels where there are many.
+    # Adds to each pixel of (H, W, K), in place, the weighted mean of its surroundings as an integer. The mean
+    # has a pyramid-shaped kernel: a box filter applied twice each way. Large images are first reduced to
+    # means of squares of pixels.
     height, width, channels = parts.shape
     by = max(1, min(height, width) // _LOOKED_AT)
     rows, columns = (np.arange(0, side, by) for side in (height, width))

@@ -1,4 +1,4 @@
-"""What blocks are laid on: a charted surface as kernels take it, its warp fields, and charts' canvases."""
+"""The ground of blocks: a charted surface and its warp fields in the kernels' form, with charts' canvases."""
 
 import math
 from collections.abc import Sequence
@@ -29,10 +29,10 @@ from upholster.types import FloatArray, IntArray
 __all__ = ["PlacedGround", "field_arrays", "ground_of", "whole_ground"]
 
 _ALIGNED = 24
-"""Steps: windows of charts begin at a multiple of it, where cells of labels and clear cells begin as well."""
+"""Windows of charts begin at a multiple of this many steps, where a label cell and a clear cell begin too."""
 
-_BESIDE = 8
-"""Steps that a window reaches beyond its triangles: labels are told a little beyond seams."""
+_MARGIN = 8
+"""Steps by which a window extends beyond its triangles, because labels extend a little beyond seams."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -42,13 +42,13 @@ class PlacedGround:
     Attributes
     ----------
     ground
-        What blocks are laid on. Its places are those in the windows.
+        The ground of blocks. Its places are relative to the windows.
     corners
-        (charts, 2) the steps on the charts with which the windows begin.
+        (charts, 2) the first step of each window on its chart.
     sizes
         (charts, 2) rows and columns of the charts.
     parent
-        (T,) int32: the triangle of the whole surface that each one is a part of.
+        (T,) int32: the triangle of the complete surface that contains each triangle.
     """
 
     ground: Ground
@@ -57,7 +57,7 @@ class PlacedGround:
     parent: IntArray
 
     def bare(self, asked: Asked | None = None) -> "PlacedGround":
-        """Return the same with canvases of its own, on which nothing lies but what is kept, as block 0."""
+        """Return the same with new canvases, which are bare except for the kept steps, shown as block 0."""
         own = self.ground.canvases
         count = len(own.triangles)
         canvases = own._replace(
@@ -83,7 +83,7 @@ class PlacedGround:
         return canvases._replace(fixed=1)
 
     def _windows(self, arrays: Sequence[NDArray[Any]]) -> list[NDArray[Any]]:
-        # Of arrays over whole charts (…, height, width) what lies in the windows.
+        # Crops arrays over complete charts (…, height, width) to the windows.
         canvases = self.ground.canvases
         return [
             array[..., row : row + height, column : column + width]
@@ -107,7 +107,10 @@ def whole_ground(
     threads: int | None = 1,
     **how: Any,
 ) -> PlacedGround:
-    """Return the ground of a whole surface, on triangles of edges of that length at most; `how` as there."""
+    """Return the ground of a complete surface.
+
+    `longest` is the maximum length of a triangle's edge; `how` are arguments of `ground_of`.
+    """
     return ground_of(subdivided(surface, vectors, longest), field, threads=threads, **how)
 
 
@@ -120,20 +123,21 @@ def ground_of(
     turns: IntArray,
     threads: int | None = 1,
 ) -> PlacedGround:
-    """Return the ground on which blocks are laid; what shows on its canvases `PlacedGround.bare` makes.
+    """Return the ground on which blocks are laid; `PlacedGround.bare` makes the arrays of its canvases.
 
     Parameters
     ----------
     fine
-        A charted surface, or the part of it that counts, with short edges.
+        A charted surface, or a part of it, with short edges.
     field
         All charts' warp fields, see `field_arrays`.
     crease
-        Degrees: blocks do not go on over edges at which the surface turns by as much. None: over all.
+        Degrees: blocks end at edges where the surface bends by this angle or more. None: blocks cross all
+        edges.
     fold
-        1, 2 or 4: so many directions, turned evenly, count as one.
+        1, 2 or 4: this many evenly rotated directions count as one.
     turns
-        Quarter turns from the warp fields to the directions, of each triangle of which those are parts: see
+        Quarter turns from the warp fields to the directions, for each triangle of the complete surface: see
         `upholster.charts.turns`.
     threads
         As in `upholster.parallel.run_tasks`.
@@ -155,7 +159,7 @@ def ground_of(
 
 @stage
 def field_arrays(fields: Sequence[WarpField], level: int) -> FieldArrays:
-    """Return charts' warp fields as kernels take them, in pixels of a level of the exemplar."""
+    """Return charts' warp fields in the kernels' form, in pixels of a level of the exemplar."""
     nodes = [field.matrices.reshape(-1, 4) / (UNIT << level) for field in fields]
     firsts = np.cumsum([0, *(len(part) for part in nodes)])
     shapes = np.array(
@@ -166,14 +170,15 @@ def field_arrays(fields: Sequence[WarpField], level: int) -> FieldArrays:
 
 
 def _windows(surface: ChartedSurface) -> tuple[NDArray[np.int64], ...]:
-    # Of each chart where the window begins that holds its triangles, the window's sides, and the chart's.
+    # For each chart: the first step of the window that contains its triangles, the window's size, and the
+    # chart's size.
     sizes = np.array([(chart.height, chart.width) for chart in surface.charts], np.int64)
     low, high = np.empty(sizes.shape), np.empty(sizes.shape)
     bound_places(surface.chart, surface.places, low, high)
     empty: NDArray[np.bool_] = ~np.isfinite(low)
     low[empty] = high[empty] = 0.0
-    first = np.floor((low - _BESIDE) / _ALIGNED).astype(np.int64) * _ALIGNED
-    last = np.ceil((high + _BESIDE) / _ALIGNED).astype(np.int64) * _ALIGNED
+    first = np.floor((low - _MARGIN) / _ALIGNED).astype(np.int64) * _ALIGNED
+    last = np.ceil((high + _MARGIN) / _ALIGNED).astype(np.int64) * _ALIGNED
     first, last = np.clip(first, 0, sizes), np.clip(last, 0, sizes)
     shapes = np.where(empty, 0, last - first)
     return first, shapes, sizes
@@ -188,8 +193,8 @@ def _mesh_arrays(
     if crease is not None:
         normals = mesh.flat_normals
         across[(normals[:, None] * normals[across // 3]).sum(axis=2) <= np.cos(np.radians(crease))] = -1
-    # What does not hang together round a vertex gets vertices of its own: blocks are unfolded from vertex to
-    # vertex.
+    # Unconnected fans of triangles around a vertex get separate vertices, because blocks are unfolded from
+    # vertex to vertex.
     vertices = np.empty(mesh.triangles.shape, np.int32)
     count = corner_fans(across, vertices)
     first, listed = np.empty(count + 1, np.int64), np.empty(vertices.size, np.int32)
@@ -218,8 +223,8 @@ def _mesh_arrays(
 
 
 def _crossings(surface: ChartedSurface) -> tuple[IntArray, FloatArray]:
-    # The seams' edges by number, −1 elsewhere, and the transition over each: steps on its triangle's chart to
-    # steps beyond, both planes unfolded about the edge.
+    # Numbers of the edges on seams, −1 for other edges; and the transition over each: from steps on the
+    # triangle's chart to steps on the chart across, with both planes unfolded around the edge.
     triangle, edge = np.nonzero(surface.is_seam)
     seam = np.full((len(surface.chart), 3), -1, np.int32)
     seam[triangle, edge] = np.arange(len(triangle))

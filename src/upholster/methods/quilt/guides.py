@@ -1,8 +1,8 @@
-"""What blocks are asked to show where: guides, the sample's zones, and what is kept of another quilt.
+"""Requests of what blocks show at which steps: guides, the sample's zones, and steps kept from another quilt.
 
-A guide is a map of the sample beside a map of the surface: a block's pixels shall be by the one what the
-steps that they cover are by the other. So a sample that rusts from left to right rusts where the surface
-says.
+A guide is a map of the sample paired with a map of the surface. A block's pixels should have, in the first
+map, the values that the second map has at the steps that they cover. So if a sample rusts from left to right,
+the surface's map controls where rust is.
 """
 
 from collections.abc import Sequence
@@ -38,13 +38,13 @@ __all__ = [
 ]
 
 _WORTH = 8.0
-"""What a guide of weight 1 costs a pixel that is off by all of its range, in variances of the sample."""
+"""Cost of a pixel that is off by a guide's full range, for weight 1, in variances of the sample."""
 
 _RANGE = 254
-"""Between the least and the greatest number of a guide, 1 and 255."""
+"""Difference of the least and the greatest value of a guide, 1 and 255."""
 
 ChartBytes = tuple[NDArray[np.uint8], ...]
-"""Of each chart (height, width)."""
+"""For each chart an array (height, width)."""
 
 Rectangle = tuple[int, int, int, int]
 """Row, column, height and width."""
@@ -54,18 +54,18 @@ MOST_ZONES = 16
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Guide:
-    """A map of the sample beside one of the surface.
+    """A map of the sample paired with a map of the surface.
 
     Attributes
     ----------
     shown
-        (H, W) what the sample's pixels are, 1 to 255.
+        (H, W) the values of the sample's pixels, 1 to 255.
     wanted
-        Of each chart (height, width) what its steps shall be, 1 to 255; 0: nothing is asked.
+        For each chart (height, width) the requested values of its steps, 1 to 255; 0: no request.
     weight
-        How much it counts; 1 is usual.
+        The guide's weight; 1 is usual.
     is_label
-        Whether numbers are names: they are the same, or they are not.
+        Whether values are labels, which are either equal or different.
     """
 
     shown: NDArray[np.uint8]
@@ -76,17 +76,17 @@ class Guide:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Zones:
-    """Which of several samples lies where. They are rectangles of one image.
+    """Several samples, which are rectangles of one image, and the zone of the surface that each covers.
 
     Attributes
     ----------
     rectangles
-        Of each sample. Zone 1 is the first one's.
+        The rectangle of each sample. Zone 1 belongs to the first one.
     wanted
-        Of each chart (height, width) which zone its steps shall show; with `EITHER` blocks of another may
-        reach in.
+        For each chart (height, width) the zone that its steps should show. At steps with `EITHER` added,
+        blocks of another zone may show.
     phases
-        Of each zone, where in its periods its sample shall be.
+        The requested phases of each zone's sample.
     """
 
     rectangles: tuple[Rectangle, ...]
@@ -96,17 +96,17 @@ class Zones:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Steering:
-    """All that blocks are asked for.
+    """All requests to blocks.
 
     Attributes
     ----------
     guides, zones
-        See there; no zones: None.
+        See `Guide` and `Zones`; None: there are no zones.
     kept
-        A quilt of the same sample and charts, and of each chart (height, width) where it stays; None:
-        nothing.
+        A quilt of the same sample and charts, and for each chart a mask (height, width) of the steps that
+        keep it; None: no steps.
     put
-        Pieces of the sample that lie where they were put.
+        Pieces of the sample at places that the user chose.
     """
 
     guides: tuple[Guide, ...] = ()
@@ -115,7 +115,7 @@ class Steering:
     put: tuple[PutPiece, ...] = ()
 
     def on_charts(self, before: Sequence[Chart], charts: Sequence[Chart]) -> "Steering":
-        """Return the same for charts of longer steps, of the same faces; nothing is kept there."""
+        """Return the same requests for charts of the same faces with longer steps, but without kept steps."""
         guides = tuple(replace(one, wanted=on_charts(one.wanted, charts)) for one in self.guides)
         zones = self.zones and replace(self.zones, wanted=on_charts(self.zones.wanted, charts))
         return Steering(guides, zones, put=tuple(one.on_charts(before, charts) for one in self.put))
@@ -123,37 +123,37 @@ class Steering:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Again:
-    """A region that is laid once more.
+    """A region that is laid again.
 
     Attributes
     ----------
     stays
-        Of each chart (height, width) where nothing changes.
+        For each chart a mask (height, width) of the steps that do not change.
     seed
-        With which it is laid.
+        The seed of the new blocks.
     """
 
     stays: tuple[NDArray[np.bool_], ...]
     seed: int
 
     def on_charts(self, charts: Sequence[Chart]) -> "Again":
-        """Return the same for charts of longer steps, of the same faces."""
+        """Return the same region for charts of the same faces with longer steps."""
         return Again(on_charts(self.stays, charts), self.seed)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Asked:
-    """What canvases are told: of each chart.
+    """The requests in the form that canvases store: one array for each chart.
 
     Attributes
     ----------
     wanted
-        (K, height, width) what guides ask for.
+        (K, height, width) the values that the K guides request.
     zones
-        (height, width) which zone; empty: there are none.
+        (height, width) the requested zone; empty: there are no zones.
     kept
-        (height, width) int32: which pixel of the level is kept there, row · width + column, −1 for none;
-        empty: nothing is.
+        (height, width) int32: the pixel of the level that each kept step shows, row · width + column, −1 for
+        steps that are not kept; empty: no steps are kept.
     """
 
     wanted: ChartBytes
@@ -162,7 +162,7 @@ class Asked:
 
     @classmethod
     def of(cls, steering: Steering, charts: Sequence[Chart], level: int, shape: tuple[int, int]) -> "Asked":
-        """Return what charts are told; a level of the sample has `shape` pixels."""
+        """Return the requests on charts; `shape` is the height and width of the sample's level."""
         wanted = [
             np.stack([guide.wanted[n] for guide in steering.guides])
             if steering.guides
@@ -182,20 +182,20 @@ class Asked:
 
 @stage
 def cropped(image: PixelArray, rectangle: Rectangle) -> PixelArray:
-    """Return a rectangle of an image: one of the samples in it."""
+    """Return a rectangle of an image, which is one of the samples in it."""
     row, column, height, width = rectangle
     return np.ascontiguousarray(image[row : row + height, column : column + width])
 
 
 def as_guide(values: FloatArray | NDArray[np.float32]) -> NDArray[np.uint8]:
-    """Return numbers of a guide, 1 to 255, of values 0…1; 0 where a value is NaN."""
+    """Convert values 0…1 to the values of a guide, 1 to 255; NaN becomes 0."""
     asked = np.isfinite(values)
     unit = np.clip(np.where(asked, values, 0.0), 0.0, 1.0)
     return np.where(asked, np.rint(1 + _RANGE * unit), 0).astype(np.uint8)
 
 
 def level_guides(guides: Sequence[Guide], level: int, shape: tuple[int, int]) -> NDArray[np.uint8]:
-    """Return what a level's pixels are by each guide, (K, height · width); labels are not averaged."""
+    """Return the values of a level's pixels in each guide, (K, height · width); labels are not averaged."""
     out = np.empty((len(guides), shape[0] * shape[1]), np.uint8)
     for row, guide in zip(out, guides, strict=True):
         shown = guide.shown[:, :, None]
@@ -206,7 +206,7 @@ def level_guides(guides: Sequence[Guide], level: int, shape: tuple[int, int]) ->
 
 
 def guide_costs(guides: Sequence[Guide], variance: float) -> IntArray:
-    """Return what a pixel pays for each guide and difference, (K, 256), in squares of matched channels."""
+    """Return the cost of a pixel for each guide and difference, (K, 256), in squares of matched channels."""
     off = np.arange(256) / _RANGE
     rows = [
         guide.weight * _WORTH * variance * (np.minimum(np.arange(256), 1) if guide.is_label else off**2)
@@ -217,7 +217,7 @@ def guide_costs(guides: Sequence[Guide], variance: float) -> IntArray:
 
 
 def on_charts(arrays: Sequence[NDArray[Any]], charts: Sequence[Chart]) -> tuple[NDArray[Any], ...]:
-    """Return arrays (height, width) of charts for those of other steps: what lies in their middles."""
+    """Resample arrays (height, width) of charts for charts of other steps: values at the steps' centres."""
     found = []
     for array, chart in zip(arrays, charts, strict=True):
         rows, columns = (
@@ -229,7 +229,7 @@ def on_charts(arrays: Sequence[NDArray[Any]], charts: Sequence[Chart]) -> tuple[
 
 
 def _level_places(source: IntArray, level: int, shape: tuple[int, int]) -> IntArray:
-    # Of places in 1/16 pixel the pixel of a level in which they lie.
+    # The pixel of a level that contains each place; places are in 1/16 pixel.
     pixel = np.clip((source + 8) >> (4 + level), 0, np.array(shape) - 1)
     found: IntArray = pixel[..., 0] * shape[1] + pixel[..., 1]
     return found

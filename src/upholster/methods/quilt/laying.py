@@ -1,10 +1,11 @@
-"""Laying a surface's blocks, parcel by parcel: what stays the same, and what each parcel leaves.
+"""Laying a surface's blocks, parcel by parcel: the plan for all parcels, and the result of each.
 
-A parcel's task takes the triangles in its cube and some blocks round it, draws again what parcels before it
-have laid there, and lays its own blocks: on even grids over the charts, then on what is still bare. They are
-laid region by region, see `centres`: regions of one class side by side. What comes of it is small.
+A parcel's task takes the triangles within some blocks of its cube and redraws the blocks that earlier parcels
+have laid there. Then it lays its own blocks: on even grids over the charts, then on steps that are still
+bare. It lays them by regions, see `centres`; regions of one class are laid in parallel. The result of a task
+is small.
 
-A bare step belongs to the last of the parcels that lie near it: then all have laid their grids there.
+A bare step belongs to the last of the parcels near it: by then all of them have laid blocks on their grids.
 """
 
 from collections.abc import Sequence
@@ -48,40 +49,42 @@ from upholster.types import FloatArray, IntArray, Progress
 __all__ = ["Drawn", "LayPlan", "ParcelBlocks", "draw_parcel", "lay_parcel"]
 
 _SHORT = 0.6
-"""Longest edge of a triangle that blocks are unfolded over, in blocks."""
+"""Maximum length of an edge of the triangles that blocks are unfolded over, in blocks."""
 
 _RANGE = 8.0
-"""Blocks so many times smaller than the largest have triangles that are longer: else those had too many."""
+"""Where blocks are more than this many times smaller than the largest, triangles have longer edges than
+`_SHORT`. Otherwise the largest blocks would cover too many triangles."""
 
 _BARE = 1.0
-"""Blocks: so near lie the parcels that may show what is bare."""
+"""Distance, in blocks, within which a parcel may cover a bare step."""
 
 _AROUND_LAYING, _AROUND_LABELS = 3.3, 1.5
-"""Blocks: what is laid so near to a parcel counts as it is laid, and as its labels are told."""
+"""Distances from a parcel, in blocks, within which other parcels' blocks matter: for laying its own blocks,
+and for its labels."""
 
 _REACH = 1.2
-"""Blocks: so far reaches the surface that a block lies on, or looks at, from its centre."""
+"""Distance from a block's centre, in blocks, to the end of the surface that the block covers or compares."""
 
 _SIZES = 3.0
-"""Grids of blocks of so many sizes in an octave, where sizes differ."""
+"""Number of grids for each octave of block sizes, where sizes differ."""
 
 _NUMBERS = 2**24
-"""Blocks of a parcel have numbers below that: each parcel's follow those of the one before."""
+"""Each parcel has a range of this many numbers for its blocks; the ranges are in the order of parcels."""
 
 _MULTIPLIER = 0xD1342543DE82EF95
-"""Generators of two blocks, one after the other, are so far apart: as `lay_blocks` has it."""
+"""Difference of the random generators' seeds of two successive blocks; `lay_blocks` uses the same."""
 
 
 @dataclass(frozen=True, eq=False)
 class LayPlan:
-    """What stays the same while blocks are laid.
+    """All parameters that stay the same while blocks are laid.
 
     Attributes
     ----------
     surface, vectors, fields
-        As of `synthesize_quilt`.
+        As in `synthesize_quilt`.
     turns, fold, crease
-        Likewise; `turns` (T,).
+        Likewise; `turns` is (T,).
     shape
         (height, width) of the exemplar.
     scale
@@ -89,25 +92,25 @@ class LayPlan:
     density
         Steps per model unit.
     match, numbers, weights
-        The exemplar as it is matched, and how.
+        The exemplar in its matching form, and the parameters of matching.
     overlap
-        Of a block, with the one before, in parts of its side.
+        Overlap of neighbouring blocks on a grid, as a fraction of a block's side.
     usage
-        Rows and columns of the counts of how much each part of the exemplar is used.
+        Rows and columns of the grid that counts how much each part of the exemplar is used.
     phases
-        Of each zone, or the only sample, where in its periods it shall be; None: that is not looked at.
+        The requested phases of each zone, or of the only sample; None: phases do not count.
     seed
         0 to 2^64 − 1.
     parcels
-        In which the surface is laid.
+        The parcels of the surface.
     asked
-        What blocks are asked to show where; None: nothing.
+        The requests to blocks; None: there are none.
     before
-        The quilt of which a part is kept; None: nothing is.
+        The quilt of which a part is kept; None: there is none.
     put
-        Pieces of the sample that lie where they were put.
+        Pieces of the sample at places that the user chose.
     sizes
-        How many times as large the sample is; None: once.
+        Factor by which the sample is enlarged at each place; None: 1 everywhere.
     """
 
     surface: ChartedSurface
@@ -134,20 +137,20 @@ class LayPlan:
 
     @property
     def pixels(self) -> float:
-        """Pixels of frames in a model unit."""
+        """Frame pixels per model unit."""
         return float(self.scale / 2**self.numbers.level)
 
     @cached_property
     def field(self) -> FieldArrays:
-        """All warp fields, as kernels take them."""
+        """All warp fields in the kernels' form."""
         return field_arrays(self.fields, self.numbers.level)
 
     def empty_usage(self) -> FloatArray:
-        """Return counts of an exemplar of which nothing is used yet."""
+        """Return the counts of an exemplar that is not used yet: zeros."""
         return np.zeros(self.usage)
 
     def ground(self, parcel: int, blocks: float, *, threads: int | None = 1) -> PlacedGround | None:
-        """Return the bare ground of a parcel and so many blocks round it; None: nothing lies there.
+        """Return the bare ground within `blocks` blocks of a parcel; None: it contains no surface.
 
         `threads` is as in `upholster.parallel.run_tasks`.
         """
@@ -164,22 +167,22 @@ class LayPlan:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class ParcelBlocks:
-    """The blocks of a parcel, n that show something.
+    """The n blocks of a parcel that show something.
 
     Attributes
     ----------
     numbers
-        (n,) int64: their places in the order of all blocks, ascending.
+        (n,) int64: their positions in the order of all blocks, ascending.
     steps
         (n, 3) int32: chart, row and column of their centres.
     spots
-        (n, 3) where those are in space.
+        (n, 3) positions of the centres in space.
     records
-        (n, `BLOCK_COLUMNS`) what they read.
+        (n, `BLOCK_COLUMNS`) their sources and symmetries, see `_block_kernels`.
     masks
-        (n, bytes) uint8: which of a frame's cells are theirs, a bit for each.
+        (n, bytes) uint8: one bit for each cell of the frame, 1 if the block shows there.
     used
-        How much they use of each part of the exemplar.
+        How much they use each part of the exemplar.
     """
 
     numbers: NDArray[np.int64]
@@ -190,7 +193,7 @@ class ParcelBlocks:
     used: FloatArray
 
     def chosen(self, which: NDArray[np.bool_]) -> "ParcelBlocks":
-        """Return some of them."""
+        """Return the blocks selected by the mask `which` (n,)."""
         return ParcelBlocks(
             self.numbers[which],
             self.steps[which],
@@ -202,7 +205,7 @@ class ParcelBlocks:
 
     @classmethod
     def joined(cls, plan: LayPlan, parts: Sequence["ParcelBlocks"]) -> "ParcelBlocks":
-        """Return the blocks of several parcels, in that order; what they use is not told."""
+        """Return the blocks of several parcels, in that order; `used` of the result is all 0."""
         cells = (plan.numbers.size // plan.numbers.cell) ** 2
         return cls(
             np.concatenate([np.zeros(0, np.int64), *(part.numbers for part in parts)]),
@@ -223,11 +226,12 @@ class Drawn:
     placed
         The ground.
     own
-        (T,) which triangles are the parcel's own.
+        (T,) mask of the parcel's own triangles.
     numbers, records
-        (B,) and (B, `BLOCK_COLUMNS`) of the blocks, as canvases number them: see `ParcelBlocks`.
+        (B,) and (B, `BLOCK_COLUMNS`) of the blocks, in the order in which canvases number them: see
+        `ParcelBlocks`.
     firsts, fits
-        (B + 1,) each one's first sheet, and all sheets, (S, `FIT`).
+        (B + 1,) the index of each block's first sheet, and all sheets' fits, (S, `FIT`).
     """
 
     placed: PlacedGround
@@ -247,16 +251,16 @@ def lay_parcel(
     threads: int | None = 1,
     progress: Progress | None = None,
 ) -> tuple[ParcelBlocks, Drawn | None]:
-    """Lay the blocks of a parcel; return them, and the ground as it is then, if something lies there.
+    """Lay the blocks of a parcel; return them, and the ground with them, None if it contains no surface.
 
     Parameters
     ----------
     plan, parcel
-        Which.
+        The plan, and the parcel's number.
     usage
-        How much of each part of the exemplar is used by all classes before.
+        How much all previous classes use each part of the exemplar.
     before
-        The blocks of parcels beside it that are laid, in their order.
+        The blocks of the neighbouring parcels that were laid already, in the parcels' order.
     threads, progress
         As in `upholster.parallel.run_tasks`; stage "blocks".
     """
@@ -270,7 +274,7 @@ def lay_parcel(
 
 
 def draw_parcel(plan: LayPlan, parcel: int, parts: Sequence[ParcelBlocks]) -> Drawn | None:
-    """Draw again what was laid in a parcel and right beside it: `parts`, its blocks and its neighbours'."""
+    """Redraw the blocks in a parcel and next to it: `parts` are the parcel's blocks and its neighbours'."""
     placed = plan.ground(parcel, _AROUND_LABELS + _REACH)
     if placed is None:
         return None
@@ -280,7 +284,7 @@ def draw_parcel(plan: LayPlan, parcel: int, parts: Sequence[ParcelBlocks]) -> Dr
 
 
 class _Laying:
-    """A parcel under way: its ground, and the blocks on it, those first that are only drawn again."""
+    """A parcel in progress: its ground, and the blocks on it; blocks that are only redrawn come first."""
 
     def __init__(
         self,
@@ -300,7 +304,7 @@ class _Laying:
         tile = plan.surface.mesh.box if plan.surface.is_tile else None
         largest = 1.0 if plan.sizes is None else plan.sizes.most
         self.regions = Regions(plan.numbers.size / plan.pixels * largest, tile)
-        # Whatever is kept is block 0, which lies nowhere.
+        # Block 0 represents all kept steps; it has no position.
         fixed = placed.ground.canvases.fixed
         self.centres = centres_at(placed, np.full((fixed, 3), (0, -1, -1), np.int32))
         self.numbers = np.full(fixed, -1, np.int64)
@@ -314,7 +318,7 @@ class _Laying:
         self._free: list[LayScratch] = []
 
     def replay(self, blocks: ParcelBlocks, around: float) -> None:
-        """Draw blocks again, those that lie so many blocks round the parcel."""
+        """Redraw those of some blocks whose centres are within `around` blocks of the parcel."""
         box = self.plan.parcels.box(self.parcel, around)
         if box is not None:
             blocks = blocks.chosen(((blocks.spots >= box[0]) & (blocks.spots <= box[1])).all(axis=1))
@@ -323,7 +327,7 @@ class _Laying:
         count = self.first = len(blocks.numbers)
         by_region, _ = self.regions.enter(blocks.spots, 0)
         self._add(centres_at(self.placed, blocks.steps[by_region]), blocks.numbers[by_region])
-        self.centres.spots[:] = blocks.spots[by_region]  # of those that are not on this ground as well
+        self.centres.spots[:] = blocks.spots[by_region]  # also for blocks that are not on this ground
         self.records[:] = blocks.records[by_region]
         self.masks[:] = np.unpackbits(blocks.masks[by_region], axis=1, count=self.masks.shape[1])
         fits, pieces = np.empty((count, MOST_SHEETS, FIT)), np.zeros(count, np.int64)
@@ -336,19 +340,19 @@ class _Laying:
         self._free.append(scratch)
 
     def lay_all(self) -> None:
-        """Lay what is put by hand, then blocks on even grids, then on what is bare."""
+        """Lay the pieces that the user put, then blocks on even grids, then blocks on bare steps."""
         self._put_all()
         numbers = self.plan.numbers
         across = numbers.size / self.plan.pixels * self.plan.density  # a block, in steps
         self.lay(self._on_grids(max(2.0, (1 - self.plan.overlap) * across)))
-        # Each block shows at least its centre: at the latest on a grid of single steps nothing stays bare.
+        # Each block shows at least its centre, so no step is bare after a grid of single steps.
         step = 0.5 * across * (1.0 if self.plan.sizes is None else self.plan.sizes.most)
         while len((centres := centres_on(self.placed, self.bare, step, 0.5 * step, bare=True)).steps):
             self.lay(centres)
             step = max(1.0, 0.5 * step)
 
     def _put_all(self) -> None:
-        # Lays pieces that are put by hand, and fixes them.
+        # Lays the pieces that the user put, and fixes them.
         for number, piece in enumerate(self.plan.put):
             n = len(self.records)
             frame = piece_frame(piece, self.plan.numbers)
@@ -366,7 +370,7 @@ class _Laying:
             self.placed = replace(self.placed, ground=self.placed.ground._replace(canvases=canvases))
 
     def _on_grids(self, step: float) -> Centres:
-        # Centres so many steps apart; where the sample is larger or smaller as many times as far.
+        # Centres `step` steps apart, times the factor by which the sample is enlarged there.
         if self.plan.sizes is None:
             return centres_on(self.placed, self.own, step, GUTTER + 0.35 * step, bare=False)
         middles = self.placed.ground.mesh.corners.mean(axis=1)
@@ -383,7 +387,7 @@ class _Laying:
         return found
 
     def lay(self, centres: Centres) -> None:
-        """Lay blocks."""
+        """Lay blocks with these centres."""
         first = len(self.records)
         if self.plan.before is None:
             order, classes = self.regions.enter(centres.spots, first)
@@ -407,13 +411,13 @@ class _Laying:
                 self.progress("blocks", parts[-1][1] - first, len(order))
 
     def _near(self, block: int) -> NDArray[np.int64]:
-        # The blocks that may lie near one, (k, 2) from, to.
+        # The blocks that may be near a block, as ranges (k, 2) from, to.
         if self.plan.before is None:
             return self.regions.near(self.centres.spots[block])
         return np.array([[0, len(self.records)]], np.int64)
 
     def _from_kept(self, centres: Centres) -> NDArray[np.intp]:
-        # The order in which blocks are laid round what is kept, one after another: those next to it first.
+        # The order in which blocks are laid around kept steps, one after another: the nearest first.
         canvases, away = self.placed.ground.canvases, np.zeros(len(centres.steps))
         for chart in np.unique(centres.steps[:, 0]).tolist():
             shape = canvases.heights[chart], canvases.widths[chart]
@@ -438,7 +442,7 @@ class _Laying:
         )
 
     def drawn(self) -> Drawn:
-        """Return the ground as it is now."""
+        """Return the ground in its current state."""
         parts = [self.sheets[start] for start in sorted(self.sheets)]
         counts = np.concatenate([np.zeros(1, np.int64), *(count for count, _ in parts)])
         fits = np.concatenate([np.zeros((0, FIT)), *(own for _, own in parts)])
@@ -463,7 +467,7 @@ class _Laying:
         self.masks = np.concatenate([self.masks, masks])
 
     def _zones_at(self, centres: Centres) -> NDArray[np.uint8]:
-        # The zone that each block shows: 1 where there are none.
+        # The zone that each block shows; 1 if there are no zones.
         canvases = self.placed.ground.canvases
         if not len(canvases.zones):
             return np.ones(len(centres.steps), np.uint8)
@@ -479,7 +483,7 @@ class _Laying:
         plan, (start, stop) = self.plan, part
         scratch = self._free.pop() if self._free else self._scratch()
         fits, pieces = np.empty((stop - start, MOST_SHEETS, FIT)), np.zeros(stop - start, np.int64)
-        # Generators follow from blocks' numbers: the first one's, less its place here.
+        # A block's generator follows from its number. `lay_blocks` adds the index, so it is subtracted here.
         moved = (int(self.numbers[start]) - start) * _MULTIPLIER
         lay_blocks(
             self.placed.ground, plan.match, plan.numbers, plan.weights, usage, self._arrays(), part, near,

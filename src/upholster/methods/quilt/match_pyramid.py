@@ -1,4 +1,4 @@
-"""What method "quilt" compares blocks by: the exemplar's features and their boxes' means, level by level."""
+"""The pyramid by which method "quilt" compares blocks: on each level, features and means of their boxes."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -24,7 +24,7 @@ _EVERYWHERE = (np.empty(0, np.uint8), np.empty(0, np.int64))
 
 @dataclass(frozen=True, eq=False, slots=True)
 class MatchLevel:
-    """One level: its size, the pixels between two candidates, and what kernels know of it."""
+    """One level: its size, the distance of candidates in pixels, and the kernels' arrays."""
 
     height: int
     width: int
@@ -34,18 +34,18 @@ class MatchLevel:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class MatchPyramid:
-    """All levels that blocks are compared on.
+    """All levels on which blocks are compared.
 
     Attributes
     ----------
     levels
-        From the finest on.
+        All levels, the finest first.
     form
-        What the finest level's pixels are compared by, (H, W, K).
+        The features of the finest level's pixels, (H, W, K).
     variance
-        Mean squared distance of the finest level's pixels from their mean, of those that are used.
+        Mean squared distance of the finest level's used pixels from their mean.
     usage_step
-        Pixels of the finest level between two points of the usage grid, on which usage is counted.
+        Distance of the points of the grid on which usage is counted, in pixels of the finest level.
     """
 
     levels: tuple[MatchLevel, ...]
@@ -54,11 +54,11 @@ class MatchPyramid:
     usage_step: int
 
     def stride(self, level: int) -> int:
-        """Return the distance of the usage grid's points in pixels of a level."""
+        """Return the distance of the usage grid's points, in pixels of a level."""
         return self.usage_step >> level
 
     def empty_usage(self, symmetries: int = 1) -> NDArray[np.float64]:
-        """Return usage grids of zeros, one below the other for so many symmetries: nothing is used yet."""
+        """Return usage grids of zeros, one below the other for each of `symmetries` symmetries."""
         first = self.levels[0]
         rows, columns = -(-first.height // self.usage_step), -(-first.width // self.usage_step)
         return np.zeros((symmetries * rows, columns))
@@ -66,14 +66,14 @@ class MatchPyramid:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class SamplePart:
-    """One of the samples that are rectangles of an image, or all of it.
+    """One of the samples that are rectangles of an image, or the complete image.
 
     Attributes
     ----------
     rows, columns
-        Which; multiples of the largest pixel of any level.
+        Its rectangle; multiples of the largest pixel of any level.
     lattice, joints
-        What is known of it where that counts.
+        Its lattice and joints; None: there are none, or they do not count.
     """
 
     rows: slice
@@ -85,7 +85,7 @@ class SamplePart:
     def whole(
         cls, exemplar: PixelArray, lattice: Lattice | None = None, joints: Joints | None = None
     ) -> "SamplePart":
-        """Return all of an exemplar as one part."""
+        """Return a complete exemplar as one part."""
         return cls(slice(0, exemplar.shape[0]), slice(0, exemplar.shape[1]), lattice, joints)
 
     def on_level(self, level: int) -> tuple[slice, slice]:
@@ -100,8 +100,9 @@ def match_pyramid(
 ) -> MatchPyramid:
     """Make the levels of an exemplar (H, W, C), from 0 to `last`.
 
-    Its parts' phases and joints are told where they count: see `_with_joints`. None: all is one part without.
-    `masks` (H, W) tell what of it varies; none: all.
+    Levels include the phases and joints of `parts`, see `_with_joints`. Without parts, the exemplar is one
+    part that has neither. The variance is that of the pixels in `masks` (H, W), or of all if there are no
+    masks.
     """
     parts = parts or [SamplePart.whole(exemplar)]
     shown = np.concatenate(_as_many([shown_waves(part.lattice) for part in parts]))
@@ -127,7 +128,7 @@ def match_pyramid(
 
 
 def _matched_form(exemplar: PixelArray, parts: Sequence[SamplePart]) -> NDArray[np.uint8]:
-    # What pixels are compared by; joints take one of four channels.
+    # The features by which pixels are compared; joints take one of four channels.
     if all(part.joints is None for part in parts):
         return match_features(exemplar, most=4)
     form = match_features(exemplar, most=3)
@@ -140,7 +141,7 @@ def _matched_form(exemplar: PixelArray, parts: Sequence[SamplePart]) -> NDArray[
 
 
 def _as_many(shown: Sequence[NDArray[np.int8]]) -> list[NDArray[np.int8]]:
-    # Waves that a part lacks are shown as themselves: their phases are 0 everywhere, which is what is wanted.
+    # Waves that a part lacks map to themselves. Their phases are 0 everywhere, and so are the requested ones.
     most = max(one.shape[1] for one in shown)
     missing = [
         np.broadcast_to(np.arange(one.shape[1] + 1, most + 1, dtype=np.int8), (8, most - one.shape[1]))
@@ -150,7 +151,7 @@ def _as_many(shown: Sequence[NDArray[np.int8]]) -> list[NDArray[np.int8]]:
 
 
 def _phases_of(parts: Sequence[SamplePart], level: int, height: int, width: int) -> NDArray[np.int16]:
-    # The phases of a level's pixels, (n, height · width), n as many as a part has waves at most.
+    # The phases of a level's pixels, (n, height · width), for the maximum number n of waves of a part.
     count = max(0 if part.lattice is None else len(part.lattice.waves) for part in parts)
     found = np.zeros((count, height, width), np.int16)
     for part in parts:
@@ -163,8 +164,8 @@ def _phases_of(parts: Sequence[SamplePart], level: int, height: int, width: int)
 
 
 def _with_joints(first: NDArray[np.uint8], joints: Joints) -> NDArray[np.uint8]:
-    # The channel by which candidates are found: the mean of the first colour and of how far pixels are from
-    # joints, or how near, whichever agrees with the colour.
+    # The channel by which candidates are found: the mean of the first colour and of the pixels' distances
+    # from joints. Distances are inverted if they correlate negatively with the colour.
     color, far = first.astype(np.int64), joints.distances.astype(np.int64)
     if ((color - int(color.mean())) * (far - int(far.mean()))).sum() < 0:
         far = 255 - far
@@ -172,13 +173,13 @@ def _with_joints(first: NDArray[np.uint8], joints: Joints) -> NDArray[np.uint8]:
 
 
 def _as_pixels(image: NDArray[np.uint8]) -> NDArray[np.int32]:
-    # An image of at most four channels as one number for each pixel.
+    # An image of at most four channels, packed into one number per pixel.
     pixels = np.zeros((*image.shape[:2], 4), np.uint8)
     pixels[..., : image.shape[2]] = image
     return pixels.view("<i4").astype(np.int32, copy=False).reshape(-1)
 
 
 def _step(height: int, width: int) -> int:
-    # Candidates are every step-th pixel each way: boxes' means change little from one to the next.
+    # Candidates are every step-th pixel each way, because means of boxes change little between neighbours.
     area = height * width
     return 1 if area <= 64 * 64 else 2 if area <= 384 * 384 else 4

@@ -1,6 +1,7 @@
-"""Method "quilt" over a charted surface: blocks laid one over the other, then what shows of them.
+"""Method "quilt" over a charted surface: lays overlapping blocks, then makes a quilt of their visible parts.
 
-`planned` settles what stays the same, `laying` lays blocks, parcel by parcel, and `emit` tells what shows.
+`planned` sets all parameters, `laying` lays blocks, parcel by parcel, and `emit` makes placements and labels
+of their visible parts.
 """
 
 from collections.abc import Sequence
@@ -34,16 +35,16 @@ from upholster.types import FloatArray, IntArray, PixelArray, Progress
 __all__ = ["laid_quilt", "planned", "step_level", "synthesize_quilt"]
 
 _OVERLAP = 0.3
-"""Of blocks, where it is not asked for."""
+"""Default overlap of blocks, as a fraction of their side."""
 
 _COARSE = 24
-"""Pixels of a frame from which on cells of its mask are 4 wide, not 2."""
+"""Frames of at least this many pixels have mask cells 4 pixels wide, smaller frames 2 pixels."""
 
 _LARGEST_FRAME, _SHARE = 512, 0.75
-"""Pixels of a frame at most, and what part of the sample: else there is nothing to choose from."""
+"""Maximum side of a frame in pixels, and as a fraction of the sample: larger frames would leave no choice."""
 
 _MIRRORED = 1 << 5
-"""The symmetry that mirrors left and right: columns count backwards."""
+"""The bit of the symmetry that mirrors left and right: columns count backwards."""
 
 
 def planned(
@@ -62,13 +63,13 @@ def planned(
     steering: Steering | None = None,
     seed: int = 0,
 ) -> LayPlan:
-    """Return what a surface is laid by; parameters as of `synthesize_quilt`."""
+    """Return the plan by which a surface is laid; parameters as in `synthesize_quilt`."""
     zones = None if steering is None else steering.zones
     wanted = (phases,) if zones is None else zones.phases
     rectangles = () if zones is None else zones.rectangles
     masks = _masks(rectangles, used, exemplar.shape[:2])
     parts = _parts(exemplar, rectangles, tuple(None if one is None else one.lattice for one in wanted))
-    # As fine as the sample is seen where it is largest.
+    # The level must be fine enough for the places where the sample is largest.
     coarsest = scale if sizes is None else scale / sizes.most
     pyramid, numbers = _numbers(exemplar, surface, options, coarsest, parts, masks)
     match = pyramid.levels[numbers.level].match
@@ -131,7 +132,7 @@ def _parcels(
 
 @stage
 def _masks(rectangles: tuple[Rectangle, ...], used: Used | None, shape: tuple[int, ...]) -> tuple[Used, ...]:
-    # Of each zone which pixels (H, W) it may show; empty: all of the only sample.
+    # For each zone the pixels (H, W) that it may show; empty: all pixels of the only sample.
     if not rectangles:
         return () if used is None else (used,)
     found = []
@@ -146,7 +147,7 @@ def _masks(rectangles: tuple[Rectangle, ...], used: Used | None, shape: tuple[in
 def _parts(
     exemplar: PixelArray, rectangles: tuple[Rectangle, ...], lattices: tuple[Lattice | None, ...]
 ) -> tuple[SamplePart, ...]:
-    # The samples that an exemplar has, with what is known of each.
+    # The samples in an exemplar, with the lattice and the joints of each.
     if not rectangles:
         return (SamplePart.whole(exemplar, lattices[0], find_joints(exemplar)),)
     found = []
@@ -158,7 +159,7 @@ def _parts(
 
 
 def _allowed(numbers: LayNumbers, masks: Sequence[Used]) -> NDArray[np.uint8]:
-    # Where a block may have its source on its level, as the number of the zone that it shows there.
+    # For each pixel of the level, the zone of a block with its source there; 0: no block may have it there.
     found = np.zeros(numbers.height * numbers.width, np.uint8)
     for zone, mask in enumerate(masks, 1):
         found[allowed_places(used_level(mask, numbers.level), numbers.size) != 0] = zone
@@ -185,25 +186,26 @@ def synthesize_quilt(
     surface, fields
         The charts, and their warp fields.
     vectors
-        (T, 3, 3), unit vectors at the triangles' corners: which way the exemplar's rows run.
+        (T, 3, 3), unit vectors at the triangles' corners: the direction of the exemplar's rows.
     scale
         Exemplar pixels per model unit.
     fold, turns
-        1, 2 or 4: so many directions, turned evenly, count as one where a block reaches from triangle to
+        1, 2 or 4: this many evenly rotated directions count as one where a block extends from triangle to
         triangle; and (T,) the quarter turns from the warp fields to the directions, by default none, see
         `upholster.charts.turns`.
     options
         Parameters of the method.
     phases
-        Of a sample that repeats: its own phases; where it shall be is found here. None: not looked at.
+        For a sample that repeats: its own phases, and those that the surface requests. None: phases do not
+        count.
     sizes
-        How many times as large the sample is, as the warp fields have it; None: once.
+        Factor by which the sample is enlarged at each place, as in the warp fields; None: 1 everywhere.
     used
-        (H, W) which pixels of the exemplar blocks may show, see `check_used`; None: all.
+        (H, W) the pixels of the exemplar that blocks may show, see `check_used`; None: all.
     steering
-        What blocks are asked to show where; None: nothing.
+        The requests to blocks; None: there are none.
     seed
-        0 to 2^63 − 1; the same seed gives the same quilt whatever the number of threads.
+        0 to 2^63 − 1; the same seed gives the same quilt with any number of threads.
     threads, progress
         As in `upholster.parallel.run_tasks`; stage "blocks".
     """
@@ -212,7 +214,7 @@ def synthesize_quilt(
 
 
 def laid_quilt(plan: LayPlan, threads: int | None = None, progress: Progress | None = None) -> Quilt:
-    """Lay a surface on threads of this process, and return its quilt."""
+    """Lay a surface's blocks on threads of this process, and return its quilt."""
     if len(plan.parcels) == 1:
         _, drawn = lay_parcel(plan, 0, plan.empty_usage(), (), threads=threads, progress=progress)
         assert drawn is not None  # a surface has triangles
@@ -247,7 +249,7 @@ def _laid_parcels(plan: LayPlan, threads: int | None, progress: Progress | None)
 
 @stage
 def _density(surface: ChartedSurface) -> float:
-    # Steps per model unit: the mean over the charts.
+    # Mean number of steps per model unit over the charts.
     flat = surface.places[:, 1:] - surface.places[:, :1]
     steps = 0.5 * np.abs(flat[:, 0, 0] * flat[:, 1, 1] - flat[:, 0, 1] * flat[:, 1, 0])
     kept = surface.chart >= 0
@@ -255,7 +257,7 @@ def _density(surface: ChartedSurface) -> float:
 
 
 def step_level(shape: tuple[int, ...], surface: ChartedSurface, scale: float) -> int:
-    """Return the level of a sample (H, W) whose pixels are about a step of a surface.
+    """Return the level of a sample (H, W) whose pixels are about as large as a step of a surface.
 
     `scale` is exemplar pixels per model unit.
     """
@@ -271,7 +273,8 @@ def _numbers(
     parts: Sequence[SamplePart],
     masks: Sequence[Used],
 ) -> tuple[MatchPyramid, LayNumbers]:
-    # The exemplar's pyramid up to the level whose pixels are about a step, and sizes on that.
+    # The exemplar's pyramid up to the level whose pixels are about as large as a step, and the sizes on that
+    # level.
     shape = min((part.rows.stop - part.rows.start, part.columns.stop - part.columns.start) for part in parts)
     number, room = step_level(shape, surface, scale), _LARGEST_FRAME
     if masks:

@@ -1,8 +1,8 @@
 """Parcels: cubes of space into which a large surface is cut, so that no task ever holds all of it.
 
-Parcels are laid class after class: eight classes by the parity of their place, and between two of a class
-lies a whole one. So each sees all that was laid before beside it, and parcels of a class are independent
-tasks. A small surface is one parcel, and so is a tile, whatever its size.
+Parcels are laid class by class. There are eight classes by the parity of the parcels' indices, so two parcels
+of a class are at least one parcel apart. Therefore parcels of a class are independent tasks, and each sees
+all neighbouring blocks of earlier classes. A small surface is one parcel; so is a tile of any size.
 """
 
 from dataclasses import dataclass
@@ -18,16 +18,16 @@ from upholster.types import FloatArray, IntArray
 __all__ = ["MOST_WHOLE", "Parcels"]
 
 SIDE = 2048
-"""Steps a side of a parcel, at least."""
+"""Minimum side of a parcel, in steps."""
 
 MOST_WHOLE = 2**25
-"""Steps up to which a surface is one parcel."""
+"""A surface with at most this many steps is one parcel."""
 
 BLOCKS = 32
-"""Blocks a side of a parcel, at least: round it lie four on each side that are laid again."""
+"""Minimum side of a parcel, in blocks: it also redraws about four blocks on each side."""
 
 _FINE = 8
-"""Parts of a parcel's side that triangles are cut into to see which parcels they meet."""
+"""To find the parcels that triangles meet, triangles are cut to a parcel's side divided by this number."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -37,19 +37,19 @@ class Parcels:
     Attributes
     ----------
     origin
-        (3,) where the first cube begins.
+        (3,) the first cube's corner with the lowest coordinates.
     side
-        Of a cube, in model units.
+        Side of a cube, in model units.
     block
-        Of a block, in model units.
+        Side of a block, in model units.
     cubes
-        (P, 3) int64: which cube each parcel is, each way.
+        (P, 3) int64: the index of each parcel's cube along each axis.
     classes
-        Of each class its parcels: first one, and the one after the last.
+        For each class the number of its first parcel, and that of the parcel after its last.
     charts
-        Of each parcel the charts that may have something in it.
+        For each parcel the charts that may have triangles in it.
     numbers
-        (cubes each way) int32: the parcel that each cube is, −1 for none.
+        (cubes along each axis) int32: the number of each cube's parcel, −1 for none.
     """
 
     origin: FloatArray
@@ -62,7 +62,7 @@ class Parcels:
 
     @classmethod
     def of(cls, surface: ChartedSurface, vectors: FloatArray, block: float, density: float) -> "Parcels":
-        """Cut a surface; blocks are so many model units wide, and steps so many to a model unit."""
+        """Cut a surface; `block` is a block's side in model units, `density` is steps per model unit."""
         low, high = surface.mesh.box
         steps = sum(chart.height * chart.width for chart in surface.charts)
         side = max(SIDE / density, BLOCKS * block)
@@ -71,7 +71,7 @@ class Parcels:
             charts = tuple(range(len(surface.charts)))
             one = np.zeros((1, 3), np.int64)
             return cls(low, float(np.inf), block, one, ((0, 1),), (charts,), np.zeros((1, 1, 1), np.int32))
-        origin: FloatArray = 0.5 * (low + high - side * shape)  # the surface lies in their middle
+        origin: FloatArray = 0.5 * (low + high - side * shape)  # the surface is centred in the cubes
         fine = subdivided(surface, vectors, side / _FINE).surface
         met = _met(fine, origin, side, shape)
         cubes = np.unique(met[:, 1:], axis=0)
@@ -88,18 +88,18 @@ class Parcels:
         return cls(origin, side, block, cubes, classes, tuple(map(tuple, charts_of)), numbers)
 
     def __len__(self) -> int:
-        """Return how many there are."""
+        """Return the number of parcels."""
         return len(self.cubes)
 
     def box(self, n: int, blocks: float) -> FloatArray | None:
-        """Return a parcel's cube, and so many blocks round it: (2, 3), from, to; None: all of the surface."""
+        """Return a parcel's cube, enlarged by `blocks` blocks: (2, 3), from, to; None: all of the surface."""
         if len(self) == 1:
             return None
         reach, low = blocks * self.block, self.origin + self.side * self.cubes[n]
         return np.stack([low - reach, low + self.side + reach])
 
     def near(self, n: int) -> list[int]:
-        """Return a parcel and those that touch it, in their order."""
+        """Return a parcel and its neighbours, in the order of parcels."""
         around = self.cubes[n] + np.array(list(product((-1, 0, 1), repeat=3)))
         around = around[((around >= 0) & (around < self.numbers.shape)).all(axis=1)]
         return sorted(n for n in self.numbers[tuple(around.T)].tolist() if n >= 0)
@@ -113,7 +113,7 @@ class Parcels:
         return found
 
     def last_of_points(self, points: FloatArray, blocks: float) -> IntArray:
-        """Return of points (m, 3) the last parcels that lie within so many blocks of them."""
+        """Return for each of some points (m, 3) the last parcel within `blocks` blocks of it; −1 for none."""
         last = self.of_points(points)
         if len(self) > 1:
             for way in product((-1, 1), repeat=3):
@@ -124,7 +124,8 @@ class Parcels:
 def _met(
     surface: ChartedSurface, origin: FloatArray, side: float, shape: NDArray[np.int64]
 ) -> NDArray[np.int64]:
-    # Which cubes triangles' boxes meet: (m, 4) chart and cube, each once. Triangles are smaller than cubes.
+    # The cubes that triangles' bounding boxes meet: (m, 4) chart and cube, without duplicates. Triangles are
+    # smaller than cubes.
     corners = (surface.mesh.corners - origin) / side
     low = np.clip(np.floor(corners.min(axis=1) - 1e-9), 0, shape - 1).astype(np.int64)
     high = np.clip(np.floor(corners.max(axis=1) + 1e-9), 0, shape - 1).astype(np.int64)

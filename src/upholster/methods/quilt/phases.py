@@ -1,4 +1,4 @@
-"""What keeps a repeating texture in step: the sample's phases, and those wanted on the surface."""
+"""Phases, which keep a repeating texture in step: those of the sample, and those requested on the surface."""
 
 from dataclasses import dataclass
 from typing import Protocol
@@ -22,11 +22,11 @@ __all__ = [
 ]
 
 _NEAR = 0.05
-"""Of a wave's length: a symmetry shows another wave in its place if the two differ by no more."""
+"""A symmetry shows a wave as another one if their frequencies differ by at most this fraction."""
 
 
 class SurfacePhases(Protocol):
-    """Phases that are wanted somewhere: as `upholster.charts.phases.PhaseField` tells them."""
+    """The phases that a surface requests, as `upholster.charts.phases.PhaseField` returns them."""
 
     def at(self, triangles: IntArray, points: FloatArray, /) -> NDArray[np.int16]:
         """Return the phases at points (m, 3) in triangles (m,): (n, m), in 1/65536 turn."""
@@ -35,16 +35,16 @@ class SurfacePhases(Protocol):
 
 @dataclass(frozen=True, eq=False, slots=True)
 class WantedPhases:
-    """Where in its periods a texture shall be.
+    """The requested phases of a texture.
 
     Attributes
     ----------
     lattice
         The sample's waves and its own phases.
     surface
-        The phases that the surface wants.
+        The phases that the surface requests.
     weight
-        What a source costs whose phases do not fit, in parts of the sample's variance.
+        Cost of a source whose phases do not fit, as a fraction of the sample's variance.
     """
 
     lattice: Lattice
@@ -53,34 +53,34 @@ class WantedPhases:
 
 
 def level_phases(lattice: Lattice | None, level: int, height: int, width: int) -> NDArray[np.int16]:
-    """Return the sample's phases at the middles of a level's pixels, (n, height · width); n = 0 for None.
+    """Return the sample's phases at the centres of a level's pixels, (n, height · width); n = 0 for None.
 
     Parameters
     ----------
     lattice
-        Of the sample.
+        The lattice of the sample.
     level, height, width
-        Which level of its pyramid, and the level's size in pixels.
+        The level of its pyramid, and the level's size in pixels.
     """
     if lattice is None:
         return np.zeros((0, height * width), np.int16)
-    # The middle of an even number of pixels lies half a pixel before the one that is looked at.
+    # The centre of an even number of pixels is half a pixel before the pixel whose phase is read.
     place, back = (1 << level) >> 1, 0.5 if level else 0.0
     rows = np.minimum((np.arange(height) << level) + place, lattice.phases.shape[1] - 1)
     columns = np.minimum((np.arange(width) << level) + place, lattice.phases.shape[2] - 1)
-    # Whole turns fall away.
+    # The conversion to int16 drops whole turns.
     moved = np.rint(TURN * back * lattice.waves.sum(axis=1)).astype(np.int64).astype(np.int16)
     found = lattice.phases.take(rows, axis=1).take(columns, axis=2).astype(np.int16)
     return np.ascontiguousarray((found - moved[:, None, None]).reshape(len(moved), -1))
 
 
 def shown_waves(lattice: Lattice | None) -> NDArray[np.int8]:
-    """Return which wave each symmetry shows in each one's place, (8, n): see `MatchImage.shown`."""
+    """Return the wave that each symmetry shows in place of each wave, (8, n): see `MatchImage.shown`."""
     waves = np.zeros((0, 2)) if lattice is None else lattice.waves
     found = np.zeros((8, len(waves)), np.int8)
     both = np.concatenate([waves, -waves])
     for symmetry, turn in enumerate(SYMMETRIES):
-        # What reads T·x of the sample shows the wave Tᵀf.
+        # Reading the sample at T·x shows its wave f as Tᵀf.
         away = np.sqrt((((both @ turn.reshape(2, 2))[None] - waves[:, None]) ** 2).sum(axis=2))
         for k, wave in enumerate(waves):
             best = int(away[k].argmin())
@@ -90,13 +90,13 @@ def shown_waves(lattice: Lattice | None) -> NDArray[np.int8]:
 
 
 def stretched_by(waves: FloatArray, height: int, width: int) -> float:
-    """Return by what part of itself a wave is changed at most, so that a tile has whole periods of it."""
+    """Return the largest relative change of a wave that gives a tile whole periods of every wave."""
     changed = whole_waves(waves, height, width) - waves
     return float(np.sqrt(((changed**2).sum(axis=1) / (waves**2).sum(axis=1)).max()))
 
 
 def better_tile(waves: FloatArray, height: int, width: int) -> tuple[int, int]:
-    """Return a height and width near given ones, in texels, that stretch waves least."""
+    """Return the height and width in texels, within 20 % of the given ones, that stretch waves least."""
     best = []
     for axis, size in enumerate((height, width)):
         sizes = np.arange(max(8, int(0.8 * size)), int(1.2 * size) + 1)
@@ -107,7 +107,7 @@ def better_tile(waves: FloatArray, height: int, width: int) -> tuple[int, int]:
 
 
 def whole_waves(waves: FloatArray, height: int, width: int) -> FloatArray:
-    """Return the waves nearest to some, (n, 2), with whole periods in a tile of height × width texels."""
+    """Return the nearest waves to `waves` (n, 2) with whole periods in a tile of height × width texels."""
     size = np.array([height, width])
     found: FloatArray = np.rint(waves * size) / size
     return found

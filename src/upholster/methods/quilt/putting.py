@@ -1,4 +1,4 @@
-"""Pieces of the sample that are put by hand: where they lie, and as what blocks."""
+"""Pieces of the sample that the user puts at chosen places, and their form as blocks."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -14,15 +14,15 @@ from upholster.types import FloatArray
 __all__ = ["PieceFrame", "PutPiece", "piece_frame"]
 
 _CELL = 2
-"""Pixels a side of the cells in which a piece has an outline."""
+"""Side in pixels of the cells that approximate a piece's outline."""
 
 MOST_PIECE = 1024
-"""Pixels of a piece's longer side, on the level that is laid."""
+"""Maximum longer side of a piece, in pixels of the level that is laid."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class PutPiece:
-    """A piece of the sample that lies at a place.
+    """A piece of the sample at a place that the user chose.
 
     Attributes
     ----------
@@ -31,11 +31,11 @@ class PutPiece:
     rectangle
         Row, column, height and width of the piece in the sample, in pixels.
     size
-        How many times as large as the sample it lies there.
+        Factor by which the piece is enlarged, relative to the sample.
     degrees
-        By which it is turned, clockwise seen from outside.
+        Angle of rotation, clockwise seen from outside.
     used
-        (height, width) which of its pixels show; None: all.
+        (height, width) mask of the piece's pixels that show; None: all.
     """
 
     step: tuple[int, int, int]
@@ -45,14 +45,14 @@ class PutPiece:
     used: Used | None = None
 
     def on_charts(self, before: Sequence[Chart], after: Sequence[Chart]) -> "PutPiece":
-        """Return the same on charts of other steps, of the same faces."""
+        """Return the same piece on charts of the same faces with other steps."""
         chart, row, column = self.step
         old, new = before[chart], after[chart]
         at = (int((row + 0.5) * new.height / old.height), int((column + 0.5) * new.width / old.width))
         return replace(self, step=(chart, *at))
 
     def turn(self) -> FloatArray:
-        """Return S (4,): from frame pixels as any block has them to those of the piece, rows first."""
+        """Return the matrix S (4,), row by row, from frame pixels of other blocks to those of the piece."""
         angle = np.radians(self.degrees)
         c, s = np.cos(angle) / self.size, np.sin(angle) / self.size
         return np.array([c, -s, s, c])
@@ -65,13 +65,13 @@ class PieceFrame:
     Attributes
     ----------
     numbers
-        Sizes, with the piece's frame.
+        The numbers of blocks, with the size and the cell of the piece's frame.
     source
         Row and column of the pixel that its centre reads.
     mask
-        Which of the frame's cells show.
+        Mask of the frame's cells that show.
     half
-        How far it reaches from its centre, in frame pixels as any block has them.
+        Distance from its centre to its corners and a little more, in the frame pixels of other blocks.
     """
 
     numbers: LayNumbers
@@ -81,12 +81,12 @@ class PieceFrame:
 
 
 def piece_frame(piece: PutPiece, numbers: LayNumbers) -> PieceFrame:
-    """Return a piece as a block of the level that `numbers` tells of."""
+    """Return a piece as a block of the level in `numbers`."""
     level = numbers.level
     top, left, height, width = (value / 2**level for value in piece.rectangle)
     size = 2 * _CELL * int(np.ceil(max(height, width, 2 * _CELL) / (2 * _CELL)))
     middle = int(top + height / 2), int(left + width / 2)
-    # The middles of the cells, from the piece's first pixel on.
+    # The centres of the cells: relative to the frame's centre, then to the piece's first pixel.
     at = (np.arange(size // _CELL) + 0.5) * _CELL - size / 2
     rows, columns = at + middle[0] - top, at + middle[1] - left
     inside = (rows >= 0) & (rows < height), (columns >= 0) & (columns < width)

@@ -9,7 +9,7 @@ __all__ = ["QuiltOptions"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class QuiltOptions(SynthesisOptions):
-    """Options of method "quilt", all settled.
+    """Options of method "quilt", with all defaults resolved.
 
     Attributes
     ----------

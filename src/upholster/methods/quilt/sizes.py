@@ -1,4 +1,4 @@
-"""How large blocks are: one side for a whole surface."""
+"""The size of blocks: one side for a complete surface."""
 
 import numpy as np
 
@@ -11,41 +11,41 @@ from upholster.types import FloatArray, PixelArray
 __all__ = ["block_side", "turning_of"]
 
 _LEAST = 20
-"""Pixels of a block, where its sample allows: smaller ones take more bytes, and nobody sees them."""
+"""Minimum side of a block in pixels, if its sample is large enough: smaller blocks take more bytes without a
+visible gain."""
 
 _ACROSS = 8
-"""Blocks across a surface, at least: else there is nothing that goes on from one to the next."""
+"""Minimum number of blocks across a surface: with fewer, little texture continues from block to block."""
 
 _TURN, _STRAIGHT = 0.5, 0.9
-"""Radians by which directions turn over a block's side at most, and on what share of the surface: blocks that
-turn more are trimmed, and fit their neighbours less."""
+"""Maximum turn of directions over a block's side, in radians, and the fraction of the surface that must
+satisfy it. Blocks that turn more are trimmed and fit their neighbours worse."""
 
 _SHARE = 0.94
-"""Of the surface, on which blocks stay in step. On the rest are the ends of courses, where none can be."""
+"""Fraction of the surface on which blocks stay in step. They cannot in the rest, where courses end."""
 
 _LEAST_PERIODS = 0.75
-"""Periods of a block at least, of the fastest wave."""
+"""Minimum side of a block, in periods of the fastest wave."""
 
 
 @stage
 def block_side(exemplar: PixelArray, across: float, turning: float, phases: PhaseField | None) -> int:
     """Return the side of a surface's blocks.
 
-    It suits the sample's structure, and is no larger than an eighth of the surface. It is small enough for
-    directions to turn little inside a block, and to keep a repeating texture in step: inside a block it has
-    its true scale, and from one to the next the wanted phase makes up for what courses are stretched by, less
-    than a quarter of a turn.
+    It suits the sample's structure, and is at most an eighth of the surface. Directions turn little inside
+    such a block, and a repeating texture stays in step. Inside a block the texture has its true scale; from
+    block to block the requested phase compensates for the stretch of courses, less than a quarter turn.
 
     Parameters
     ----------
     exemplar
         (H, W, C), any number of channels; uint8, uint16 or float32.
     across
-        Root of the surface's area, in exemplar pixels.
+        Square root of the surface's area, in exemplar pixels.
     turning
-        Radians by which directions turn in an exemplar pixel, see `turning_of`.
+        Turn of directions in radians per exemplar pixel, see `turning_of`.
     phases
-        Those that the surface wants; None: the sample does not repeat.
+        The phases that the surface requests; None: the sample does not repeat.
 
     Returns
     -------
@@ -62,16 +62,16 @@ def block_side(exemplar: PixelArray, across: float, turning: float, phases: Phas
 
 @stage
 def turning_of(surface: ChartedSurface, vectors: FloatArray, fold: int) -> float:
-    """Return by how many radians directions turn in a model unit at most, on nine tenths of a surface.
+    """Return the maximum turn of directions on nine tenths of a surface, in radians per model unit.
 
     Parameters
     ----------
     surface
-        What they lie on; triangles on no chart are left out.
+        The surface; triangles on no chart are left out.
     vectors
-        (T, 3, 3), unit vectors at the triangles' corners: which way the exemplar's rows run.
+        (T, 3, 3), unit vectors at the triangles' corners: the direction of the exemplar's rows.
     fold
-        1, 2 or 4: so many directions, turned evenly, count as one.
+        1, 2 or 4: this many evenly rotated directions count as one.
     """
     own = np.flatnonzero((surface.chart >= 0) & (surface.mesh.areas > 0))
     corners, vectors = surface.mesh.corners[own], vectors[own]

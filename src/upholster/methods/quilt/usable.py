@@ -1,4 +1,4 @@
-"""What of a sample with a mask blocks may show: places, sides, and levels at which enough is left."""
+"""Blocks of a sample with a mask: their allowed places and sides, and the levels with room for them."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,26 +19,26 @@ __all__ = [
 ]
 
 _MARGIN = 3
-"""Pixels round a block's frame that are used, too: cells end beyond it, and painting mixes neighbours."""
+"""Pixels around a block's frame that must be used: cells extend beyond it, and painting mixes neighbours."""
 
 _STEP = 4
-"""Candidates are so far apart at most: of so many each way, one is allowed."""
+"""Maximum distance of candidates in pixels: a square of this size has one."""
 
 _ROUND = 2 * _MARGIN + _STEP
-"""How much larger a square of used pixels is than a frame that is sure to have a place in it."""
+"""A square of used pixels must be this much larger than a frame to be sure to contain a place for it."""
 
 _LEAST = 8
-"""Pixels of a block, at least."""
+"""Minimum side of a block in pixels."""
 
 LEAST_ROOM = _LEAST + _ROUND
-"""Pixels of the smallest square of used ones in which the smallest block is sure to have a place."""
+"""Minimum side, in pixels, of a square of used pixels that is sure to have a place for the smallest block."""
 
 _ENOUGH = 4
-"""At least so great a part of what is used is a place for a block: as if it were two blocks wide."""
+"""At least this fraction, 1/4, of the used pixels are places for a block, as in a square two blocks wide."""
 
 
 def check_used(used: Used | None, method: str) -> None:
-    """Raise InputError where a method knows nothing of masks, or a mask leaves no room for a block."""
+    """Raise InputError if a method does not support masks, or if a mask leaves no room for a block."""
     if used is None:
         return
     if method != "quilt":
@@ -52,7 +52,7 @@ def check_used(used: Used | None, method: str) -> None:
 
 
 def check_level(used: Used | None, level: int) -> None:
-    """Raise InputError where a mask leaves no room for a block, of texels as large as a level's pixels."""
+    """Raise InputError if a mask leaves no room for a block where texels are as large as a level's pixels."""
     if used is None:
         return
     found = _largest(used_level(used, level))
@@ -60,14 +60,14 @@ def check_level(used: Used | None, level: int) -> None:
         whole, least = _largest(used), LEAST_ROOM
         raise InputError(
             f"the largest square that the sample's mask leaves is {whole}x{whole} pixels, here "
-            f"{found}x{found} texels; allowed: {least}x{least} or more, by more texels or a larger sample"
+            f"{found}x{found} texels; allowed: {least}x{least} or more; use more texels or a larger sample"
         )
 
 
 def level_with_room(used: Used, level: int, most: int) -> tuple[int, int]:
-    """Return a level, or the next finer one with room for a block; and the largest frame there, to `most`.
+    """Return a level and its largest frame, at most `most`; without room for a block, the next finer level.
 
-    For such a frame one of the candidates is sure to be allowed.
+    A frame of this size is sure to have an allowed candidate.
     """
     found = _largest(used_level(used, level))
     while level > 0 and found < LEAST_ROOM:
@@ -77,18 +77,18 @@ def level_with_room(used: Used, level: int, most: int) -> tuple[int, int]:
 
 
 def largest_block(used: Used) -> int:
-    """Return the largest side of a block, in pixels, that a mask lets anyone ask for."""
+    """Return the largest side of a block, in pixels, that a user may request with a mask."""
     found = _largest(used)
     return max(_LEAST, min(3 * found // 4, found - _ROUND))
 
 
 def usable_side(side: int, used: Used | None) -> int:
-    """Return a block's side, or the largest smaller one that leaves enough places to choose from.
+    """Return a block's side, or the largest smaller side for which a mask leaves enough places.
 
     Parameters
     ----------
     side
-        In pixels, as it suits the sample and its surface: a multiple of 4.
+        The side in pixels that suits the sample and its surface: a multiple of 4.
     used
         (H, W); None: all.
 
@@ -110,7 +110,7 @@ def usable_side(side: int, used: Used | None) -> int:
 
 
 def used_level(used: Used, level: int) -> Used:
-    """Return which pixels of a pyramid's level are used: those whose filter reads used pixels alone.
+    """Return the used pixels of a pyramid's level: those whose filter reads only used pixels.
 
     See `upholster.quilt.pyramid.halved`.
     """
@@ -124,15 +124,15 @@ def used_level(used: Used, level: int) -> Used:
 
 
 def allowed_places(used: Used, size: int) -> NDArray[np.uint8]:
-    """Return (H · W) where a frame and its margin lie on used pixels alone, whichever way it is turned.
+    """Return a mask (H · W) of places where a frame and its margin cover only used pixels, however turned.
 
     Parameters
     ----------
     used
-        (H, W) of a level.
+        (H, W) the used pixels of a level.
     size
-        Pixels of the frame's side, even. It lies inside the level; its margin may not: beyond the level, what
-        is read is mirrored.
+        Side of the frame in pixels, even. The frame must be inside the level. Its margin may extend beyond,
+        because reading mirrors the level there.
     """
     half = size // 2
     reach = half + _MARGIN
