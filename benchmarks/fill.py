@@ -108,7 +108,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         rows.append([name, *(f"{figure:.2g}" for figure in figures)])
         most = max(most, len(found))
     if asked.publish:
-        command, note = "python -m benchmarks fill FOLDER --publish", f"Medians of {most} holes."
+        command, note = (
+            "python -m benchmarks fill FOLDER --publish",
+            f"Seconds by the clock. Medians of {most} holes.",
+        )
         write_table(
             "fill", columns, rows, command=command, peers=versions("G'MIC", "resynthesizer"), note=note
         )
