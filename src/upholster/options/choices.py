@@ -1,0 +1,48 @@
+"""Options of a kind from choices by name."""
+
+from collections.abc import Mapping
+from dataclasses import fields, replace
+from typing import Any, TypeAlias, TypeVar
+
+from upholster.errors import InputError, nearest
+from upholster.options.model_options import ModelOptions
+from upholster.options.sample_options import SampleOptions
+from upholster.options.synthesis_options import SynthesisOptions, check_owner
+from upholster.options.write_options import WriteOptions
+
+__all__ = ["Options", "chosen", "settled_options"]
+
+Kind = TypeVar("Kind", SampleOptions, ModelOptions, SynthesisOptions, WriteOptions)
+Settled = TypeVar("Settled", bound=SynthesisOptions)
+Options: TypeAlias = SampleOptions | ModelOptions | SynthesisOptions | WriteOptions
+
+
+def chosen(kind: type[Kind], base: Kind | Mapping[str, Any] | None = None, **choices: Any) -> Kind:
+    """Return options of a kind: `base` with `choices` applied; a choice of None is ignored.
+
+    Raises
+    ------
+    InputError
+        For an unknown name, or a value that the options refuse; also if a choice belongs to another method,
+        even if it is that option's default.
+    """
+    if base is None or isinstance(base, Mapping):
+        choices = dict(base or {}) | choices
+        base = kind()
+    if not isinstance(base, kind):
+        raise InputError(f"options are a {type(base).__name__}; allowed: {kind.__name__}, or options by name")
+    known = {entry.name: entry for entry in fields(kind)}
+    for name in choices:
+        if name not in known:
+            raise InputError(f"unknown option {name!r}; {nearest(str(name), known)}")
+    given = {name: value for name, value in choices.items() if value is not None}
+    found = replace(base, **given)
+    if isinstance(found, SynthesisOptions):
+        check_owner(found.method, [known[name] for name in given])
+    return found
+
+
+def settled_options(options: SynthesisOptions, kind: type[Settled], **found: Any) -> Settled:
+    """Return options as a method's own kind: open values come from `found`, or are the method's defaults."""
+    given = {entry.name: getattr(options, entry.name) for entry in fields(options)} | found
+    return kind(**{name: value for name, value in given.items() if value is not None})

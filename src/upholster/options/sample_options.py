@@ -1,0 +1,93 @@
+"""Options of a sample: how a photo is prepared and a material's maps are found."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from os import PathLike, fspath
+from typing import Any
+
+from upholster.errors import InputError
+from upholster.options.option_fields import about, documented
+from upholster.shown import on_a_line
+
+__all__ = ["SampleOptions"]
+
+_SAMPLE, _MAPS = "Sample", "Maps"
+
+
+@documented
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SampleOptions:
+    """How a sample is read: its maps, and how a photo is prepared (all maps of a material alike).
+
+    The allowed values depend on the photo, and are checked when it is read.
+    """
+
+    rectify: (
+        tuple[tuple[float, float], tuple[float, float], tuple[float, float], tuple[float, float]] | None
+    ) = field(
+        default=None,
+        metadata=about(
+            _SAMPLE,
+            "Four corners of a rectangle on the wall, in pixels of the photo: top left, top right, bottom "
+            "right, bottom left. The sample is this rectangle, seen from the front.",
+            metavar="X,Y X,Y X,Y X,Y",
+        ),
+    )
+    crop: tuple[int, int, int, int] | None = field(
+        default=None, metadata=about(_SAMPLE, "Use this part, in pixels.", metavar="X,Y,W,H")
+    )
+    resize: int | str | tuple[int, int] | None = field(
+        default=None, metadata=about(_SAMPLE, "Resize to this longer side, or size.", metavar="N|WxH")
+    )
+    even_light: bool = field(
+        default=False,
+        metadata=about(
+            _SAMPLE,
+            "Remove vignetting and slow shading: variations over half the sample or more.",
+        ),
+    )
+    use: str | None = field(
+        default=None,
+        metadata=about(
+            _SAMPLE,
+            "Use only pixels that this image, of the photo's size, shows white: no window, no finger. Or "
+            "`alpha`: pixels that the photo's own alpha shows; it then is no transparency. Method quilt.",
+            metavar="MASK",
+        ),
+    )
+    maps: dict[str, str] | None = field(
+        default=None,
+        metadata=about(
+            _MAPS,
+            "A map of the material whose name does not show its role: `roughness=x.png`, `orm=y.jpg` …",
+            metavar="ROLE=FILE",
+            flag="--map",
+        ),
+    )
+    normal: str | None = field(
+        default=None,
+        metadata=about(
+            _MAPS,
+            "Green of the normal map points upward (gl: OpenGL) or downward (dx: DirectX). Default: from its "
+            "file name or the height map.",
+            metavar="gl|dx",
+        ),
+    )
+
+    def __post_init__(self) -> None:
+        if self.maps is not None and not isinstance(self.maps, Mapping):
+            raise InputError(f"maps is a {type(self.maps).__name__}; allowed: files by role")
+        if self.use is not None and not (isinstance(self.use, (str, PathLike)) and fspath(self.use)):
+            raise InputError(f"use is {on_a_line(self.use)}; allowed: an image's file, or 'alpha'")
+        object.__setattr__(self, "use", None if self.use is None else fspath(self.use))
+
+    @property
+    def mask(self) -> str | None:
+        """The image that shows which pixels are used; None without one."""
+        return None if self.use == "alpha" else self.use
+
+    @property
+    def preparing(self) -> dict[str, Any]:
+        """How a photo is prepared: arguments of `upholster.read_exemplar`."""
+        names = "rectify", "crop", "resize", "even_light"
+        return {name: getattr(self, name) for name in names}
