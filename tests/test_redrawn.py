@@ -17,7 +17,7 @@ SIZE = (160, 120)
 
 @pytest.mark.parametrize("sample", ["pebbles.png", "bricks_material"])
 def test_it_looks_as_when_it_was_made(tmp_path: Path, sample: str) -> None:
-    words = (EXAMPLES / sample, "--on", EXAMPLES / "chair.glb", "--texels", "60k", "--quiet")
+    words = (EXAMPLES / sample, "--on", EXAMPLES / "chair.glb", "--texels", "30k", "--quiet")
     made = run_cli("cover", *words, "--size", "160x120", "-o", tmp_path / "a.glb", "-o", tmp_path / "a.png")
     assert made.returncode == 0, made.stderr
     again = run_cli("picture", tmp_path / "a.glb", "-o", tmp_path / "b.png", "--size", "160x120")

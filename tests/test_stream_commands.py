@@ -234,10 +234,10 @@ def test_a_share_tells_the_bytes_that_it_takes_not_those_that_were_read(parts):
 @pytest.mark.parametrize("wavelet", ["9/7", "haar"])
 def test_a_limit_in_coefficients_comes_with_all_placements_and_no_more_of_the_sample(parts, wavelet):
     exemplar, surface, quilt, _ = parts
-    for first_part in (0, 600, 5000):
+    for first_part in (600, 5000):
         data = encode_stream(surface, quilt, exemplar, wavelet=wavelet, first_part=first_part)
         one = StreamDecoder()
-        for share in (0.01, 0.03, 0.4):
+        for share in (0.01, 0.4):
             feed_until(one, data, Limit(coefficients=share))
             assert one.placements_complete
             assert not one.complete

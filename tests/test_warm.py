@@ -12,7 +12,7 @@ import numba
 import pytest
 from benchmarks.kernel_table import USES
 
-from upholster.kernel_cache import _KEPT, KernelCache, _imported, _tell_of_damage
+from upholster.kernel_cache import _KEPT, KernelCache, _imported, _report_damage
 from upholster.signatures import read_type, type_as_json
 from upholster.warm import TABLE, Compiler, jobs_for
 
@@ -90,7 +90,7 @@ def test_versions_side_by_side_keep_their_code_and_old_ones_go(tmp_path, monkeyp
 
 @pytest.mark.parametrize("damage", ["empty", "cut", "flipped", "text"])
 def test_damaged_code_is_deleted_compiled_anew_and_told_once(tmp_path, monkeypatch, damage):
-    _tell_of_damage.cache_clear()
+    _report_damage.cache_clear()
     kinds = (numba.int64, numba.float64)
     for kind in kinds:
         _kernel(tmp_path, monkeypatch).compile((kind,))

@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -15,7 +16,7 @@ from upholster import Project, save_project
 from upholster.image import read_image
 from upholster.pipeline import cover
 
-pytest.importorskip("distributed")
+distributed = pytest.importorskip("distributed")
 
 ROOT = Path(__file__).parent.parent.parent
 SAMPLE = ROOT / "examples" / "weave.png"
@@ -31,7 +32,16 @@ def _batch(folder: Path, *more: str) -> subprocess.CompletedProcess[str]:
     )  # fmt: skip
 
 
-def test_jobs_are_done_once_and_what_fails_is_told(tmp_path: Path) -> None:
+@pytest.fixture(scope="module")
+def scheduler() -> Iterator[str]:
+    """A scheduler whose worker is a thread of this process: it is there at once."""
+    with distributed.LocalCluster(
+        n_workers=1, threads_per_worker=1, processes=False, dashboard_address="127.0.0.1:0"
+    ) as cluster:
+        yield cluster.scheduler_address
+
+
+def test_jobs_are_done_once_and_what_fails_is_told(tmp_path: Path, scheduler: str) -> None:
     (tmp_path / "jobs.toml").write_text(
         f'texels = "96x96"\n[[jobs]]\nsample = ["{SAMPLE}", "missing.png"]\non = "plane"\n'
         'output = "out/{sample}.png"\n'
@@ -49,21 +59,20 @@ def test_jobs_are_done_once_and_what_fails_is_told(tmp_path: Path) -> None:
     # The sample is there now: only its job is done.
     (tmp_path / "missing.png").write_bytes(SAMPLE.read_bytes())
     before = (tmp_path / "out/weave.png").stat().st_mtime_ns
-    done = _batch(tmp_path)
+    words = ("batch", "jobs.toml", *ALLOWED, "--scheduler")
+    done = run_cli(*words, scheduler, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert "failed: 2" not in done.stderr
     assert "1 of 2 jobs are done already" in done.stdout
     assert (tmp_path / "out/weave.png").stat().st_mtime_ns == before
     assert (tmp_path / "out/missing.png").read_bytes() == (tmp_path / "out/weave.png").read_bytes()
     # Nothing is left to do, and no worker is started for it.
-    done = _batch(tmp_path, "--scheduler", "tcp://127.0.0.1:9")
-    assert "workers and scheduler are both given" in done.stderr
-    done_again = run_cli("batch", tmp_path / "jobs.toml", *ALLOWED, "--scheduler", "tcp://127.0.0.1:9")
-    assert done_again.returncode == 0
-    assert "2 of 2 jobs are done already" in done_again.stdout
+    done = run_cli(*words, "tcp://127.0.0.1:9", cwd=tmp_path)
+    assert done.returncode == 0
+    assert "2 of 2 jobs are done already" in done.stdout
 
 
-def test_a_file_of_jobs_reaches_nothing_outside_its_folder(tmp_path: Path) -> None:
+def test_a_file_of_jobs_reaches_nothing_outside_its_folder(tmp_path: Path, scheduler: str) -> None:
     folder, other = tmp_path / "jobs", tmp_path / "other"
     for made in (folder, other):
         made.mkdir()
@@ -86,19 +95,21 @@ def test_a_file_of_jobs_reaches_nothing_outside_its_folder(tmp_path: Path) -> No
         assert "it refers to" in done.stderr
         assert "--allow DIR" in done.stderr
         assert len(list(other.iterdir())) == 1
-    done = _batch(folder, "--allow", str(other))
+    allowed = ("--allow", other, "--scheduler", scheduler)
+    done = run_cli("batch", "jobs.toml", *ALLOWED, *allowed, cwd=folder)
     assert done.returncode == 0, done.stderr
     assert (other / "a.png").exists()
 
 
-def test_jobs_take_projects(tmp_path: Path) -> None:
+def test_jobs_take_projects(tmp_path: Path, scheduler: str) -> None:
     project = Project("plane", str(SAMPLE), synthesis={"texels": (64, 64)}, seed=3)
     save_project(project, tmp_path / "flat.upholster.json")
     jobs = tmp_path / "jobs.toml"
     jobs.write_text(
         '[[jobs]]\nproject = "*.upholster.json"\noutput = "{project}_{seed}.png"\neach.seed = [3, 4]\n'
     )
-    done = _batch(tmp_path)
+    words = ("batch", "jobs.toml", "--scheduler", scheduler)
+    done = run_cli(*words, *ALLOWED, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     project.cover([str(tmp_path / "alone.png")])
     assert (tmp_path / "flat_3.png").read_bytes() == (tmp_path / "alone.png").read_bytes()
@@ -109,9 +120,8 @@ def test_jobs_take_projects(tmp_path: Path) -> None:
     told = json.loads((tmp_path / "flat.upholster.json").read_text())
     told["sample"]["source"] = str(SAMPLE)
     (tmp_path / "flat.upholster.json").write_text(json.dumps(told))
-    done = run_cli("batch", jobs)
-    assert_one_line(done, "it refers to")
-    assert _batch(tmp_path).returncode == 0  # the sample's folder is allowed
+    assert_one_line(run_cli(*words, cwd=tmp_path), "it refers to")
+    assert run_cli(*words, *ALLOWED, cwd=tmp_path).returncode == 0  # the sample's folder is allowed
 
 
 def _begun(folder: Path) -> subprocess.Popen[str]:
@@ -183,6 +193,7 @@ def test_what_is_done_when_it_is_stopped_stays_done(tmp_path: Path) -> None:
     ("options", "named"),
     [
         (["--workers", "0"], "workers is 0"),
+        (["--workers", "1", "--scheduler", "tcp://a:1"], "workers and scheduler are both given"),
         (["--threads", "-1"], "threads is -1"),
         (["--retries", "21"], "retries is 21"),
         (["--sheet", "sheet.txt"], "sheet 'sheet.txt'"),

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from upholster import FormatError, InputError
-from upholster.batch import check_apart, read_jobs
+from upholster.batch import check_apart, jobs, read_jobs
 
 TOML = """
 texels = "1M"
@@ -97,9 +97,11 @@ def test_what_is_wrong_is_named(tmp_path, text, named):
     assert len(str(found.value).splitlines()) == 1
 
 
-def test_too_many_jobs_are_refused_before_they_are_made(tmp_path):
+def test_too_many_jobs_are_refused(tmp_path, monkeypatch):
+    assert jobs.MAX_JOBS == 100_000
+    monkeypatch.setattr(jobs, "MAX_JOBS", 1000)
     each = "\n".join(f"{name} = {list(range(60))}" for name in ("seed", "block", "chart", "overlap"))
-    with pytest.raises(InputError, match="100,000"):
+    with pytest.raises(InputError, match="1,000"):
         _read(tmp_path, f'{JOB}output = "{{n}}.glb"\n[jobs.each]\n{each}')
 
 

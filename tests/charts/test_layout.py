@@ -16,9 +16,9 @@ def total(charts):
     return sum(chart.height * chart.width for chart in charts)
 
 
-@pytest.mark.parametrize("texels", [1_000_000, 4_194_304])
 @pytest.mark.parametrize("spec", EVEN)
-def test_texels_are_even(spec, texels):
+def test_texels_are_even(spec):
+    texels = 1_000_000
     surface = surface_from_spec(spec)
     charts = density_layout(surface, texels=texels)
     # Beside the vase's poles charts would be too narrow.

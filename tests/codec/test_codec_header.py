@@ -98,9 +98,12 @@ def test_sizes_beyond_the_limit_are_refused_before_anything_is_allocated():
         tracemalloc.stop()
 
 
-@pytest.mark.parametrize("haar", [False, True])
 @pytest.mark.parametrize(
-    "shape", [(1788, 1789, 1, 6), (65535, 48, 1, 0), (1032, 1032, 3, 6), (65535, 1, 16, 0), (1, 65535, 3, 10)]
+    ("shape", "haar"),
+    [
+        *(((1788, 1789, 1, 6), False), ((65535, 48, 1, 0), True), ((1032, 1032, 3, 6), True)),
+        *(((1032, 1032, 3, 6), False), ((65535, 1, 16, 0), False), ((1, 65535, 3, 10), True)),
+    ],
 )
 def test_the_largest_images_that_a_small_file_may_declare_take_less_than_256_mib(shape, haar):
     height, width, channels, levels = shape

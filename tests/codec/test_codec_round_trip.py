@@ -37,7 +37,6 @@ def step(image):
     return (float(image.max()) - float(image.min())) / 65535 + 1e-6 * float(np.abs(image).max())
 
 
-@settings(max_examples=60, deadline=None)
 @given(images(), st.sampled_from(["5/3", "haar"]), st.integers(0, 6))
 def test_reversible_wavelets_lose_nothing(image, wavelet, levels):
     back = round_trip(image, wavelet=wavelet, levels=levels)
@@ -49,7 +48,6 @@ def test_reversible_wavelets_lose_nothing(image, wavelet, levels):
         np.testing.assert_array_equal(back, image)
 
 
-@settings(max_examples=40, deadline=None)
 @given(images(), st.one_of(st.none(), st.integers(0, 10)))
 def test_the_ordinary_profile_ends_within_one(image, levels):
     back = round_trip(image, levels=levels)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from codec_images import coded_parts, decoder_of, textured
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from upholster.codec import ImageHeader
@@ -13,7 +13,6 @@ from upholster.wavelet import dwt2
 KNOTS = st.lists(st.integers(1, 2**20), max_size=4)
 
 
-@settings(max_examples=60, deadline=None)
 @given(KNOTS, st.integers(0, 99))
 def test_coded_numbers_keep_order_sign_and_value(thresholds, seed):
     rng = np.random.default_rng(seed)

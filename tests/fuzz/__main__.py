@@ -27,13 +27,14 @@ def main() -> None:
     parser.add_argument("--cad", type=int, default=2, help="damaged files of each kind of CAD file")
     asked = parser.parse_args()
     start = time.perf_counter()
-    seed = np.random.default_rng(asked.seed)
-    costs = [fuzz_streams(seed.spawn(1)[0], asked.streams)]
+    streams, files, pairs = np.random.default_rng(asked.seed).spawn(3)
+    costs = [fuzz_streams(streams, asked.streams)] if asked.streams else []
     with tempfile.TemporaryDirectory() as folder:
-        costs += fuzz_files(seed.spawn(1)[0], asked.files, asked.cad, Path(folder))
+        if asked.files or asked.cad:
+            costs += fuzz_files(files, asked.files, asked.cad, Path(folder))
         for one in costs:
             print(one)
-        differ = fuzz_pairs(seed.spawn(1)[0], asked.pairs, Path(folder)) if asked.pairs else 0
+        differ = fuzz_pairs(pairs, asked.pairs, Path(folder)) if asked.pairs else 0
     print(f"{time.perf_counter() - start:.0f} s")
     if differ:
         sys.exit(f"{differ} pairs differ")

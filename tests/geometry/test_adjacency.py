@@ -209,13 +209,13 @@ def test_a_crowd_of_edges_is_refused_in_little_memory(kind: str) -> None:
         x, y = np.cos(angle), np.sin(angle)
         return RationalPatch.from_points([[(-width, 0, 0), (width, 0, 0)], [(-width, x, y), (width, x, y)]])
 
-    count = 1500
+    count = 800
     surface = Surface([leaf(n) for n in range(count)])
     tracemalloc.start()
     try:
         with pytest.raises(InputError, match="more than two edges"):
             surface.shared  # noqa: B018
-        assert tracemalloc.get_traced_memory()[1] < 150e6
+        assert tracemalloc.get_traced_memory()[1] < 120e6
     finally:
         tracemalloc.stop()
 

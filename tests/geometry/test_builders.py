@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from upholster.errors import InputError
@@ -60,7 +60,6 @@ def cyclides(draw: st.DrawFn) -> tuple[float, float, float]:
 even = st.sampled_from([4, 6, 8, 10, 16])
 
 
-@settings(max_examples=60, deadline=None)
 @given(cyclides(), st.tuples(even, even), st.integers(0, 2**32 - 1))
 def test_cyclide_satisfies_its_equation_with_positive_weights(
     shape: tuple[float, float, float], spans: tuple[int, int], seed: int

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from gltf_models import BOX, BOX_TRIANGLES
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from upholster.geometry import TriangleMesh
@@ -57,7 +57,6 @@ def test_texture_coordinates_of_a_square() -> None:
 
 
 @given(st.integers(0, 2**32 - 1))
-@settings(max_examples=30, deadline=None)
 def test_a_triangulation_never_overlaps(seed: int) -> None:
     """Whatever its points: centres of cells on edges belong to one side."""
     rng = np.random.default_rng(seed)

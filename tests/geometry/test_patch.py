@@ -37,7 +37,6 @@ def twin(patch: RationalPatch, s: ArrayLike, t: ArrayLike) -> FloatArray:
 degrees = st.tuples(st.integers(1, 7), st.integers(1, 7))
 
 
-@settings(max_examples=30, deadline=None)
 @given(st.integers(0, 1000), degrees)
 def test_kernels_equal_their_twin(seed: int, degree: tuple[int, int]) -> None:
     patch = random_patch(seed, *degree)
@@ -54,7 +53,6 @@ def test_kernels_equal_their_twin(seed: int, degree: tuple[int, int]) -> None:
     assert (patch.normals_grid(GRID, GRID[:6]) == patch.normals(s, t)).all()
 
 
-@settings(max_examples=30, deadline=None)
 @given(st.integers(0, 1000), degrees)
 def test_derivatives_and_normals_are_central_differences(seed: int, degree: tuple[int, int]) -> None:
     patch = random_patch(seed, *degree)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from upholster.errors import FormatError, InputError, UpholsterError
@@ -121,7 +121,6 @@ def test_bpt_with_bad_coordinates_names_the_patch(tmp_path: Path) -> None:
         read_bpt(path)
 
 
-@settings(max_examples=60, deadline=None)
 @given(st.data())
 def test_any_cut_of_a_bpt_is_refused(tmp_path_factory: pytest.TempPathFactory, data: st.DataObject) -> None:
     text = box_bpt(indexed=data.draw(st.booleans()))

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from upholster.errors import InputError
@@ -21,7 +21,6 @@ def images(draw: Any) -> Any:
     return rng.integers(0, np.iinfo(dtype).max, shape, dtype=dtype, endpoint=True)
 
 
-@settings(max_examples=40, deadline=None)
 @given(pixels=images(), kind=st.sampled_from(["png", "tiff", "exr", "webp"]))
 def test_lossless_round_trips(tmp_path_factory: pytest.TempPathFactory, pixels: Any, kind: str) -> None:
     path = tmp_path_factory.mktemp("x") / f"x.{kind}"

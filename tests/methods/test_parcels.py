@@ -120,7 +120,7 @@ def test_one_parcel_drawn_again_is_as_it_was_laid(plan: str, request: pytest.Fix
     )
 
 
-@pytest.mark.parametrize("plan", ["cut", "sized_cut", "sized"])
+@pytest.mark.parametrize("plan", ["cut", "sized_cut"])
 def test_threads_do_not_change_a_quilt_of_parcels(plan: str, request: pytest.FixtureRequest) -> None:
     found = request.getfixturevalue(plan)
     assert alike(laid_quilt(found, threads=1), laid_quilt(found, threads=3))
@@ -137,7 +137,7 @@ def test_seams_of_parcels_do_not_show(one: str, many: str, request: pytest.Fixtu
     assert ratios[1] == pytest.approx(ratios[0], rel=0.06)
 
 
-@pytest.mark.parametrize("shape", [(300, 260), (90, 70)])
+@pytest.mark.parametrize("shape", [(190, 160), (90, 70)])
 def test_a_tile_is_one_parcel_and_the_same_on_threads(small_parcels: None, shape: tuple[int, int]) -> None:
     plan = plan_on("plane", texels=shape, tileable=True)
     assert len(plan.parcels) == 1

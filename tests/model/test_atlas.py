@@ -3,7 +3,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from patch_charts import patch_charts
 
@@ -214,7 +214,6 @@ def test_one_color_everywhere(threads: int) -> None:
     assert not atlas.pixels.flags.writeable
 
 
-@settings(max_examples=60, deadline=None)
 @given(
     sizes=st.lists(st.tuples(st.integers(1, 130), st.integers(1, 130)), min_size=1, max_size=12),
     gutter=st.sampled_from([1, 4, 16]),

@@ -237,7 +237,7 @@ def test_triangles_keep_their_shape() -> None:
     assert least_angle(found.before, found.triangles) > least_angle(base.before, base.triangles) / 2.001
 
 
-@pytest.mark.parametrize(("most", "seed"), [(40, 1), (100, 2), (151, 3)])
+@pytest.mark.parametrize(("most", "seed"), [(40, 1), (71, 2)])
 def test_refining_is_what_the_plain_form_does(most: int, seed: int) -> None:
     rng = np.random.default_rng(seed)
     mesh = box_mesh()

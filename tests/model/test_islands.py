@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from upholster.charts.mesh_layout import GUTTER, chart_places, mesh_charts
@@ -69,7 +69,6 @@ def owners(layout: AtlasLayout) -> Any:
     return owner
 
 
-@settings(max_examples=60, deadline=None)
 @given(
     seed=st.integers(0, 10**6),
     count=st.integers(1, 25),
@@ -99,7 +98,6 @@ def test_islands_lie_apart(seed: int, count: int, gutter: int | None, pages: Any
             assert len(inside) == 1
 
 
-@settings(max_examples=25, deadline=None)
 @given(seed=st.integers(0, 10**6), gutter=st.sampled_from([1, 2, 5, 8, 16]))
 def test_no_mip_level_mixes_islands(seed: int, gutter: int) -> None:
     """Down to the level of the gutter, what filtering reads on a triangle is its island's colour alone."""
@@ -275,7 +273,6 @@ def plainly_laid(masks: Any, order: Any, size: tuple[int, int], together: bool) 
     return places
 
 
-@settings(max_examples=60, deadline=None)
 @given(
     seed=st.integers(0, 10**6),
     count=st.integers(1, 30),

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from patch_charts import patch_charts
 
@@ -18,7 +18,6 @@ from upholster.quilt import Chart, Texels
 SIZES = st.lists(st.tuples(st.integers(1, 90), st.integers(1, 90)), min_size=1, max_size=40)
 
 
-@settings(max_examples=100, deadline=None)
 @given(
     sizes=SIZES, gutter=st.integers(0, 20), limit=st.sampled_from([64, 128, 130, 300]), exact=st.booleans()
 )

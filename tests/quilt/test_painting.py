@@ -29,17 +29,20 @@ from upholster.quilt.warp_field import WarpField
     ],
 )
 def test_equals_the_plain_twin(dtype, channels, options):
-    quilt, exemplar = random_quilt(channels, **options), exemplar_of(dtype, channels)
+    quilt = random_quilt(channels, charts=((34, 41), (9, 35)), **options)
+    exemplar = exemplar_of(dtype, channels)
     painted = paint(quilt, exemplar).arrays
     for index in range(2):
         assert painted[index].dtype == dtype
         np.testing.assert_array_equal(painted[index], plain_paint(quilt, exemplar, index))
 
 
-@pytest.mark.parametrize("density", [0.125, 0.3, 0.5, 1.7, 2])
-@pytest.mark.parametrize("dtype", [np.uint8, np.float32])
+@pytest.mark.parametrize(
+    ("dtype", "density"),
+    [(np.uint8, 0.125), (np.float32, 0.3), (np.float32, 0.5), (np.float32, 1.7), (np.uint8, 2)],
+)
 def test_equals_the_plain_twin_at_any_density(dtype, density):
-    quilt = random_quilt(5, charts=((30, 41), (7, 9)), octaves=1.5, offsets=0.3, layers=2)
+    quilt = random_quilt(5, charts=((13, 35), (7, 9)), octaves=1.5, offsets=0.3, layers=2)
     exemplar = exemplar_of(dtype)
     painted = paint(quilt, exemplar, density=density)
     assert painted.charts == painted_charts(quilt.charts, density)
@@ -262,7 +265,7 @@ def test_far_from_its_centre_a_placement_stands_still():
     """32 bits hold all of it: so says the limit of 1,023 steps."""
     nodes = np.full((1, 1, 4), 192, np.int16)
     nodes[..., 2], nodes[..., 3] = 100, -56
-    quilt = random_quilt(2, charts=((4, 2200),), count=1)
+    quilt = random_quilt(2, charts=((1, 1100),), count=1)
     placed = quilt.placements.copy()
     placed["column"] = 32
     quilt = changed(quilt, placed, fields=(WarpField(nodes, 0),))

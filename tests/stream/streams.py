@@ -26,34 +26,6 @@ def noise(height: Any = 32, width: Any = 40, channels: Any = 3, dtype: Any = np.
 
 
 @cache
-def covered(
-    spec: Any = "cyclide",
-    chart: Any = 64,
-    block: Any = 16,
-    levels: Any = 2,
-    overlap: Any = 4,
-    seams: Any = True,
-    seed: Any = 3,
-    edge_block: Any = None,
-) -> Any:
-    """A surface, a quilt by method "paper", and its exemplar."""
-    surface, exemplar = surface_from_spec(spec), noise()
-    quilt = synthesize(
-        exemplar,
-        surface,
-        chart=chart,
-        block=block,
-        overlap=overlap,
-        levels=levels,
-        seams=seams,
-        seed=seed,
-        edge_block=edge_block,
-        method="paper",
-    )
-    return surface, quilt, exemplar
-
-
-@cache
 def woven(spec: Any = "sphere", texels: Any = 30_000, seed: Any = 3, **options: Any) -> Any:
     """A surface, a quilt by method "quilt", and its exemplar."""
     surface, exemplar = surface_from_spec(spec), noise(64, 72)

@@ -2,8 +2,10 @@
 
 from itertools import pairwise
 
-from streams import laid, woven
+import numpy as np
+from streams import anything_bent, laid
 
+from upholster.quilt import Chart
 from upholster.stream.field_chunks import pack_fields
 from upholster.stream.order import StreamPart, ordered, plan_parts
 from upholster.stream.plan import encode_plan
@@ -38,7 +40,8 @@ def test_parts_tell_all_and_the_steps_of_all_cells() -> None:
 
 
 def test_finer_nodes_come_between_placements_and_labels() -> None:
-    _, quilt, _ = woven("torus", 60_000)
+    charts = Chart(0, 300, 260), Chart(0, 60, 50)
+    quilt = anything_bent(np.random.default_rng(8), (32, 40), charts, 60, 1)
     plan, fields = encode_plan(quilt), pack_fields(quilt.fields, quilt.charts)
     parts = plan_parts(plan, fields)
     found = "".join(part.chunks[0][0] for part in parts)

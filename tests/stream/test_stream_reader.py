@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from streams import STREAMS, anything, laid, noise, same, stream
 
@@ -31,7 +31,6 @@ def test_everything_comes_back() -> None:
         assert (a == b).all()
 
 
-@settings(max_examples=25, deadline=None)
 @given(
     st.sampled_from([np.uint8, np.uint16, np.float32]),
     st.integers(1, 4),

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from streams import bent, same_fields, woven
 
@@ -23,7 +23,6 @@ def read(code: Any, charts: Any) -> Any:
     return decoder.fields
 
 
-@settings(max_examples=30, deadline=None)
 @given(st.integers(0, 2**32 - 1), st.integers(1, 9))
 def test_any_fields_come_back(seed: Any, count: Any) -> None:
     rng = np.random.default_rng(seed)

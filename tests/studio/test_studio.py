@@ -37,9 +37,14 @@ STATE = {
     "upholster": 1,
     "model": "shipped/chair.glb",
     "sample": {"source": "shipped/weave.png", "size": "60cm"},
-    "synthesis": {"texels": 30_000},
+    "synthesis": {"texels": 10_000},
     "seed": 3,
 }
+LONG = STATE | {"synthesis": {"texels": 1_000_000}}
+"""A state whose worker is still at work when it is stopped."""
+
+PATIENCE = 600
+"""Seconds after which what has not come never will: the machine may be busy."""
 
 
 class Page:
@@ -51,7 +56,7 @@ class Page:
         self.cookie, self.tab = "", "one"
 
     def ask(self, method, path, body=None, **headers):
-        connection = http.client.HTTPConnection(self.host, timeout=60)
+        connection = http.client.HTTPConnection(self.host, timeout=PATIENCE)
         own = {"Origin": f"http://{self.host}", "X-Upholster": "studio"} if method == "POST" else {}
         own |= {"Cookie": self.cookie, "X-Tab": self.tab} | {
             name.replace("_", "-"): text for name, text in headers.items()
@@ -129,7 +134,7 @@ def _placements(stream):
 
 def test_what_is_shown_is_what_a_project_makes_and_what_is_saved(page, tmp_path):
     told, looks = page.shown(STATE)
-    project = Project(str(CHAIR), Sample(str(WEAVE), "60cm"), synthesis={"texels": 30_000}, seed=3)
+    project = Project(str(CHAIR), Sample(str(WEAVE), "60cm"), synthesis={"texels": 10_000}, seed=3)
     (quilt,) = project.quilts()
     np.testing.assert_array_equal(_placements(looks[-1][0]), quilt.placements)
     saved = page.told("POST", "/save", {"revision": told["revision"], "targets": ["chair.glb", "chair.uph"]})
@@ -145,7 +150,7 @@ def test_what_is_shown_is_what_a_project_makes_and_what_is_saved(page, tmp_path)
 def test_the_words_make_the_same(page, tmp_path, monkeypatch):
     state = STATE | {
         "sample": {"source": "shipped/weave.png", "crop": [0, 0, 120, 100], "even_light": True},
-        "synthesis": {"texels": 20_000, "direction": "around:z", "mirror": True, "sample_size": "70cm"},
+        "synthesis": {"texels": 10_000, "direction": "around:z", "mirror": True, "sample_size": "70cm"},
         "writing": {"view": [10, 20], "texture": "png"},
         "reading": {"part": ["Seat", "Leg 1"]},
     }
@@ -329,12 +334,12 @@ def test_hints_say_what_would_help_a_photo(page):
 
 @pytest.mark.skipif(sys.platform == "win32", reason="stops a process")
 def test_a_worker_that_says_nothing_for_long_is_ended(page, monkeypatch):
+    revision = page.told("POST", "/state", {"state": LONG | {"seed": 56}})["revision"]
+    os.kill(page.studio.worker.process_id, signal.SIGSTOP)
     monkeypatch.setattr(studio_routes, "_SILENT", 0.5)
     monkeypatch.setattr(studio_routes, "_WAIT", 0.6)
-    revision = page.told("POST", "/state", {"state": STATE | {"seed": 56}})["revision"]
-    os.kill(page.studio.worker.process_id, signal.SIGSTOP)
     status, _, data = 204, {}, b""
-    until = time.monotonic() + 20
+    until = time.monotonic() + PATIENCE
     while status in (202, 204) and time.monotonic() < until:
         status, _, data = page.ask("GET", f"/looks/{revision}?after=9")
     assert status == 422
@@ -367,10 +372,10 @@ def test_files_are_kept_and_not_written_over_unasked(page):
 
 @pytest.mark.skipif(sys.platform == "win32", reason="kills a process")
 def test_a_worker_that_dies_is_told_and_another_goes_on(page):
-    revision = page.told("POST", "/state", {"state": STATE | {"seed": 55}})["revision"]
+    revision = page.told("POST", "/state", {"state": LONG | {"seed": 55}})["revision"]
     os.kill(page.studio.worker.process_id, signal.SIGKILL)
     status, _, data = 204, {}, b""
-    until = time.monotonic() + 20
+    until = time.monotonic() + PATIENCE
     while status in (202, 204) and time.monotonic() < until:
         status, _, data = page.ask("GET", f"/looks/{revision}?after=9")
     assert status == 422

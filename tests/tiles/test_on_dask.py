@@ -44,23 +44,22 @@ def _tiles(folder: Path) -> dict[str, bytes]:
 
 @pytest.fixture(scope="module")
 def alone(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
-    """The tiles and the texels that one process makes."""
+    """The tiles that one process makes."""
     folder = tmp_path_factory.mktemp("alone")
-    cover(SAMPLE, "cyclide", [folder / NAME, folder / "x.npz"], synthesis=SYNTHESIS, seed=3)
-    return {file.name: file.read_bytes() for file in folder.iterdir()}
+    cover(SAMPLE, "cyclide", [folder / NAME], synthesis=SYNTHESIS, seed=3)
+    return _tiles(folder)
 
 
 def test_workers_make_the_same(address: str, alone: dict[str, bytes], tmp_path: Path) -> None:
     # Phases included: bricks repeat.
-    for target in (NAME, "x.npz"):
-        report = cover(SAMPLE, "cyclide", [tmp_path / target], synthesis=SYNTHESIS, seed=3, scheduler=address)
-        assert report.counts["tasks"] > 20  # parcels, each twice
-        assert report.counts["scheduler bytes"] > 0
-    assert {file.name: file.read_bytes() for file in tmp_path.iterdir()} == alone
+    report = cover(SAMPLE, "cyclide", [tmp_path / NAME], synthesis=SYNTHESIS, seed=3, scheduler=address)
+    assert report.counts["tasks"] > 20  # parcels, each twice
+    assert report.counts["scheduler bytes"] > 0
+    assert _tiles(tmp_path) == alone
 
 
 def test_meshes_go_over_workers(address: str, tmp_path: Path) -> None:
-    wanted = {"texels": 150_000, "sample_size": 0.2}
+    wanted = {"texels": 50_000, "sample_size": 0.35}
     for name, more in (("alone", {}), ("workers", {"scheduler": address})):
         (tmp_path / name).mkdir()
         cover(
@@ -137,4 +136,4 @@ def test_what_is_killed_goes_on(alone: dict[str, bytes], tmp_path: Path, killed:
     assert process.returncode == 0, told
     if killed == "the run":
         assert "note: continuing: " in told
-    assert _tiles(tmp_path) == {name: data for name, data in alone.items() if name.endswith(".png")}
+    assert _tiles(tmp_path) == alone

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import pywt
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from upholster.errors import InputError
@@ -48,7 +48,6 @@ def twin(image, levels):
     return out
 
 
-@settings(max_examples=60, deadline=None)
 @given(
     st.sampled_from(list(WAVELETS)),
     SIDES,

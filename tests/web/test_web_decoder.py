@@ -97,12 +97,11 @@ def _streams() -> Any:
     for dtype, channels, options in kinds:
         height, width = rng.integers(20, 50, 2)
         exemplar = noise(int(height), int(width), channels, dtype, seed=7)
-        for make in (anything, anything_bent):
-            for layers in (1, 2):
-                quilt = make(rng, exemplar.shape[:2], _charts(), int(rng.integers(1, 30)), layers)
-                yield encode_stream(plane, quilt, exemplar, **options)
+        for layers, make in enumerate((anything, anything_bent), 1):
+            quilt = make(rng, exemplar.shape[:2], _charts(), int(rng.integers(1, 30)), layers)
+            yield encode_stream(plane, quilt, exemplar, **options)
     for make in (anything, anything_bent):  # charts painted in strips
-        charts = [Chart(0, 300, 1000), Chart(0, 5, 3)]
+        charts = [Chart(0, 150, 500), Chart(0, 5, 3)]
         yield encode_stream(plane, make(rng, exemplar.shape[:2], charts, 200), exemplar)
     for dtype, make in ((np.uint8, anything), (np.float32, anything_bent), (np.uint16, anything_bent)):
         exemplar = noise(21, 34, 3, np.float32, seed=4)
@@ -141,11 +140,12 @@ def _streams_of_faces(rng: Any) -> Any:
     yield encode_stream(nets, anything(rng, (30, 44), charts[1:3], 5), noise(30, 44))
 
 
-@pytest.mark.parametrize("count", [1, pytest.param(12, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("count", [1, pytest.param(5, marks=pytest.mark.slow)])
 def test_streams_cut_anywhere_decode_as_in_python(tmp_path: Any, count: int) -> None:
     rng = np.random.default_rng(1)
     files = [("vector.uph", path.read_bytes()) for path in VECTORS]
-    files += [("stream.uph", data) for data in _streams()]
+    every = 2 if count == 1 else 1
+    files += [("stream.uph", data) for data in list(_streams())[::every]]
     jobs = [(name, data, _cuts(rng, data, count)) for name, data in files]
     found = in_node(tmp_path, jobs)
     for n, (_, data, cuts) in enumerate(jobs):
@@ -154,12 +154,15 @@ def test_streams_cut_anywhere_decode_as_in_python(tmp_path: Any, count: int) -> 
 
 def test_a_plan_cut_behind_any_byte_decodes_as_in_python(tmp_path: Any) -> None:
     """A placement, a node, a chart's labels: each counts only when all of it has come."""
-    data = stream("half cells")
+    charts = (Chart(0, 12, 17), Chart(0, 9, 5))
+    quilt = anything_bent(np.random.default_rng(5), (32, 40), charts, 16, 2)
+    data = encode_stream(surface_from_spec("plane"), quilt, noise())
     decoder, cuts = StreamDecoder(), []
     while not decoder.placements_complete:
         decoder.feed(data[decoder.received : decoder.received + 1])
         if decoder.plan_known:
             cuts.append(decoder.received)
+    assert len(cuts) > 50
     [found] = in_node(tmp_path, [("cut.uph", data, cuts)])
     assert found == in_python(data, cuts)
 
@@ -210,7 +213,7 @@ def test_a_limit_in_coefficients_shows_what_python_shows(tmp_path: Any, wavelet:
 def test_images_cut_anywhere_decode_as_in_python(tmp_path: Any) -> None:
     rng = np.random.default_rng(2)
     jobs = []
-    for shape in ((1, 1, 1), (1, 37, 3), (33, 49, 2), (64, 1, 2), (33, 47, 3), (40, 24, 5), (5, 3, 4)):
+    for shape in ((1, 1, 1), (1, 37, 3), (33, 49, 2), (64, 1, 2), (40, 24, 5), (5, 3, 4)):
         for options in (
             {},
             {"sample_quality": "lossless"},
@@ -223,8 +226,8 @@ def test_images_cut_anywhere_decode_as_in_python(tmp_path: Any) -> None:
             data = encode(noise(*shape, dtype, seed=int(rng.integers(99))), **options)
             start = _header_length(data)
             if start < len(data):
-                jobs.append(("image.ezw", data, [start, *(start + c for c in _cuts(rng, data[start:], 4))]))
-    i, j = np.mgrid[:256, :256]
+                jobs.append(("image.ezw", data, [start, *(start + c for c in _cuts(rng, data[start:], 2))]))
+    i, j = np.mgrid[:128, :128]
     woven = np.stack([(i + j) % 2 * 255, i % 2 * 255, j % 2 * 255], axis=2).astype(np.uint8)
     data = encode(
         woven, sample_quality="lossless", wavelet="haar"
@@ -248,7 +251,7 @@ def test_frozen_streams_that_no_decoder_may_take_are_refused(tmp_path: Any) -> N
         assert "error" in found[-1]
 
 
-@pytest.mark.parametrize("count", [3, pytest.param(30, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("count", [2, pytest.param(12, marks=pytest.mark.slow)])
 def test_damaged_streams_are_read_or_refused_as_in_python(tmp_path: Any, count: int) -> None:
     rng = np.random.default_rng(3)
     jobs = []

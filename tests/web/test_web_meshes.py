@@ -57,11 +57,11 @@ def in_python(data):
 def test_both_decoders_give_the_same_mesh(tmp_path):
     surfaces = [
         cube(3, sides=4),
-        icosphere(3),
+        icosphere(2),
         icosphere(1, each=True),
         grid(7, 9, holes=((2, 3), (4, 4))),
         grid(9, 14, (True, True)),
-        *(soup(seed, vertices=4 + 5 * seed, triangles=6 + 40 * seed) for seed in range(8)),
+        *(soup(seed, vertices=4 + 5 * seed, triangles=6 + 40 * seed) for seed in range(5)),
     ]
     streams = [stream_of(surface) for surface in surfaces]
     assert decode(tmp_path, streams) == [in_python(data) for data in streams]
@@ -81,7 +81,7 @@ def test_both_decoders_refuse_the_same_meshes(tmp_path):
     rng = np.random.default_rng(4)
     streams = []
     ball, soups = stream_of(icosphere(1)), [stream_of(soup(n, triangles=30 + 20 * n)) for n in range(7)]
-    for n in range(160):
+    for n in range(80):
         data = soups[n // 2 % 7] if n % 2 else ball
         reader = ChunkReader()
         reader.feed(data)
@@ -95,7 +95,7 @@ def test_both_decoders_refuse_the_same_meshes(tmp_path):
         streams.append(with_surface(data, bytes(payload[:cut])))
     ours, theirs = [in_python(data) for data in streams], decode(tmp_path, streams)
     refused = sum("error" in one for one in ours)
-    assert 20 < refused < 160
+    assert 10 < refused < 80
     for one, other in zip(ours, theirs, strict=True):
         assert ("error" in one) == ("error" in other), (one, other)
         if "error" not in one:
@@ -136,7 +136,7 @@ def test_triangles_without_island_are_shown_too(tmp_path):
     assert found["plain"][1] == 16
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(2))
 def test_any_triangles_are_shown(tmp_path, seed):
     surface = soup(seed)
     sizes = meshed(tmp_path, surface)
