@@ -335,7 +335,7 @@ def test_hints_say_what_would_help_a_photo(page):
 @pytest.mark.skipif(sys.platform == "win32", reason="stops a process")
 def test_a_worker_that_says_nothing_for_long_is_ended(page, monkeypatch):
     revision = page.told("POST", "/state", {"state": LONG | {"seed": 56}})["revision"]
-    os.kill(page.studio.worker.process_id, signal.SIGSTOP)
+    os.kill(page.studio.worker._process.pid, signal.SIGSTOP)
     monkeypatch.setattr(studio_routes, "_SILENT", 0.5)
     monkeypatch.setattr(studio_routes, "_WAIT", 0.6)
     status, _, data = 204, {}, b""
@@ -373,7 +373,7 @@ def test_files_are_kept_and_not_written_over_unasked(page):
 @pytest.mark.skipif(sys.platform == "win32", reason="kills a process")
 def test_a_worker_that_dies_is_told_and_another_goes_on(page):
     revision = page.told("POST", "/state", {"state": LONG | {"seed": 55}})["revision"]
-    os.kill(page.studio.worker.process_id, signal.SIGKILL)
+    os.kill(page.studio.worker._process.pid, signal.SIGKILL)
     status, _, data = 204, {}, b""
     until = time.monotonic() + PATIENCE
     while status in (202, 204) and time.monotonic() < until:

@@ -19,15 +19,6 @@ export function basis(d, us) {
   return { us, values, slopes }
 }
 
-const TABLES = new Map()
-
-/** `basis` at the multiples of 1/n from first/n to 1 − first/n, made once. */
-export function basisTable(d, n, first) {
-  const key = (64 * n + d) * 2 + first
-  if (!TABLES.has(key)) TABLES.set(key, basis(d, range(n + 1 - 2 * first, (k) => (k + first) / n)))
-  return TABLES.get(key)
-}
-
 /** Point, derivative by s and derivative by t, nine numbers, at all pairs of the parameters of two bases. */
 export function evaluate({ m, n, net }, S, T) {
   const out = new Float64Array(9 * S.us.length * T.us.length)

@@ -638,7 +638,3 @@ def synthesize(
     with keeping():
         prepared = prepare(checked, surface, wanted, model=covered.model, used=used, guidance=guidance)
         return execute(prepared, checked, surface, seed=seed, threads=threads, progress=progress)
-
-
-def _size(image: PixelArray) -> str:
-    return f"{image.shape[1]}x{image.shape[0]} pixels"

@@ -102,11 +102,6 @@ class Worker:
             raise
         return answer
 
-    @property
-    def process_id(self) -> int | None:
-        """The process's id; None if no process runs."""
-        return None if self._process is None else self._process.pid
-
     def end_if_silent(self, seconds: float) -> None:
         """End the process if it is busy and has sent nothing for this time; waiting callers get an error."""
         working = any(not (one.ended or one.error) for one in self.revisions.values()) or self._waiting

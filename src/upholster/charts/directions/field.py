@@ -90,10 +90,6 @@ class DirectionField(Shown):
         """Return directions asked for at corners, (T, 3, 3), but flat faces' own directions on these."""
         return np.where((self.face >= 0)[:, None, None], self.corner_vectors, asked)
 
-    def seen_jumps(self, symmetry: int) -> int:
-        """Return the number of edges at which the jump shows, given the texture's symmetry."""
-        return int(np.count_nonzero(self.jumps * symmetry % 4)) // 2
-
     @property
     def words(self) -> str:
         """The number of singular points, and their indices: ``"2 singular points: 2 of +1"``."""

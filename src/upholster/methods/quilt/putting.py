@@ -16,9 +16,6 @@ __all__ = ["PieceFrame", "PutPiece", "piece_frame"]
 _CELL = 2
 """Side in pixels of the cells that approximate a piece's outline."""
 
-MOST_PIECE = 1024
-"""Maximum longer side of a piece, in pixels of the level that is laid."""
-
 
 @dataclass(frozen=True, eq=False, slots=True)
 class PutPiece:
