@@ -235,21 +235,43 @@ def _together(uses):
     return found
 
 
+FORKED = """
+import json, os, sys
+from pathlib import Path
+from numba.core import event
+import upholster.pipeline, upholster.warm
+from benchmarks.compile_trace import Trace
+from upholster.cli import main
+upholster.warm.jobs_for = lambda *_: []  # no helpers: what is not there is compiled here
+for n, arguments in enumerate(json.load(sys.stdin)):
+    if not os.fork():
+        event.register("numba:compile", Trace(Path(f"{n}.jsonl")))
+        sys.argv = ["upholster", *arguments]
+        main()
+    if os.wait()[1]:
+        sys.exit(f"failed: upholster {' '.join(arguments)}")
+"""
+"""Runs commands, each in a process of its own that has imported all that it needs before it begins."""
+
+
 @pytest.mark.slow
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="needs processes that copy themselves")
 def test_after_warm_no_command_compiles_anything(tmp_path):
     subprocess.run([sys.executable, "-m", "upholster", "warm", "--quiet"], check=True, cwd=tmp_path)
-    compiled = {}
-    for use, arguments in _together(USES).items():
-        trace = tmp_path / "trace.jsonl"
-        subprocess.run(
-            [sys.executable, "-m", "benchmarks.compile_trace", str(trace), *arguments.split()],
-            check=True,
-            cwd=tmp_path,
-            env={**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT), *filter(None, sys.path)])},
-            capture_output=True,
-        )
-        compiled[use] = {json.loads(line)["function"] for line in trace.read_text().splitlines()}
-        trace.unlink()
-    assert not {use: found for use, found in compiled.items() if found}, (
-        "run python -m benchmarks.kernel_table"
+    uses = _together(USES)
+    done = subprocess.run(
+        [sys.executable, "-c", FORKED],
+        input=json.dumps([arguments.split() for arguments in uses.values()]),
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT), *filter(None, sys.path)])},
+        capture_output=True,
+        text=True,
     )
+    assert done.returncode == 0, done.stderr
+    traces = [(tmp_path / f"{n}.jsonl").read_text().splitlines() for n in range(len(uses))]
+    compiled = {
+        use: {json.loads(line)["function"] for line in lines}
+        for use, lines in zip(uses, traces, strict=True)
+        if lines
+    }
+    assert not compiled, "run python -m benchmarks.kernel_table"
