@@ -6,9 +6,10 @@ from measured import grains, tiles
 from scipy.ndimage import convolve1d
 from scipy.stats import wasserstein_distance
 
+from upholster import paint, synthesize
 from upholster.errors import InputError
 from upholster.image import to_linear
-from upholster.measure import measure_image, sliced_wasserstein, structure
+from upholster.measure import measure_cover, measure_image, sliced_wasserstein, structure
 from upholster.measure.fidelity import _distance, _doubled, _halved, _pyramid
 from upholster.measure.samples import coded
 from upholster.measure.structure import _autocorrelation
@@ -155,3 +156,12 @@ def test_charts_so_small_that_no_patch_of_some_is_drawn():
     texture = grains(300, 300)
     small = [texture[r : r + 7, c : c + 7] for r in range(0, 70, 7) for c in range(0, 70, 7)]
     assert np.isfinite(sliced_wasserstein([texture, *small], texture)).all()
+
+
+@pytest.mark.parametrize("direction", [0, 25])
+def test_the_lattice_of_a_surface_is_the_samples_whatever_size_and_turn_texels_have(direction):
+    exemplar = tiles(96, 96, period=(12, 24))
+    quilt = synthesize(exemplar, "plane", sample_size=0.25, texels=90_000, direction=direction, seed=1)
+    texels = paint(quilt, exemplar, density=1.0)
+    assert structure(texels.arrays, exemplar).loss > 0.15
+    assert abs(measure_cover(quilt.surface, quilt, exemplar, texels=texels).structure.loss) < 0.05

@@ -156,12 +156,12 @@ def _image(path: str, sample: str, tileable: bool) -> "Measures":
 
 def _show(found: "Measures", state: str) -> None:
     from rich.box import SIMPLE_HEAD
-    from rich.table import Table
+    from rich.table import Column, Table
 
     console = new_console()
     if state:
         say(state)
-    table = Table("measure", "figure", "meaning", box=SIMPLE_HEAD)
+    table = Table(Column("measure", no_wrap=True), "figure", "meaning", box=SIMPLE_HEAD)
     for row in found.rows():
         add_row(table, *row)
     console.print(table)

@@ -176,7 +176,7 @@ class Measures:
             ]
         if self.landmarks is not None:
             rows += [
-                ("landmarks recur", _figure(self.landmarks.recurrence), "1: as often as the rest"),
+                ("landmarks recur", _figure(self.landmarks.recurrence), "1: like the rest"),
                 ("  nearest copy", _figure(self.landmarks.nearest), "sample's widths"),
                 ("  nearest copy, 5 %", _figure(self.landmarks.nearest_5), "sample's widths"),
             ]
@@ -248,9 +248,12 @@ def measure_cover(
     with keeping():
         lattice, joints = find_lattice(exemplar), find_joints(exemplar)
         edges = mesh_seams(surface, quilt, texels, exemplar, crease=crease)
+        views = undistorted_views(quilt, texels)
+        # Texels may be larger or smaller than the sample's pixels, and turned; small charts have no views.
+        shown = views or texels.arrays
         return Measures(
-            wasserstein=sliced_wasserstein(texels.arrays, exemplar),
-            structure=structure(texels.arrays, exemplar),
+            wasserstein=sliced_wasserstein(shown, exemplar),
+            structure=structure(shown, exemplar),
             seams=Seams(
                 edge_seam_ratio(surface, texels, fields=quilt.fields, crease=crease),
                 edges.ratio,
@@ -264,7 +267,7 @@ def measure_cover(
             mapping=mapping(surface, quilt, scale=scale, direction=wanted),
             broken=None if lattice is None else broken_elements(quilt, lattice, surface, crease=crease),
             joints=None if joints is None else joint_ends(quilt, joints, surface, crease=crease),
-            patches=patch_distance(undistorted_views(quilt, texels), exemplar),
+            patches=patch_distance(views, exemplar) if views else None,
             landmarks=landmark_recurrence(surface, quilt, exemplar),
             crossings=crossings(surface, quilt),
         )
