@@ -95,7 +95,7 @@ class StreamDecoder(Shown):
 
     @property
     def needed(self) -> int:
-        """Number of missing bytes until something can be shown: 0 from then on."""
+        """Number of missing bytes until something can be shown, then 0."""
         if self._image is not None:
             return 0
         # Before the header has arrived: at least the rest of the shortest one.
@@ -123,7 +123,7 @@ class StreamDecoder(Shown):
 
     @property
     def density(self) -> float:
-        """Density of painting in texels per step of the charts, each way: 1 before the plan has arrived."""
+        """Density of painting in texels per step of the charts, each way; 1 before the plan has arrived."""
         return 1.0 if self._plan is None else self._plan.density
 
     @property
@@ -209,7 +209,7 @@ class StreamDecoder(Shown):
 
     @property
     def roles(self) -> tuple[str, ...]:
-        """Roles of the maps that have been announced so far: the first is "albedo", the exemplar's."""
+        """Roles of the maps announced so far; the first is "albedo", the exemplar's role."""
         return tuple(self._maps)
 
     def exemplar(self, role: str = FIRST_ROLE) -> PixelArray:
