@@ -39,7 +39,8 @@ read one at a time."""
 class StreamDecoder(Shown):
     """Decodes a .uph stream as its bytes arrive; the work is proportional to the new bytes.
 
-    As soon as no bytes are `needed`, there is a textured model; every further byte refines it.
+    As soon as no bytes are `needed`, there is a complete model, at first in the sample's mean colour; every
+    further byte refines it.
 
     Parameters
     ----------
