@@ -96,7 +96,7 @@ def _recipes() -> dict[str, list[str]]:
 def test_the_recipes_are_those_of_their_table_and_each_has_a_picture_and_a_command() -> None:
     recipes = _recipes()
     assert re.findall(r"\| \[([^\]]*)\]\(#", _text(RECIPES)) == list(recipes)
-    assert len(recipes) == len(re.findall(r"^!\[[^\]]+\]\(", _text(RECIPES), re.MULTILINE)) == 16
+    assert len(recipes) == len(re.findall(r"^!\[[^\]]+\]\(", _text(RECIPES), re.MULTILINE)) == 17
     assert all(any("upholster " in command for command in commands) for commands in recipes.values())
 
 

@@ -15,7 +15,7 @@ export interface UphLoadEvent extends ProgressEvent {
 
 export interface UphModelEvents extends Object3DEventMap {
   progress: UphProgress
-  /** There is a textured view. */
+  /** There is a textured picture. */
   first: object
   /** Textures have improved, or the limit has changed. */
   refine: object
@@ -43,14 +43,14 @@ export class UphLoader extends Loader<UphModel> {
   setWorkerURL(url: string | URL): this
   /** Start the worker before there is a stream: starting takes longer than receiving the first bytes. */
   prepare(): this
-  /** Returns the model immediately, still empty; `onLoad` is called with the first textured view. */
+  /** Returns the model immediately, still empty; `onLoad` is called with the first textured picture. */
   load(
     url: string,
     onLoad?: (model: UphModel) => void,
     onProgress?: (event: UphLoadEvent) => void,
     onError?: (error: unknown) => void,
   ): UphModel
-  /** Resolves with the first textured view. */
+  /** Resolves with the first textured picture. */
   loadAsync(url: string, onProgress?: (event: UphLoadEvent) => void): Promise<UphModel>
   /** Show a stream that has been loaded already, complete or cut. */
   parse(bytes: ArrayBuffer | Uint8Array): UphModel
@@ -63,7 +63,7 @@ export class UphModel extends Group<UphModelEvents> {
   readonly received: number
   readonly total: number | null
   readonly complete: boolean
-  /** Whether there is a textured view. */
+  /** Whether there is a textured picture. */
   readonly first: boolean
   /** State of the picture on screen: bytes used, shares (0 to 1) of significant coefficients and of placements. */
   readonly shown: { bytes: number; coefficients: number; placements: number }

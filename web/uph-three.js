@@ -28,7 +28,7 @@ export class UphLoader extends Loader {
   }
 
   /**
-   * Load a stream. `onLoad(model)` is called with the first textured view; the model is returned immediately, still empty.
+   * Load a stream. `onLoad(model)` is called with the first textured picture; the model is returned immediately, still empty.
    * A lost connection is resumed by a range request.
    */
   load(url, onLoad, onProgress, onError) {

@@ -4,7 +4,7 @@ export interface ViewerModel extends EventTarget {
   /** Length of the whole stream; null before its header has arrived. */
   readonly total: number | null
   readonly complete: boolean
-  /** Whether there is a textured view. */
+  /** Whether there is a textured picture. */
   readonly first: boolean
   /** State of the picture on screen: bytes used, shares (0 to 1) of significant coefficients and of placements. */
   readonly shown: { bytes: number; coefficients: number; placements: number }
@@ -50,7 +50,7 @@ export interface Failure {
 }
 
 export interface UpholsterViewerEventMap {
-  /** The first textured view is on screen. */
+  /** The first textured picture is on screen. */
   first: CustomEvent<Shown>
   /** The picture on screen has improved. */
   refine: CustomEvent<Shown>

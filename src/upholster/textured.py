@@ -143,7 +143,7 @@ class TexturedModel(Shown):
 
     @cached_property
     def mesh(self) -> Mesh:
-        """The surface as polygons: quadrilaterals, or a mesh's own triangles."""
+        """The surface as quadrilaterals, or as a mesh's own triangles."""
         if isinstance(self.surface, MeshSurface):
             return mesh_on_charts(self.surface, self.texels.charts)
         return tessellate(self.surface, self.texels.charts, self.seams, quads=self.options.quads)
@@ -244,7 +244,7 @@ class TexturedModel(Shown):
 
     @cached_property
     def solid(self) -> Solid:
-        """The properties of `displaced` as a solid: closed or not, its volume, its thinnest wall."""
+        """Whether `displaced` is a closed solid, its volume and its thinnest wall."""
         found = self.displaced
         return check_solid(found.positions, found.triangles, found.before)
 

@@ -84,7 +84,7 @@ export class Model extends EventTarget {
     return this.#client.complete
   }
 
-  /** Whether there is a textured view. */
+  /** Whether there is a textured picture. */
   get first() {
     return this.#client.first
   }

@@ -61,7 +61,7 @@ export class UphModel extends Group {
     return this.#model.complete
   }
 
-  /** Whether there is a textured view. */
+  /** Whether there is a textured picture. */
   get first() {
     return this.#model.first
   }

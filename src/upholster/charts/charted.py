@@ -74,12 +74,12 @@ class ChartedSurface:
 
     @cached_property
     def is_seam(self) -> NDArray[np.bool_]:
-        """Which edges of triangles are seams, (T, 3): the neighbour is at another place of a chart."""
+        """Which edges of triangles are seams, (T, 3), where the neighbour is at another place of a chart."""
         return seams_of(self.across, self.places, self.chart)
 
     @cached_property
     def seams(self) -> NDArray[np.int64]:
-        """The seams, each from one side, (n, 4): triangle and edge, then the triangle and edge across.
+        """The seams, each from one side, (n, 4), as triangle and edge, then the triangle and edge across.
 
         Triangles of one chart that meet at a pole each have their own place for that corner. Such edges, a
         step long, are left out: no texture shows between them.

@@ -66,7 +66,7 @@ class Lattice:
 
     @property
     def element(self) -> tuple[float, ...]:
-        """Width and height, in pixels, of the repeating element: a brick, a tile. Of one wave its period.
+        """Width and height, in pixels, of the repeating element, such as a brick; for one wave, its period.
 
         The width is the shortest way along the rows after which both phases are as before; cells of this
         width tile the plane at this height.

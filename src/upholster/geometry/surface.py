@@ -190,7 +190,7 @@ class Surface(Shown):
 
     @cached_property
     def box(self) -> FloatArray:
-        """Bounding box of the control points: [[x, y, z] least, [x, y, z] greatest], in the model's units."""
+        """Least and greatest (x, y, z) of the control points, (2, 3), in the model's units."""
         corners = [(p.min(axis=(0, 1)), p.max(axis=(0, 1))) for p in (q.control_points for q in self.patches)]
         return np.array([np.min([c[0] for c in corners], axis=0), np.max([c[1] for c in corners], axis=0)])
 
@@ -201,7 +201,7 @@ class Surface(Shown):
 
     @property
     def shared(self) -> tuple[SharedEdge, ...]:
-        """Each interval in which two edges meet, once, sorted: (patch, edge) ≤ (other_patch, other_edge).
+        """Each interval in which two edges meet, once, sorted; (patch, edge) ≤ (other_patch, other_edge).
 
         Raises
         ------
@@ -212,7 +212,7 @@ class Surface(Shown):
 
     @cached_property
     def face_shared(self) -> tuple[FaceSeam, ...]:
-        """The seams between faces, each once, sorted: `outer_shared`, joined along the faces' edges.
+        """The seams between faces, each once, sorted; `outer_shared` joined along the faces' edges.
 
         A face may have a seam with itself: a closed ring does.
 

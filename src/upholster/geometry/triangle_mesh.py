@@ -118,7 +118,7 @@ class TriangleMesh(Shown):
 
     @cached_property
     def neighbours(self) -> IntArray:
-        """The neighbour across each triangle's edges, (T, 3) int32: triangle · 3 + its edge, or −1.
+        """The neighbour across each triangle's edges, (T, 3) int32, as triangle · 3 + its edge, or −1.
 
         Edge k runs from corner k to corner (k + 1) mod 3. The neighbour has the same edge in the opposite
         direction; among several it is the most nearly coplanar one, see `edge_pairs`. There is none at

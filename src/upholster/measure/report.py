@@ -102,7 +102,7 @@ class Measures:
 
     @property
     def wasserstein_mean(self) -> float:
-        """The mean over the levels: the usual single figure."""
+        """The mean over the levels, the usual single figure."""
         return sum(self.wasserstein) / len(self.wasserstein)
 
     def to_json(self) -> dict[str, Any]:

@@ -52,7 +52,7 @@ class Seen:
 
     @property
     def zones(self) -> ZoneMaps | None:
-        """Where each of several samples goes; None: there is only one sample."""
+        """Where each of several samples goes; None if there is only one sample."""
         return None if self.guidance is None else self.guidance.zones
 
     @property
@@ -64,7 +64,7 @@ class Seen:
 
     @property
     def masks(self) -> tuple[Used | None, ...]:
-        """For each sample, the pixels that blocks may show; None: all."""
+        """For each sample, the pixels that blocks may show; None for all of them."""
         if self.zones is None or self.used is None:
             return (self.used,) * len(self.parts)
         return tuple(cropped(self.used, one) for one in self.zones.rectangles)

@@ -88,6 +88,6 @@ class SampleOptions:
 
     @property
     def preparing(self) -> dict[str, Any]:
-        """How a photo is prepared: arguments of `upholster.read_exemplar`."""
+        """Arguments of `upholster.read_exemplar`, which set how a photo is prepared."""
         names = "rectify", "crop", "resize", "even_light"
         return {name: getattr(self, name) for name in names}

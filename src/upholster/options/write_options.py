@@ -183,12 +183,12 @@ class WriteOptions:
 
     @property
     def packing(self) -> dict[str, Any]:
-        """How pages of an atlas are laid out: arguments of `upholster.model.pack_atlas`."""
+        """Arguments of `upholster.model.pack_atlas`, which lay out the pages of an atlas."""
         return {"gutter": self.padding, "size": self.atlas_size, "powers": self.pot}
 
     @property
     def transform(self) -> dict[str, Any]:
-        """How a stream transforms the sample: arguments of `upholster.encode_stream`."""
+        """Arguments of `upholster.encode_stream`, which set how a stream transforms the sample."""
         return {"wavelet": self.wavelet, "levels": self.wavelet_levels, "sample_quality": self.sample_quality}
 
     def __repr__(self) -> str:

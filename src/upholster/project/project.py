@@ -192,7 +192,7 @@ class Project(Shown):
 
     @property
     def samples(self) -> list[Sample]:
-        """All samples: those of parts, then the one of all other parts."""
+        """All samples, first those of named parts, then the one of all other parts."""
         return [*self.materials.values(), *([self.sample] if self.sample else [])]
 
     def files(self) -> list[str]:

@@ -117,7 +117,7 @@ class WarpField:
 
     @cached_property
     def matrices(self) -> IntArray:
-        """(rows, columns, 4) int32: the nodes' matrices, row by row, in 1/4096 pixel per texel.
+        """The nodes' matrices, (rows, columns, 4) int32, row by row, in 1/4096 pixel per texel.
 
         An entry is ``(size · cosine + 2^15) >> 16``, with
         ``size = (⌊2^14 · 2^(k mod 32 / 32)⌉ << 6 + ⌊k / 32⌋) >> 6`` for a size of k steps and the cosine or

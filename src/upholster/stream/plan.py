@@ -242,7 +242,7 @@ class PlanDecoder:
 
     @property
     def density(self) -> float:
-        """Density of painting: texels per step of the charts, each way."""
+        """Density of painting in texels per step of the charts, each way."""
         return self._head.density
 
     @property

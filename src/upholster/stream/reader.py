@@ -39,7 +39,8 @@ read one at a time."""
 class StreamDecoder(Shown):
     """Decodes a .uph stream as its bytes arrive; the work is proportional to the new bytes.
 
-    As soon as no bytes are `needed`, there is a textured model; every further byte refines it.
+    As soon as no bytes are `needed`, there is a complete model, at first in the sample's mean colour; every
+    further byte refines it.
 
     Parameters
     ----------
@@ -95,7 +96,7 @@ class StreamDecoder(Shown):
 
     @property
     def needed(self) -> int:
-        """Number of missing bytes until something can be shown: 0 from then on."""
+        """Number of missing bytes until something can be shown, then 0."""
         if self._image is not None:
             return 0
         # Before the header has arrived: at least the rest of the shortest one.
@@ -123,7 +124,7 @@ class StreamDecoder(Shown):
 
     @property
     def density(self) -> float:
-        """Density of painting in texels per step of the charts, each way: 1 before the plan has arrived."""
+        """Density of painting in texels per step of the charts, each way; 1 before the plan has arrived."""
         return 1.0 if self._plan is None else self._plan.density
 
     @property
@@ -209,7 +210,7 @@ class StreamDecoder(Shown):
 
     @property
     def roles(self) -> tuple[str, ...]:
-        """Roles of the maps that have been announced so far: the first is "albedo", the exemplar's."""
+        """Roles of the maps announced so far; the first is "albedo", the exemplar's role."""
         return tuple(self._maps)
 
     def exemplar(self, role: str = FIRST_ROLE) -> PixelArray:

@@ -85,7 +85,7 @@ class Direction:
 
     @property
     def is_around(self) -> bool:
-        """Whether it runs round an axis: ``around:z``, or ``around`` on parts of a CAD model."""
+        """Whether it runs round an axis, as ``around:z`` does, or ``around`` on parts of a CAD model."""
         by_part = isinstance(self.vectors, TriangleVectors) and "around" in self.text
         return by_part or self.text.startswith("around:")
 

@@ -92,7 +92,7 @@ class DirectionField(Shown):
 
     @property
     def words(self) -> str:
-        """The number of singular points, and their indices: ``"2 singular points: 2 of +1"``."""
+        """The number of singular points and their indices, as in ``"2 singular points: 2 of +1"``."""
         values, counts = np.unique(self.index[self.singular], return_counts=True)
         if not len(values):
             return "no singular points"

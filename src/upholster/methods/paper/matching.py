@@ -63,7 +63,7 @@ class Candidates:
 
     @property
     def shape(self) -> tuple[int, int]:
-        """Number of candidates: rows, columns."""
+        """Number of rows and columns of candidates."""
         tiles = self.block // self.tile
         return self.grid[0] - tiles + 1, self.grid[1] - tiles + 1
 
