@@ -107,7 +107,7 @@ def test_damaged_code_is_deleted_compiled_anew_and_told_once(tmp_path, monkeypat
         warnings.simplefilter("always")
         for kind in kinds:
             again.compile((kind,))
-    assert ["damaged; they are compiled anew" in str(one.message) for one in told] == [True]
+    assert ["damaged; they are compiled again" in str(one.message) for one in told] == [True]
     assert again(3) == 1.5
     last = _kernel(tmp_path, monkeypatch)  # mended
     for kind in kinds:

@@ -198,7 +198,7 @@ def test_what_is_done_when_it_is_stopped_stays_done(tmp_path: Path) -> None:
         (["--retries", "21"], "retries is 21"),
         (["--sheet", "sheet.txt"], "sheet 'sheet.txt'"),
         (["--sheet", "a.png"], "same file"),
-        (["--output", "jobs.toml"], "no record"),
+        (["--output", "jobs.toml"], "not a record"),
     ],
 )
 def test_bad_options_are_one_line(tmp_path: Path, options: list[str], named: str) -> None:

@@ -74,7 +74,7 @@ def test_other_words_and_another_version_make_it_undone(tmp_path, monkeypatch):
 )
 def test_what_is_no_record_is_not_written_over(tmp_path, text):
     (tmp_path / "batch.json").write_text(text)
-    with pytest.raises(FormatError, match="no record"):
+    with pytest.raises(FormatError, match="not a record"):
         _again(tmp_path)
 
 

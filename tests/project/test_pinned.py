@@ -83,7 +83,7 @@ def test_nothing_can_stay_where_the_size_or_the_sample_changes(torus: Project, s
     pinned = torus.pin(HERE)
     with pytest.raises(InputError, match="model, sizes, texels or directions change; allowed: unpin it"):
         pinned.change(sample_size=2.0).quilts()
-    with pytest.raises(InputError, match="where model or sample change; allowed: unpin it"):
+    with pytest.raises(InputError, match="if model or sample change; allowed: unpin first"):
         pinned.change(sample=sample[::-1].copy())
     assert pinned.unpin().change(sample=sample[::-1].copy()).pinned is None
     with pytest.raises(InputError, match="map is 'here'"):

@@ -125,7 +125,7 @@ def test_the_next_preview_cancels_the_one_before(chair):
 
 
 def test_what_fails_is_raised_where_looks_are_awaited():
-    with pytest.raises(InputError, match="nothing repeats"):
+    with pytest.raises(InputError, match="no pattern clearly repeats"):
         list(
             Project(CHAIR, Sample(str(EXAMPLES / "granite.png")), synthesis={"element_size": "3cm"}).preview()
         )
@@ -221,7 +221,7 @@ def test_materials_and_models_of_several_files_are_copied_whole(tmp_path):
         ({"sample": {"source": "weave.png", "maps": 3}}, "maps of sample is '3'"),
         ({"model": 3}, "model is 3"),
         ({"seed": "x"}, "seed is 'x'"),
-        ({"materials": 3}, "materials are no object"),
+        ({"materials": 3}, "materials is not an object"),
         ({"files": 3}, "files is '3'"),
     ],
     ids=lambda value: "" if isinstance(value, str) else str(value),

@@ -119,7 +119,7 @@ def test_mip_level_follows_the_footprint(monkeypatch: pytest.MonkeyPatch, tilt: 
     for level, (start, height, width) in enumerate(pyramid.levels):
         texels[start : start + height * width] = (0.1 * level, 0.1 * level, 0.1 * level, 1)
     coded = pyramid._replace(texels=frozen_array(texels))
-    monkeypatch.setattr("upholster.render.picture.build_pyramid", lambda *_, **__: coded)
+    monkeypatch.setattr("upholster.render.picture.build_mip_pyramid", lambda *_, **__: coded)
     place, normals, uv, triangles = sheet()
     c, s = math.cos(math.radians(tilt)), math.sin(math.radians(tilt))
     turn = np.array([[1, 0, 0], [0, c, s], [0, -s, c]])
@@ -146,7 +146,7 @@ def test_levels_finer_than_needed_are_not_missed(monkeypatch: pytest.MonkeyPatch
         built.append(first)
         return build_mip_pyramid(texture, last=last, threads=threads)
 
-    monkeypatch.setattr("upholster.render.picture.build_pyramid", whole)
+    monkeypatch.setattr("upholster.render.picture.build_mip_pyramid", whole)
     np.testing.assert_array_equal(render(*model, texture, **options), image)
     assert built[0] > 0
 

@@ -135,13 +135,13 @@ def test_view_opens_the_page(folder, monkeypatch, arguments, opened, printed):
         (["serve", ".", "--throttle", "10"], "throttle"),
         (["serve", ".", "--cors", "example.org"], "cors"),
         (["serve", ".", "--port", "70000"], "port"),
-        (["serve", ".", "--port", "TAKEN"], "taken"),
+        (["serve", ".", "--port", "TAKEN"], "is in use"),
         (["serve", ".", "--host", "no.such.host.invalid"], "no.such.host.invalid"),
         (["serve", ".", "--host", "192.0.2.1"], "192.0.2.1"),
         (["view", "."], "serve"),
         (["view", "none.uph"], "none.uph"),
         (["view", "bad.uph"], "bad.uph"),
-        (["view", "quilt.uph", "--port", "TAKEN"], "taken"),
+        (["view", "quilt.uph", "--port", "TAKEN"], "is in use"),
     ],
 )
 def test_bad_input_is_refused_before_the_server_starts(folder, arguments, named):

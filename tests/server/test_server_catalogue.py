@@ -162,5 +162,5 @@ def test_damaged_files_are_refused_by_name_and_listed_in_a_folder(folder):
         Catalogue([str(folder / "bad.uph")])
     assert "bad.uph" in names(folder)
     assert names(folder / "cut.uph") == ["cut.uph"]
-    with pytest.raises(InputError, match="nothing"):
+    with pytest.raises(InputError, match="no streams are given"):
         Catalogue([])

@@ -416,5 +416,5 @@ def test_zips_that_are_wrong_are_one_line(tmp_path):
         with pytest.raises(InputError, match="files; allowed"):
             packed(**{"a.upholster.json": b"{}", "..__..__b": b"1"})
         (folder.path / str(number) / "y.zip").write_bytes(b"PK\x03\x04 no")
-        with pytest.raises(InputError, match="no zip file"):
+        with pytest.raises(InputError, match="not a readable zip file"):
             folder.unpacked(f"{number}/y.zip")

@@ -161,4 +161,4 @@ def test_what_rays_find_is_kept_for_every_comparison(ball) -> None:
     with stages.active():
         for text in ("curvature", "curvature>0.5", "1-curvature<0.3", "curvature>0.7"):
             parse_map(text).values(ball)
-    assert [ran.name for ran in stages.ran].count("_told") == 1
+    assert [ran.name for ran in stages.ran].count("_source_values") == 1
