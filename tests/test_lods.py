@@ -111,7 +111,7 @@ def test_texels_alone_have_no_lods(tmp_path: Path) -> None:
     write(tmp_path / "x.glb", surface, texels, options=WriteOptions(lods=2))
     assert {file.name for file in tmp_path.iterdir()} == {"x.glb", "x_lod1.glb"}
     bare = upholster.Texels(texels.charts, texels.arrays)
-    with pytest.raises(InputError, match="lods need a quilt and its sample, not texels alone"):
+    with pytest.raises(InputError, match="lods need a quilt and its sample, not only texels"):
         write(tmp_path / "y.glb", surface, bare, options=WriteOptions(lods=2))
     assert not (tmp_path / "y.glb").exists()
 

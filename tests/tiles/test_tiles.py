@@ -235,7 +235,7 @@ def test_tiles_can_be_written_to_a_url(material: Material, whole: dict[str, byte
     [
         ("nosuch://wall/x.<UDIM>.png", (), "'nosuch://wall/x.upholster' cannot be opened"),
         ("file:///dev/null/x.<UDIM>.png", (), "'file:///dev/null/x.upholster"),
-        ("memory://wall/x.png", (), "is a URL; allowed: of tiles"),
+        ("memory://wall/x.png", (), "is a URL; allowed: URLs of tiles"),
         ("memory://wall/x.<UDIM>.png", ("-o", "x.glb"), "written to a URL, but not alone"),
         (
             "x.<UDIM>.png",
