@@ -178,6 +178,8 @@ def parse_output(target: str | os.PathLike[str], *, flat: bool = False, displace
     if UDIM in text and not in_tiles:
         allowed = ", ".join(suffixes_of(kind for kind in OUTPUTS if kind.tiles))
         raise InputError(f"output {text!r} has {UDIM}; allowed: once, in the name of an image ({allowed})")
+    if not in_tiles and UDIM.lower() in text.lower():
+        raise InputError(f"output {text!r} spells {UDIM} otherwise; allowed: {UDIM}, in capital letters")
     if "://" in text and not in_tiles:
         raise InputError(f"output {text!r} is a URL; allowed: URLs of tiles, 's3://folder/name.{UDIM}.png'")
     if kind is None:
