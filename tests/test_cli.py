@@ -246,6 +246,13 @@ def test_a_draft_is_small_unless_told_otherwise(folder, tmp_path):
         assert asked["texels"] == texels
 
 
+@pytest.mark.parametrize("method", ["paper", "pixel"])
+def test_a_draft_by_another_method_is_refused_by_its_name(folder, tmp_path, method):
+    words = (folder / "brick.png", "--on", "torus", "-o", tmp_path / "x.npz", "--draft")
+    done = run_cli("cover", *words, "--method", method)
+    assert_one_line(done, f"draft is given with method '{method}'; allowed: with 'quilt', or a small --chart")
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX terminals")
 @pytest.mark.parametrize("words", [("cover", "--help"), ("surfaces",)])
 def test_without_colours_nothing_is_bold_or_dim(words):

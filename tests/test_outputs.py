@@ -112,6 +112,12 @@ def test_tiles_are_images(text: str) -> None:
         parse_output(text)
 
 
+@pytest.mark.parametrize("text", ["x.<udim>.png", "<Udim>.png", "atlas:x.<udim>.jpg"])
+def test_the_placeholder_of_tiles_is_in_capitals(text: str) -> None:
+    with pytest.raises(InputError, match="spells <UDIM> otherwise; allowed: <UDIM>, in capital letters"):
+        parse_output(text)
+
+
 def test_whether_a_texture_is_flat_is_yes_or_no() -> None:
     flat: Any = np.ones(2)
     with pytest.raises(InputError, match="flat is a ndarray; allowed: True or False"):

@@ -148,7 +148,8 @@ export class UphClient {
       this.#state = message.state
       this.total = message.state.total
       this.#settle()
-    } else this.fail(Object.assign(new Error(message.message), { offset: message.offset }))
+    } else if (message.kind === 'error') this.fail(Object.assign(new Error(message.message), { offset: message.offset }))
+    else this.fail(new Error(`uph-worker.js sent a message of unknown kind ${message.kind}`))
   }
 
   #drawSoon() {

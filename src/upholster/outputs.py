@@ -1,7 +1,7 @@
 """Outputs by name, their checks before work, and their writers, one for each kind."""
 
 import os
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -15,7 +15,7 @@ from upholster.errors import InputError
 from upholster.files import Outputs
 from upholster.formats import OUTPUTS, UDIM, OutputKind, kind_of, split_name, suffixes_of
 from upholster.geometry import MeshSurface
-from upholster.image import from_linear, write_image
+from upholster.image import alpha_channel, from_linear, write_image
 from upholster.image.roles import MAP_ROLES
 from upholster.model.packing import GUTTER
 from upholster.options import WriteOptions
@@ -44,12 +44,15 @@ class Output:
         URL of its folder; empty: `path` is a local path.
     lod
         For a GLB: number of times its textures are halved each way.
+    tiles
+        For an OBJ: the output of UDIM tiles that its material refers to. None: it has textures of its own.
     """
 
     kind: OutputKind
     path: Path
     url: str = ""
     lod: int = 0
+    tiles: "Output | None" = None
 
     @property
     def in_tiles(self) -> bool:
@@ -76,12 +79,24 @@ class Output:
         if self.url:
             return ()  # no file on this machine
         ending = self.kind.texture
-        if ending is None:
+        if ending is None or self.tiles is not None:
             return self.own
         texture = self.path.with_name(self.path.stem + ending) if ending else self.path
         textures = [texture, *(export.map_companion(texture, role) for role in roles)]
         pages = pages if self.kind.pages else 1
         return *self.own, *(file for path in textures for file in export.page_files(path, pages))
+
+    def tile_names(self, roles: Iterable[str]) -> dict[str, str]:
+        """Return an OBJ's names for the tiles of each map, by role, the base colour's first.
+
+        `roles` are as for `files`.
+        """
+        assert self.tiles is not None  # the caller has checked it
+        path = self.tiles.path
+        where = self.tiles.url or Path(os.path.relpath(path.parent, self.path.parent)).as_posix()
+        prefix = "" if where == "." else f"{where}/"
+        own = {role: export.map_companion(path, role) for role in roles}
+        return {role: prefix + file.name for role, file in {"albedo": path, **own}.items()}
 
 
 def largest_chart(outputs: Iterable[Output], options: WriteOptions) -> int:
@@ -99,6 +114,8 @@ def parse_outputs(
 ) -> list[Output]:
     """Read outputs as `parse_output` does; a GLB is followed by its further files, see `WriteOptions.lods`.
 
+    If there are UDIM tiles, an OBJ refers to the first ones.
+
     Raises
     ------
     InputError
@@ -112,6 +129,8 @@ def parse_outputs(
     if options.stream_choices:
         streams = [kind for kind in OUTPUTS if kind.stream]
         _check_used(options.stream_choices[0], outputs, streams)
+    tiles = next((output for output in outputs if output.in_tiles), None)
+    outputs = [replace(each, tiles=tiles) if each.kind.name == "obj" else each for each in outputs]
     return [
         replace(output, path=output.path.with_stem(output.path.stem + f"_lod{k}" * (k > 0)), lod=k)
         for output in outputs
@@ -159,6 +178,8 @@ def parse_output(target: str | os.PathLike[str], *, flat: bool = False, displace
     if UDIM in text and not in_tiles:
         allowed = ", ".join(suffixes_of(kind for kind in OUTPUTS if kind.tiles))
         raise InputError(f"output {text!r} has {UDIM}; allowed: once, in the name of an image ({allowed})")
+    if not in_tiles and UDIM.lower() in text.lower():
+        raise InputError(f"output {text!r} spells {UDIM} otherwise; allowed: {UDIM}, in capital letters")
     if "://" in text and not in_tiles:
         raise InputError(f"output {text!r} is a URL; allowed: URLs of tiles, 's3://folder/name.{UDIM}.png'")
     if kind is None:
@@ -184,7 +205,8 @@ def write_output(
     pages = len(model.layout.pages) if output.kind.pages else 1
     targets = output.files(model.maps, pages)
     places, own = [files.path(target) for target in targets], len(output.own)
-    to = _Places(output.path, places[:own], places[own : own + pages], places[own + pages :], progress)
+    named = None if output.tiles is None else output.tile_names(model.maps)
+    to = _Places(output.path, places[:own], places[own : own + pages], places[own + pages :], progress, named)
     _WRITERS[output.kind.name](model, to)
     return targets
 
@@ -194,13 +216,17 @@ _EXTRAS: dict[str, Callable[[], None]] = {"usd": export.check_usd}
 
 
 class _Places(NamedTuple):
-    """The places of an output: its path, and the temporary paths of its files, pages and maps."""
+    """The places of an output: its path, and the temporary paths of its files, pages and maps.
+
+    `tiles` has the names of the tiles that it refers to instead, by role; None: it has pages of its own.
+    """
 
     path: Path
     own: Sequence[Path]
     pages: Sequence[Path]
     maps: Sequence[Path]
     progress: Progress | None
+    tiles: Mapping[str, str] | None
 
 
 def _write_atlas(model: TexturedModel, to: _Places) -> None:
@@ -223,17 +249,17 @@ def _paged(model: TexturedModel) -> export.PagedMesh:
 
 
 def _write_obj(model: TexturedModel, to: _Places) -> None:
-    paged = _paged(model)
-    if model.in_tiles and paged.page is not None:
-        # v is downward here, and upward in OBJ.
-        paged = replace(paged, uv=paged.uv + export.udim_tile(paged.page) * (1, -1))
-    how: dict[str, Any] = {"stem": to.path.stem, "maps": model.maps}
+    how: dict[str, Any] = {"stem": to.path.stem}
     if isinstance(model.surface, MeshSurface):
         mesh, file = model.surface.mesh, model.file
         materials = [""] * len(mesh.parts) if file is None else [each.material for each in file.parts]
         labels = [export.ObjPart(*each) for each in zip(mesh.parts, materials, strict=True)]
         how |= {"parts": labels, "part": mesh.part}
-    export.write_obj(to.own[0], to.own[1], to.pages, paged, **how)
+    if to.tiles is not None:
+        how["alpha"] = alpha_channel(model.texels.arrays[0].shape[2]) is not None
+        export.write_tiled_obj(to.own[0], to.own[1], _paged(model), to.tiles, **how)
+        return
+    export.write_obj(to.own[0], to.own[1], to.pages, _paged(model), maps=model.maps, **how)
     _write_maps(model, to)
 
 

@@ -285,8 +285,7 @@ class _Making:
         running: dict[str, Any] = {"threads": self.threads, "progress": self.progress}
         with timed("paint", self.seconds):
             textured = painted_model(self.coverings, quilts, self.options, **running)
-        tiles = any(output.in_tiles for output in self.wanted)
-        textured = replace(textured, in_tiles=tiles, packed=self.layout)
+        textured = replace(textured, packed=self.layout)
         written = written_to(self.wanted, textured, files, self.seconds, self.progress)
         return textured, written, counted(self.coverings, quilts, textured) | page_counts(textured)
 

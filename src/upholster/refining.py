@@ -159,7 +159,6 @@ def refine(
             return _report(decoder, _write_pages(wanted[0], atlas, painters, files, **how), None)
         base, others = painted(quilt, exemplar, threads, progress, density=density)
         options = _as_coded(decoder, options)
-        tiles = any(output.in_tiles for output in wanted)
         model = TexturedModel(
             surface,
             base,
@@ -169,7 +168,6 @@ def refine(
             exemplar,
             others,
             same,
-            tiles,
             density=density,
             packed=layout,
         )

@@ -91,9 +91,6 @@ class TexturedModel(Shown):
         next to the base colour's.
     read_from
         The complete stream that everything was read from, if any: it is written unchanged.
-    in_tiles
-        Whether the texture coordinates of an OBJ are those of UDIM: those of each page are in their own
-        square.
     file
         The file that a mesh was read from: a GLB made from it keeps everything else in that file.
     field
@@ -120,7 +117,6 @@ class TexturedModel(Shown):
     exemplar: PixelArray | Material | None = None
     maps: Mapping[str, Texels] = dataclass_field(default_factory=dict)
     read_from: bytes | None = None
-    in_tiles: bool = False
     file: ModelFile | None = None
     field: DirectionField | None = None
     notes: list[str] = dataclass_field(default_factory=list)

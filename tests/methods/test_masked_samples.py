@@ -15,6 +15,7 @@ from upholster.methods import coarser, kept_sample, prepare
 from upholster.methods.quilt.usable import (
     allowed_places,
     check_level,
+    check_used,
     largest_block,
     level_with_room,
     usable_side,
@@ -180,10 +181,19 @@ def test_other_methods_know_nothing_of_masks(method: str) -> None:
         synthesize(Material({"albedo": PHOTO}, used=window()), "torus", method=method)
 
 
+def test_a_mask_that_shows_almost_nothing_may_be_inverted() -> None:
+    used = np.zeros((160, 200), bool)
+    used[:16, :40] = True
+    words = r" \(2 % of the photo is white in the mask; is it inverted\?\)$"
+    for look in (lambda: check_used(used, "quilt"), lambda: check_level(used, 0)):
+        with pytest.raises(InputError, match=r"leaves is 16x16 pixels.*" + words):
+            look()
+
+
 def test_a_mask_that_leaves_no_room_is_refused_by_its_largest_square() -> None:
     used = np.zeros((160, 200), bool)
     used[:17, :], used[:, :17] = True, True
-    with pytest.raises(InputError, match=r"leaves is 17x17 pixels; allowed: 18x18 or more"):
+    with pytest.raises(InputError, match=r"leaves is 17x17 pixels; allowed: 18x18 or more$"):
         synthesize(Material({"albedo": PHOTO}, used=used), "plane", texels=(100, 100))
     used[:18, :18] = True
     synthesize(Material({"albedo": PHOTO}, used=used), "plane", texels=(64, 64))

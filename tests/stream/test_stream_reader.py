@@ -13,6 +13,7 @@ from upholster.errors import FormatError, InputError
 from upholster.levels import texels_psnr
 from upholster.quilt import Chart, paint
 from upholster.stream import StreamDecoder, describe, encode_stream, read_stream
+from upholster.stream import reader as stream_reader
 from upholster.stream.chunks import ChunkReader, header, pack_chunk
 
 
@@ -118,6 +119,12 @@ def test_unknown_small_letters_are_skipped_and_capitals_refused() -> None:
     assert same(read_stream(with_extra).quilt(), quilt)
     with pytest.raises(FormatError, match="unknown chunk 'Z'"):
         read_stream(rebuilt(data, lambda chunks: [*chunks[:4], ("Z", b"?"), *chunks[4:]]))
+
+
+def test_a_chunk_that_is_known_and_not_read_is_taken_for_no_other(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(stream_reader._NEEDS, "G", "S")
+    with pytest.raises(FormatError, match=r"^byte .*: chunk 'G' has no reader here"):
+        read_stream(rebuilt(stream("plain"), lambda chunks: [*chunks[:4], ("G", b"?"), *chunks[4:]]))
 
 
 def test_chunks_out_of_order_or_missing_are_refused() -> None:

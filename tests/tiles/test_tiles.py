@@ -27,6 +27,10 @@ ROOT = Path(__file__).parent.parent.parent
 SAMPLE = ROOT / "examples" / "weave.png"
 TORUS = "torus:R=2,r=0.9"
 NAME = "x.<UDIM>.png"
+SQUARES = "o Boards\nusemtl oak\n" + "".join(
+    f"v 0 0 {k}\nv 1 0 {k}\nv 1 1 {k}\nv 0 1 {k}\nf {4 * k + 1} {4 * k + 2} {4 * k + 3} {4 * k + 4}\n"
+    for k in range(6)
+)
 
 
 @pytest.fixture(scope="module")
@@ -93,6 +97,31 @@ def test_an_obj_refers_to_the_tiles(material: Material, whole: dict[str, bytes],
         for file in (tmp_path / "models" / "x.obj", tmp_path / "y.obj")
     )
     assert sorted(ours) == sorted(other)
+
+
+def test_an_obj_of_a_model_refers_to_the_tiles(material: Material, tmp_path: Path) -> None:
+    """A covered mesh, and a stream: each has one material for all tiles, and no second textures."""
+    (tmp_path / "boards.obj").write_text(SQUARES)
+    (tmp_path / "out").mkdir()
+    targets = [tmp_path / "out" / name for name in ("b.obj", "b.<UDIM>.png")]
+    options = WriteOptions(atlas_size=256, padding=6)
+    files = [str(tmp_path / "b.uph"), *map(str, targets)]
+    asked = {"texels": 40_000}
+    cover(material, tmp_path / "boards.obj", files, synthesis=asked, options=options, threads=2)
+    for again in (False, True):
+        if again:
+            refine(tmp_path / "b.uph", targets, options=options, threads=2)
+        names = {file.name for file in (tmp_path / "out").iterdir()}
+        assert {"b.1001.png", "b.1002.png"} < names
+        assert names - {*_tiles(tmp_path / "out")} == {"b.obj", "b.mtl"}
+        assert all(name.startswith(("b.", "b_normal.", "b_roughness.")) for name in names)
+        lines = (tmp_path / "out" / "b.mtl").read_text().splitlines()
+        assert [line for line in lines if line.startswith(("newmtl", "map_", "norm"))] == [
+            f"newmtl {'b' if again else 'oak'}",
+            *("map_Kd b.<UDIM>.png", "norm b_normal.<UDIM>.png", "map_Pr b_roughness.<UDIM>.png"),
+        ]
+        for file in (tmp_path / "out").iterdir():
+            file.unlink()
 
 
 def test_tiles_of_a_stream_are_painted_one_by_one(material: Material, tmp_path: Path) -> None:

@@ -7,6 +7,7 @@ import { pathToFileURL } from 'node:url'
 import { UphDecoder } from '../../web/uph.js'
 import { edgeLines, putGutter } from '../../web/uph-gutter.js'
 import { SurfaceMesher, TriangleMesher } from '../../web/uph-mesh.js'
+import { UphClient } from '../../web/uph-client.js'
 import { UphDecoder as Decoder } from '../../web/uph/decoder.js'
 import { ImageDecoder } from '../../web/uph/image/decoder.js'
 import { Samples, codeOf } from '../../web/worker/samples.js'
@@ -19,6 +20,18 @@ const streams = folders.flatMap((folder) =>
     .filter((name) => name.endsWith('.uph'))
     .map((name) => [name, new Uint8Array(readFileSync(new URL(name, folder)))]),
 )
+
+test('an error of the worker is told, and so is a message that the page does not know', () => {
+  const worker = { postMessage() {} }
+  const told = []
+  new UphClient(worker, {}, { notify: (type, { error }) => told.push([type, error.message, error.offset]) })
+  worker.onmessage({ data: { kind: 'error', message: 'cut', offset: 7 } })
+  worker.onmessage({ data: { kind: 'weather', message: 'fine' } })
+  assert.deepEqual(told, [
+    ['error', 'cut', 7],
+    ['error', 'uph-worker.js sent a message of unknown kind weather', undefined],
+  ])
+})
 
 /** A page that shows what it is sent. */
 class Page {

@@ -140,10 +140,10 @@ export class UphDecoder {
     } else if (tag === 'X') this.#takeExemplarHeader(reader)
     else if (tag === 'R') this.#takeMapHeader(reader)
     else if (tag === 'F') this.#fields = new FieldDecoder(reader, this.charts)
-    else {
+    else if (tag === 'Q') {
       this.#quilt = new QuiltDecoder(reader, this.charts, this.exemplarSize)
       checkCharts(reader, this.charts.map((chart) => paintedSize(chart, this.density)), this.#limits)
-    }
+    } else reader.fail(`chunk ${tag} has no reader here`, 0)
   }
 
   // ---------------------------------------------------------------- maps

@@ -223,7 +223,8 @@ def texture_scale(
     if scale * scale * area < block * block:
         raise InputError(
             f"sample size is {width:g} model units, which puts less than one block of {block} "
-            f"pixels on the surface; allowed: at most {exemplar_width * np.sqrt(area) / block:.6g}"
+            f"pixels on a model of {surface.size:.4g} (diagonal); "
+            f"allowed: at most {exemplar_width * np.sqrt(area) / block:.6g}"
         )
     if density is not None:
         found = _positive("density", density, "texels per model unit")

@@ -48,6 +48,9 @@ def surfaces() -> None:
     say(f"included samples: {', '.join(SHIPPED_PREFIX + name for name in shipped_samples())}")
 
 
+_DRAFT = 200_000
+"""Texels of a draft."""
+
 _LARGE = 5_000_000
 """Size of a GLB in bytes above which advice on smaller files is printed."""
 
@@ -68,16 +71,7 @@ def _project(context: typer.Context, name: str | None) -> str | None:
     return name
 
 
-def _draft(context: typer.Context, wanted: bool) -> bool:
-    if wanted:
-        context.default_map = {**(context.default_map or {}), "texels": "200k"}
-    return wanted
-
-
-_Draft = Annotated[
-    bool,
-    typer.Option("--draft", is_eager=True, callback=_draft, help="Quick and coarse: `--texels 200k`."),
-]
+_Draft = Annotated[bool, typer.Option("--draft", help="Quick and coarse: `--texels 200k`.")]
 
 _Project = Annotated[
     str | None,
@@ -145,7 +139,7 @@ def cover(
     ],
     material: _Material = None,
     model: ModelOptions,
-    draft: _Draft = False,  # noqa: ARG001  # its callback reads it
+    draft: _Draft = False,
     synthesis: SynthesisOptions,
     seed: Annotated[
         int | None, typer.Option(help="Same seed, same result; default: 0.", rich_help_panel="Synthesis")
@@ -182,6 +176,8 @@ def cover(
             "seed": seed,
         }
     )
+    if draft:
+        asked = _drafted(asked, synthesis)
     uses = uses_of(asked, output)
     if workers is not None or scheduler is not None:
         compiled(uses if scheduler is None else (), quiet)
@@ -233,6 +229,16 @@ def asked_project(given: "Mapping[str, Any]") -> "Project":
         writing=given["writing"],
         seed=seed or 0,
     )
+
+
+def _drafted(asked: "Project", written: SynthesisOptions) -> "Project":
+    """Return a project at few texels, unless a number or a density was written on the command line."""
+    method = asked.synthesis.method
+    if method != "quilt":
+        raise InputError(f"draft is given with method {method!r}; allowed: with 'quilt', or a small --chart")
+    if written.texels is not None or written.density is not None:
+        return asked
+    return asked.change(texels=_DRAFT, density=None)
 
 
 def _say_result(result: "CoverReport", seconds: float, *, several: bool) -> None:

@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 from upholster._version import __version__
 from upholster.export.map_files import map_companion
-from upholster.export.pages import PagedMesh, check_pages, page_files, polygons_by_page
+from upholster.export.pages import PagedMesh, check_pages, page_files, polygons_by_page, udim_tile
 from upholster.image import alpha_channel, write_image
 from upholster.image.roles import MAP_ROLES
 from upholster.model import Mesh
-from upholster.types import FloatArray, IntArray
+from upholster.types import IntArray
 
 __all__ = ["ObjPart", "whole_polygons", "write_obj", "write_tiled_obj"]
 
@@ -54,7 +54,7 @@ def write_obj(
     path, material, texture
         The three files to write, which may be temporary ones; a texture for each page.
     model
-        The mesh and its atlas; whole numbers may have been added to `uv`, as UDIM does.
+        The mesh and its atlas.
     stem
         The files refer to each other as ``stem.mtl`` and ``stem_texture`` with the suffix of `texture`; with
         several pages as ``stem_texture_1`` …
@@ -86,44 +86,41 @@ def write_obj(
     texture_name = f"{stem}_texture{Path(textures[0]).suffix}"
     files = {role: page_files(map_companion(texture_name, role), len(images)) for role in maps}
     files = {"albedo": page_files(texture_name, len(images)), **files}
+    on_pages = [{role: own[number].name for role, own in files.items()} for number in range(len(images))]
     alpha = alpha_channel(images[0].shape[2]) is not None
-    called = dict.fromkeys(tuple(_names(label.material or stem, len(images))) for label in parts or [_WHOLE])
-    lines = [
-        line
-        for names in called
-        for number, name in enumerate(names)
-        for line in _material(name, {role: own[number].name for role, own in files.items()}, alpha=alpha)
-    ]
-    Path(material).write_text("\n".join(lines) + "\n", encoding="utf-8", newline="\n")
+    _write_materials(Path(material), on_pages, stem=stem, parts=parts, alpha=alpha)
 
 
 def write_tiled_obj(
     path: str | os.PathLike[str],
     material: str | os.PathLike[str],
-    mesh: Mesh,
-    uv: FloatArray,
+    model: PagedMesh,
     files: Mapping[str, str],
     *,
     stem: str,
+    parts: Sequence[ObjPart] = (),
+    part: IntArray | None = None,
     alpha: bool = False,
 ) -> None:
     """Write a model as OBJ and MTL that refers to UDIM tiles, which the caller writes.
 
     Parameters
     ----------
-    path, material, mesh, stem
-        As for `write_obj`.
-    uv
-        (V, 2), whole numbers added as UDIM does.
+    path, material, stem, parts, part
+        As for `write_obj`; a material has all tiles.
+    model
+        The mesh and its pages, of which each is a tile; images are not needed.
     files
         MTL's names for the tiles of each map, with ``<UDIM>`` for their numbers, as Blender, Maya and others
         read it; the base colour's under "albedo".
     alpha
         Whether the base colour has an alpha channel.
     """
-    _write_mesh(Path(path), PagedMesh(mesh, uv, ()), stem=stem)
-    lines = _material(_names(stem, 1)[0], files, alpha=alpha)
-    Path(material).write_text("\n".join(lines) + "\n", encoding="utf-8", newline="\n")
+    uv = model.uv
+    if model.page is not None:
+        uv = uv + udim_tile(model.page) * (1, -1)  # v is downward here, and upward in OBJ
+    _write_mesh(Path(path), PagedMesh(model.mesh, uv, ()), stem=stem, parts=parts, part=part)
+    _write_materials(Path(material), [files], stem=stem, parts=parts, alpha=alpha)
 
 
 def _write_mesh(
@@ -155,6 +152,22 @@ def _write_mesh(
                 for corners in on_page:
                     numbers = np.stack([place_of[corners], corners, corners], axis=2) + 1
                     _rows(file, "f" + " %d/%d/%d" * corners.shape[1] + "\n", numbers)
+
+
+def _write_materials(
+    path: Path, on_pages: Sequence[Mapping[str, str]], *, stem: str, parts: Sequence[ObjPart], alpha: bool
+) -> None:
+    """Write the MTL file: every material of the parts on each page, with that page's files by role."""
+    called = dict.fromkeys(
+        tuple(_names(label.material or stem, len(on_pages))) for label in parts or [_WHOLE]
+    )
+    lines = [
+        line
+        for names in called
+        for name, files in zip(names, on_pages, strict=True)
+        for line in _material(name, files, alpha=alpha)
+    ]
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8", newline="\n")
 
 
 def _names(material: str, pages: int) -> list[str]:

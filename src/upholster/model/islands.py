@@ -107,7 +107,8 @@ def pack_islands(
         side *= 2
     stencils = _stencils(surface, places, len(charts), side, max(gutter, 1) / 2)
     if size is not None:
-        check_fit(charts, gutter, size, side * int(stencils.sizes.max()))
+        largest = side * int(stencils.sizes.max())
+        check_fit(charts, size, largest, texels=round(texels), padding=gutter, step=side)
     rounded = power_of_two if powers and size is None else int
     pages = _on_pages(stencils, most, rounded)
     check_page_count(len(pages))

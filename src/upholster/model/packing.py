@@ -34,6 +34,9 @@ PAGE_LIMIT = 8192
 MAX_PAGES = 1000
 MAX_GUTTER = 256
 
+_SURE = 0.98
+"""Factor of the sides that a message calls allowed, because places of charts are rounded."""
+
 GUTTER = 16
 """Default gutter in texels around a chart of patches."""
 
@@ -170,7 +173,8 @@ def pack_charts(
             places, shapes = _on_pages(tallest_first, limit)
         shapes = [(rounded(height), rounded(width)) for height, width in shapes]
     else:
-        check_fit(charts, gutter, size, max(map(max, sizes)))
+        texels = sum(chart.height * chart.width for chart in charts)
+        check_fit(charts, size, max(map(max, sizes)), texels=texels, padding=2 * gutter, step=step)
         places, shapes = _on_pages(tallest_first, size)
         shapes = [(size, size)] * len(shapes)
     check_page_count(len(shapes))
@@ -202,26 +206,40 @@ def check_page_count(count: int) -> None:
         )
 
 
-def check_fit(charts: Sequence[Chart], gutter: int, size: int, largest: int) -> None:
-    """Raise InputError if `largest`, a side of a cell, exceeds a page's; say how many texels fit."""
+def check_fit(
+    charts: Sequence[Chart], size: int, largest: int, *, texels: int, padding: int, step: int
+) -> None:
+    """Raise InputError if the largest cell exceeds a page; name a number of texels with which it fits.
+
+    Parameters
+    ----------
+    charts
+        The charts in the cells.
+    size, largest
+        Sides of a page and of the largest cell, in texels.
+    texels
+        The number of texels that the user asked for, or that the surface has.
+    padding, step
+        Texels of a cell's side that are no chart's, and the number of which a side is a multiple: these stay
+        as they are with fewer texels.
+    """
     if largest <= size:
         return
     chart = max(charts, key=lambda chart: max(chart.height, chart.width))
-    texels = sum(chart.height * chart.width for chart in charts)
-    # Two texels less, because sides are rounded up; and no more digits than are accurate.
-    share = (size - 2 * gutter - 2) / max(chart.height, chart.width)
-    fitting = _rounded_down(int(texels * share**2))
+    # Less two texels, because places on charts are rounded; and less the margin.
+    share = max(0.0, _SURE * (size - padding - step - 2) / (largest - padding))
+    fitting, density = _rounded_down(texels * share**2), _rounded_down(100 * share) / 100
     raise InputError(
-        f"atlas_size is {size}, which holds charts of {size - 2 * gutter} with the padding, and one has "
-        f"{chart.width} x {chart.height} texels; allowed: a larger atlas_size, or about {fitting:,} texels "
-        f"in all (now {texels:,}), or a density {share:.2g} times the present one"
+        f"atlas_size is {size}, which holds charts of {size - padding} with the padding, and one has "
+        f"{chart.width} x {chart.height} texels; allowed: a larger atlas_size, or at most {fitting:,} texels "
+        f"in all (now {texels:,}), or a density {density:g} times the present one"
     )
 
 
-def _rounded_down(number: int) -> int:
+def _rounded_down(number: float) -> int:
     """Round a number down to its first two digits."""
-    zeros = max(0, len(str(number)) - 2)
-    return int(str(number)[:2]) * int("1" + "0" * zeros)
+    digits = str(int(number))
+    return int(digits[:2].ljust(len(digits), "0"))
 
 
 def power_of_two(side: int) -> int:

@@ -333,11 +333,13 @@ class StreamDecoder(Shown):
             self._fields = FieldDecoder(fields, self.charts)
         elif tag == "R":
             self._add_map(data, offset)
-        elif self._image is not None:
+        elif tag == "Q" and self._image is not None:
             shape = self._image.header.height, self._image.header.width
             head = PlanHead.parse(fields, self.charts)
             check_chart_budget(painted_charts(self.charts, head.density), self._limits)
             self._plan = PlanDecoder(head, shape)
+        else:
+            raise FormatError(f"byte {offset}: chunk {tag!r} has no reader here")
 
     def _add_map(self, data: bytes, offset: int) -> None:
         role, start = parse_role(data, offset, list(self._maps))

@@ -1,6 +1,5 @@
 """A covering made by tasks: its tiles are written one by one, or its quilt is made on many workers."""
 
-import os
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
 from pathlib import Path
@@ -8,7 +7,7 @@ from pathlib import Path
 from upholster.cluster import cluster_pool
 from upholster.coverings import Covering
 from upholster.errors import InputError, check_whole
-from upholster.export import map_companion, udim_tile, write_tiled_obj
+from upholster.export import PagedMesh, write_tiled_obj
 from upholster.files import Outputs
 from upholster.formats import UDIM
 from upholster.geometry import Surface
@@ -38,7 +37,7 @@ def are_tiles_alone(wanted: Sequence[Output], coverings: Sequence[Covering]) -> 
     The OBJ then refers to the tiles, and needs no texels.
     """
     others = [output for output in wanted if not output.in_tiles]
-    are_obj = all(output.kind.name == "obj" for output in others)
+    are_obj = all(output.tiles is not None for output in others)
     patches = isinstance(coverings[0].surface, Surface)
     return len(wanted) == len(others) + 1 and are_obj and patches and _is_by_tasks(coverings)
 
@@ -110,35 +109,24 @@ def tiled(
     written, placed = write_tiles(work, _folder_of(output), pool, progress=progress, tell=tell)
     for other in wanted:
         if other is not output:
-            written |= _written_obj(surface, other, output, work, options, files)
+            written |= _written_obj(surface, other, work, options, files)
     counts = laid_counts(surface, covering.charts, (placed, 0), maps["albedo"])
     return written, counts | {"maps": len(maps)} | pool.counts()
 
 
 def _written_obj(
-    surface: Surface,
-    output: Output,
-    tiles: Output,
-    work: TileWork,
-    options: WriteOptions,
-    files: Outputs,
+    surface: Surface, output: Output, work: TileWork, options: WriteOptions, files: Outputs
 ) -> dict[str, int]:
     """Write an OBJ that refers to the tiles; return the bytes of its files."""
     assert work.atlas is not None  # there are tiles
     seams = [seam for own in work.atlas.seams.values() for seam in own]
     mesh = tessellate(surface, work.atlas.charts, seams, quads=options.quads)
     page, uv = work.atlas.layout.page_coordinates(mesh)
-    uv = uv + udim_tile(page) * (1, -1)  # v is downward here, and upward in OBJ
-    where = tiles.url or Path(os.path.relpath(tiles.path.parent, output.path.parent)).as_posix()
-    prefix = "" if where == "." else f"{where}/"
-    names = {
-        role: prefix + (tiles.path if role == "albedo" else map_companion(tiles.path, role)).name
-        for role in work.maps
-    }
+    names = output.tile_names(role for role in work.maps if role != "albedo")
     places = [files.path(target) for target in output.own]
     alpha = alpha_channel(work.maps["albedo"].shape[2]) is not None
-    stem = output.path.stem
-    write_tiled_obj(places[0], places[1], mesh, uv, names, stem=stem, alpha=alpha)
+    paged = PagedMesh(mesh, uv, (), page)
+    write_tiled_obj(places[0], places[1], paged, names, stem=output.path.stem, alpha=alpha)
     return {str(target): place.stat().st_size for target, place in zip(output.own, places, strict=True)}
 
 

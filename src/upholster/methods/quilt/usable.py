@@ -33,6 +33,9 @@ _LEAST = 8
 LEAST_ROOM = _LEAST + _ROUND
 """Minimum side, in pixels, of a square of used pixels that is sure to have a place for the smallest block."""
 
+_FEW = 0.1
+"""A mask that shows a smaller share of the photo may be inverted."""
+
 _ENOUGH = 4
 """At least this fraction, 1/4, of the used pixels are places for a block, as in a square two blocks wide."""
 
@@ -47,7 +50,7 @@ def check_used(used: Used | None, method: str) -> None:
     if found < LEAST_ROOM:
         raise InputError(
             f"the largest square that the sample's mask leaves is {found}x{found} pixels; "
-            f"allowed: {LEAST_ROOM}x{LEAST_ROOM} or more"
+            f"allowed: {LEAST_ROOM}x{LEAST_ROOM} or more{_in_doubt(used)}"
         )
 
 
@@ -61,7 +64,16 @@ def check_level(used: Used | None, level: int) -> None:
         raise InputError(
             f"the largest square that the sample's mask leaves is {whole}x{whole} pixels, here "
             f"{found}x{found} texels; allowed: {least}x{least} or more; use more texels or a larger sample"
+            f"{_in_doubt(used)}"
         )
+
+
+def _in_doubt(used: Used) -> str:
+    """Return a question, for an error, if the mask shows so little that black and white may be exchanged."""
+    share = np.count_nonzero(used) / used.size
+    if share >= _FEW:
+        return ""
+    return f" ({100 * share:.2g} % of the photo is white in the mask; is it inverted?)"
 
 
 def level_with_room(used: Used, level: int, most: int) -> tuple[int, int]:
