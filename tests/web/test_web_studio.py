@@ -188,7 +188,7 @@ def test_what_is_wrong_is_told_in_one_line(hand: Hand, tmp_path: Path) -> None:
     (tmp_path / "words.txt").write_text("no image")
     page.evaluate(DROP, ["words.txt", base64.b64encode(b"no image").decode()])
     page.wait_for_selector("#message:not([hidden])")
-    assert "words.txt is no image" in page.locator("#message").inner_text()
+    assert "words.txt is not an image" in page.locator("#message").inner_text()
     page.evaluate(DROP, ["big.glb", base64.b64encode(b"\0" * (10**7 + 1)).decode()])
     page.wait_for_function("() => document.getElementById('message').textContent.includes('too large')")
     (told,) = hand.tab.problems
