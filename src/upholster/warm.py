@@ -39,6 +39,8 @@ class KernelJob:
         Its compilation time on the machine that made the table.
     needs
         Jobs of kernels that it is made of.
+    started, done, failed
+        Its state.
     """
 
     kernel: str

@@ -169,6 +169,8 @@ class CadRecord:
         Greatest distance of triangles from their faces.
     box
         Least and greatest coordinates, (2, 3).
+    bodies
+        The file's bodies, in its order.
     notes
         What the user should know.
     """

@@ -65,6 +65,8 @@ class Project(Shown):
         Regions that stay as they were; None: no region does.
     notes
         Warnings about its file: that another file has changed since.
+    previews
+        The results that it shares with projects made from it, and the running preview.
 
     Raises
     ------

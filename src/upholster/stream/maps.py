@@ -81,8 +81,8 @@ def interleaved(first: bytes, others: Mapping[str, bytes], start: int) -> list[t
 
     Parameters
     ----------
-    first
-        The first map's stream, of which `start` bytes precede.
+    first, start
+        The first map's stream, and the number of its bytes that precede.
     others
         The other maps' streams by role, in the order of their numbers.
 

@@ -27,8 +27,8 @@ class Revision:
     ----------
     looks
         For each look: (is it the last, seconds, streams).
-    stage
-        (name, done, total) of the current stage; `stages` counts its changes.
+    stage, stages
+        (name, done, total) of the current stage, and the number of its changes.
     facts, error
         Facts about model and sample; the reason for a failure.
     ended

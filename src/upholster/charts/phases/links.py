@@ -22,6 +22,7 @@ class Links:
     ----------
     first, second
         (E,) the cells.
+    here, there
         (E, 2) exemplar pixels: the way from the first cell's centre to the common border, in the first cell's
         axes, and from there to the second cell's centre, in the second cell's axes.
     weights

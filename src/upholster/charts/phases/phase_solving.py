@@ -41,8 +41,8 @@ class PhaseSystem:
     ----------
     number
         (2n · cells,) int32: the unknown of each wave, then of each opposite, in each cell; −1 for those that
-        (2n · cells,) int32: the unknown of each wave, then of each opposite, in each cell; −1 for those that
         are the conjugate of another unknown.
+    part
         (unknowns,) int32: the connected part of each unknown.
     opposite
         (unknowns,) int32: the unknown of the opposite wave in the same cell, −1 where there is none.

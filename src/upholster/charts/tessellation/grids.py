@@ -47,8 +47,8 @@ class VertexGrid:
     ----------
     rows, columns
         (R + 1,) and (C + 1,) rising, in texels: 0 to the chart's height and width.
+    first, first_quad
         Numbers of its first vertex and first quadrilateral; both are numbered row by row.
-        Number of its first vertex and quadrilateral; both are numbered row by row.
     """
 
     rows: FloatArray
