@@ -5,8 +5,8 @@
 (`benchmarks.lattice_samples`) and the project's bricks and weave; of folders the exemplars that have a
 lattice, see `benchmarks.fidelity` for how they are read. Besides built-in surfaces there are ``flat``, a
 texture of 512², and ``net``, a bent vase, made here. Rows run around the z axis, and level on the bent vase,
-unless the options, those of `upholster.SynthesisOptions`, say otherwise. Writes lattices.csv, and a picture of each sample's first seed to
-OUT. With several processes, which use a thread each, seconds count for little.
+unless the options, those of `upholster.SynthesisOptions`, say otherwise. Writes lattices.csv, and a picture
+of each sample's first seed to OUT. With several processes, which use a thread each, seconds count for little.
 """
 
 import argparse

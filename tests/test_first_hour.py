@@ -43,6 +43,7 @@ PAIRS = [
 """Sample, its pixels, surface: some of those that `python -m benchmarks.first_hours` looks at."""
 
 
+@pytest.mark.slow(reason="covers several models, or one several times")
 @pytest.mark.parametrize(("sample", "pixels", "spec"), PAIRS)
 def test_the_sample_is_a_sixth_of_the_model_wide_whatever_its_pixels(sample, pixels, spec, box, tmp_path):
     on = box if spec == "box" else spec
@@ -61,6 +62,7 @@ def test_the_sample_is_a_sixth_of_the_model_wide_whatever_its_pixels(sample, pix
     np.testing.assert_allclose(texels.mean(axis=0), albedo.mean(axis=(0, 1)), atol=12)
 
 
+@pytest.mark.slow(reason="covers several models, or one several times")
 def test_what_is_soft_or_very_large_is_told_before_the_work(tmp_path, monkeypatch):
     sample = tmp_path / "small.png"
     write_image(sample, np.random.default_rng(1).integers(0, 255, (40, 40, 3), np.uint8))

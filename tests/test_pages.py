@@ -72,6 +72,7 @@ def image_of(document: Any, binary: bytes, texture: Any, folder: Path) -> Any:
     return read_image(path)
 
 
+@pytest.mark.slow(reason="covers several models, or one several times")
 def test_pages_are_the_same_in_all_files(folder: Path, tmp_path: Path) -> None:
     document, binary = glb(folder / "r.glb")
     count = len(document["materials"])

@@ -41,6 +41,7 @@ def scheduler() -> Iterator[str]:
         yield cluster.scheduler_address
 
 
+@pytest.mark.slow(reason="covers several models by commands")
 def test_jobs_are_done_once_and_what_fails_is_told(tmp_path: Path, scheduler: str) -> None:
     (tmp_path / "jobs.toml").write_text(
         f'texels = "96x96"\n[[jobs]]\nsample = ["{SAMPLE}", "missing.png"]\non = "plane"\n'
@@ -101,6 +102,7 @@ def test_a_file_of_jobs_reaches_nothing_outside_its_folder(tmp_path: Path, sched
     assert (other / "a.png").exists()
 
 
+@pytest.mark.slow(reason="covers several models by commands")
 def test_jobs_take_projects(tmp_path: Path, scheduler: str) -> None:
     project = Project("plane", str(SAMPLE), synthesis={"texels": (64, 64)}, seed=3)
     save_project(project, tmp_path / "flat.upholster.json")

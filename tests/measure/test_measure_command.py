@@ -51,6 +51,7 @@ def folder(tmp_path_factory, parts):
     return folder
 
 
+@pytest.mark.slow(reason="lays and measures whole quilts")
 def test_a_stream_measures_as_what_it_holds(folder, tmp_path, measured):
     done = run("ring.uph", "--json", str(tmp_path / "ring.json"), cwd=folder)
     assert done.returncode == 0, done.stderr
@@ -76,6 +77,7 @@ def test_the_exemplar_can_be_given(folder, tmp_path):
     assert told["wasserstein_mean"] == pytest.approx(np.mean(told["wasserstein"]))
 
 
+@pytest.mark.slow(reason="lays and measures whole quilts")
 def test_size_and_direction_that_were_asked_for(folder, tmp_path, parts):
     exemplar, surface, quilt = parts
     asked = ["--sample-size", "2", "--direction", "30", "--json", str(tmp_path / "a.json")]

@@ -45,6 +45,7 @@ def prepared(**wanted):
     return prepare(SAMPLE, PLANE, options)
 
 
+@pytest.mark.slow(reason="lays whole quilts on several surfaces")
 @pytest.mark.parametrize(("surface", "axis"), [("plane", 0), ("sphere", 2)])
 def test_sizes_are_those_asked_for(surface, axis, tmp_path):
     ramp = np.rint(65535 * np.linspace(0, 1, 64)).astype(np.uint16)

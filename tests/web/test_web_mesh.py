@@ -143,6 +143,7 @@ def made(tmp_path_factory: Any) -> Any:
     return [(*job, files[n]["counts"], found[n]) for n, job in enumerate(jobs)]
 
 
+@pytest.mark.slow(reason="runs Node on many streams")
 def test_control_nets_are_pythons(made: Any) -> None:
     for surface, _, _, found in made:
         assert len(found["nets"]) == len(surface.patches)
