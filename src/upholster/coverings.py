@@ -12,7 +12,7 @@ from typing import cast
 import numpy as np
 
 from upholster.charts.axis_directions import closed_rounds
-from upholster.charts.covered import Covered, CoveredLike, as_covered, covered_parts
+from upholster.charts.covered import Covered, CoveredLike, as_covered, covered_files, covered_parts
 from upholster.charts.directions import stroke_texts
 from upholster.charts.layout import LONGEST, texture_scale
 from upholster.charts.maps import parse_map
@@ -59,12 +59,14 @@ __all__ = [
     "MOST_PINNED",
     "Covering",
     "Pinned",
+    "Request",
     "asked_files",
     "check_not_swapped",
     "check_pinned",
     "check_samples",
     "check_streamed",
     "counted",
+    "notes_of",
     "painted_model",
     "progress_of_each",
     "read_coverings",
@@ -225,6 +227,8 @@ class Covering:
         Guides, zones, regions and pieces; None for none.
     held
         The earlier covering whose regions stay, and its seed; None if no region stays.
+    notes
+        Warnings from reading, one line each.
     """
 
     pattern: str | None
@@ -235,6 +239,7 @@ class Covering:
     largest: int = LONGEST
     guidance: Guidance | None = None
     held: "tuple[Covering, int] | None" = None
+    notes: tuple[str, ...] = ()
 
     @property
     def name(self) -> str:
@@ -286,8 +291,8 @@ class Covering:
         """The number of texels."""
         return sum(chart.height * chart.width for chart in self.charts)
 
-    def notes(self, *, in_memory: bool = True) -> list[str]:
-        """Return warnings before the work; `in_memory` says whether all texels will be in memory."""
+    def work_notes(self, *, in_memory: bool) -> list[str]:
+        """Return warnings about the work ahead; `in_memory` says whether all texels will be in memory."""
         maps = 1 + len(self.roles) if in_memory else 0
         found = notes_before(self.surface, self.prepared, self.first, maps)
         return [f"{self.name}: {note}" if self.name else note for note in found]
@@ -299,7 +304,7 @@ class Covering:
         with _naming(self.name):
             prepared = coarser(self.prepared, self.seen, octaves) if octaves else self.prepared
             if self.held is not None:
-                before, own_seed = replace(self.held[0], largest=self.largest), self.held[1]
+                before, own_seed = self.held
                 if not np.array_equal(before.seen, self.seen):
                     raise InputError("a pinned region can not stay if the sample changes; allowed: unpin it")
                 quilt = before.synthesized(octaves=octaves, seed=own_seed, threads=threads, progress=None)
@@ -324,20 +329,11 @@ class Covering:
         )  # fmt: skip
 
 
-def read_coverings(
-    sample: Sample | None,
-    on: CoveredLike,
-    materials: Mapping[str, Sample],
-    reading: ModelOptions,
-    asked: SynthesisOptions,
-    *,
-    pinned: Pinned | None = None,
-    notes: list[str],
-    progress: Progress | None = None,
-) -> list[Covering]:
-    """Read the surface and the samples that cover it.
+@dataclass(frozen=True, eq=False, slots=True)
+class Request:
+    """What is to be covered, with which samples, and how.
 
-    Parameters
+    Attributes
     ----------
     sample
         For all parts without a material; None leaves those parts unchanged.
@@ -345,12 +341,44 @@ def read_coverings(
         The surface; with materials, a model's file.
     materials
         Other samples, each for parts of the model.
-    reading, asked
+    reading, synthesis
         How the model is read, and how it is covered. A number of texels is the total of all materials.
     pinned
         Regions that stay as they were; None for none.
-    notes
-        Warnings are appended here.
+    """
+
+    sample: Sample | None
+    on: CoveredLike
+    materials: Mapping[str, Sample]
+    reading: ModelOptions
+    synthesis: SynthesisOptions
+    pinned: Pinned | None = None
+
+    def checked_files(self) -> list[str]:
+        """Return the files that it names.
+
+        Raises
+        ------
+        InputError
+            If there is no sample at all, a text that names a file is malformed, or `pinned` has another type.
+        """
+        found = check_samples(self.sample, self.materials)
+        found += [*covered_files(self.on), *asked_files(self.synthesis)]
+        check_pinned(self.pinned)
+        return found if self.pinned is None else found + self.pinned.files
+
+
+def read_coverings(
+    request: Request, *, largest: int = LONGEST, progress: Progress | None = None
+) -> list[Covering]:
+    """Read the surface and the samples that cover it.
+
+    Parameters
+    ----------
+    request
+        What to read. Its samples are checked, see `check_samples`.
+    largest
+        As for `Covering`.
     progress
         As for `as_covered`.
 
@@ -359,89 +387,78 @@ def read_coverings(
     InputError, FormatError
         As for `covered_parts` and `read_source`, with the material's pattern.
     """
-    if not materials:
-        assert sample is not None  # `check_samples` made sure
-        covered = as_covered(
-            on,
-            reading,
-            biquadratic=asked.method == "paper",
-            patches=needs_patches(asked),
-            progress=progress,
-        )
-        notes += covered.notes
-        return [_pinned(_covering(None, covered, sample, asked, notes), sample, pinned)]
-    given = given_guidance(asked) or ([] if pinned is None else ["a pinned region"])
+    on, reading, asked, rest = request.on, request.reading, request.synthesis, request.sample
+    if not request.materials:
+        assert rest is not None  # `check_samples` made sure
+        paper, patches = asked.method == "paper", needs_patches(asked)
+        covered = as_covered(on, reading, biquadratic=paper, patches=patches, progress=progress)
+        return [_with_pins(_covering(None, covered, rest, asked, largest), rest, request.pinned)]
+    given = given_guidance(asked) or ([] if request.pinned is None else ["a pinned region"])
     if given:
         raise InputError(f"{given[0]} is given with several materials; allowed: with one sample")
     if asked.method != "quilt":
         raise InputError(f"method is {asked.method!r} with several materials; allowed there: 'quilt'")
-    parts = covered_parts(on, list(materials), reading, rest=sample is not None, progress=progress)
+    parts = covered_parts(on, list(request.materials), reading, rest=rest is not None, progress=progress)
     out: list[Covering] = []
     for pattern, covered in parts.items():
-        notes += covered.notes
-        own = materials.get(pattern, sample)
+        own = request.materials.get(pattern, rest)
         assert own is not None  # other parts are covered only with a sample
-        title = _title(own.source, pattern)
-        shared = _share(asked, covered, parts)
         with _naming(pattern or _REST):
-            out.append(_covering(pattern, covered, own, shared, notes, title))
+            out.append(_covering(pattern, covered, own, _share(asked, covered, parts), largest))
     return out
 
 
 def _covering(
-    pattern: str | None,
-    covered: Covered,
-    sample: Sample,
-    asked: SynthesisOptions,
-    notes: list[str],
-    title: str = "",
+    pattern: str | None, covered: Covered, sample: Sample, asked: SynthesisOptions, largest: int
 ) -> Covering:
-    source = read_source(sample, notes=notes)
+    read_notes: list[str] = []
+    source = read_source(sample, notes=read_notes)
     if isinstance(source, Material):
-        notes += source.notes if pattern is None else [f"{pattern or _REST}: {note}" for note in source.notes]
+        prefix = "" if pattern is None else f"{pattern or _REST}: "
+        read_notes += [prefix + note for note in source.notes]
     if sample.size is not None:
         asked = replace(asked, sample_size=sample.size, element_size=None)
     if asked.stroke is not None:
         asked = replace(asked, stroke=stroke_texts(asked.stroke))
-    asked = _with_axes(asked, covered, source, notes)
-    mesh = covered.surface.mesh if isinstance(covered.surface, MeshSurface) else None
-    metres = None if mesh is None else mesh.metres
+    asked, fit_notes = _with_axes(asked, covered, source)
+    metres = covered.surface.mesh.metres if isinstance(covered.surface, MeshSurface) else None
     source, guidance = read_guidance(asked, source, sample.options, metres)
-    return Covering(pattern, covered, kept_sample(source, asked), asked, title, guidance=guidance)
+    source, title = kept_sample(source, asked), "" if pattern is None else _title(sample.source, pattern)
+    notes = (*covered.notes, *read_notes, *fit_notes)
+    return Covering(pattern, covered, source, asked, title, largest, guidance, notes=notes)
 
 
-def _pinned(covering: Covering, sample: Sample, pinned: Pinned | None) -> Covering:
+def _with_pins(covering: Covering, sample: Sample, pinned: Pinned | None) -> Covering:
     # Returns a covering with regions that stay as they were.
     if pinned is None:
         return covering
-    held = tuple(map(parse_map, pinned.regions))
-    before = _covering(None, covering.covered, sample, pinned.synthesis, [])
-    return replace(
-        covering,
-        guidance=replace(covering.guidance or Guidance(), held=held),
-        held=(_pinned(before, sample, pinned.before), pinned.seed),
-    )
+    before = _covering(None, covering.covered, sample, pinned.synthesis, covering.largest)
+    held = (_with_pins(before, sample, pinned.before), pinned.seed)
+    regions = replace(covering.guidance or Guidance(), held=tuple(map(parse_map, pinned.regions)))
+    return replace(covering, guidance=regions, held=held)
 
 
 def _with_axes(
-    asked: SynthesisOptions, covered: Covered, source: PixelArray | Material, notes: list[str]
-) -> SynthesisOptions:
-    """Return options with the direction on each part of a model, and the size that fits around its axes."""
+    asked: SynthesisOptions, covered: Covered, source: PixelArray | Material
+) -> tuple[SynthesisOptions, list[str]]:
+    """Return options with the direction on each part of a model, and the size that fits; and notes."""
     if not is_by_part(asked.direction):
-        return asked
+        return asked, []
     if covered.model is None:
         file = "a CAD model's file" if isinstance(asked.direction, str) else "a model's file"
         raise InputError(f"direction is {on_a_line(asked.direction)}; allowed: with {file}")
     direction = part_direction(covered.model, cast(str | Mapping[str, str], asked.direction))
+    notes = []
     if asked.fit:
-        asked = _fitted(asked, covered, covered.model, matched_image(source, asked), notes)
-    return replace(asked, direction=direction, fit=False)
+        asked, note = _fitted(asked, covered, covered.model, matched_image(source, asked))
+        notes = [note]
+    return replace(asked, direction=direction, fit=False), notes
 
 
 def _fitted(
-    asked: SynthesisOptions, covered: Covered, model: ModelFile, seen: PixelArray, notes: list[str]
-) -> SynthesisOptions:
-    """Return options with a sample size for which whole periods go round; a note reports the result."""
+    asked: SynthesisOptions, covered: Covered, model: ModelFile, seen: PixelArray
+) -> tuple[SynthesisOptions, str]:
+    """Return options with a sample size for which whole periods go round; and a note about the result."""
     lattice = find_lattice(seen)
     by_direction = triangles_by_direction(model, cast(str | Mapping[str, str], asked.direction))
     around, along = (
@@ -451,18 +468,17 @@ def _fitted(
     count = len(around) + len(along)
     if lattice is None or not count:
         why = "the sample does not repeat surely enough" if lattice is None else "no cylinder closes round"
-        notes.append(f"nothing is fitted: {why}")
-        return asked
+        return asked, f"nothing is fitted: {why}"
     width = sample_width(seen, asked, model.mesh.metres)
     scale = texture_scale(covered.surface, seen.shape[1], sample_size=width)
     factor, left = fitted(lattice, around, along, scale.scale)
     wide = factor * scale.sample_size
-    notes.append(
+    note = (
         f"the sample is {wide:.4g} wide instead of {scale.sample_size:.4g} ({100 * (factor - 1):+.1f} %), so "
         f"that whole periods go round {count} cylinder{'s' * (count > 1)}; {left:.2f} of one "
         "is left over"
     )
-    return replace(asked, sample_size=wide, element_size=None)
+    return replace(asked, sample_size=wide, element_size=None), note
 
 
 def _share(asked: SynthesisOptions, covered: Covered, parts: Mapping[str, Covered]) -> SynthesisOptions:
@@ -503,6 +519,12 @@ def check_streamed(covering: Covering) -> None:
     if covering.asked.method == "pixel":
         refuse_pixel(covering.texels, (height, width))
     check_layout(surface, prepared.charts, (height, width))
+
+
+def notes_of(coverings: Sequence[Covering], *, in_memory: bool = True) -> list[str]:
+    """Return all warnings from reading, then all about the work ahead; see `Covering.work_notes`."""
+    found = [note for each in coverings for note in each.notes]
+    return found + [note for each in coverings for note in each.work_notes(in_memory=in_memory)]
 
 
 def roles_of(coverings: Sequence[Covering], *, all_have: bool = False) -> tuple[str, ...]:

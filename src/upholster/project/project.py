@@ -11,6 +11,7 @@ from upholster.charts.maps import parse_map
 from upholster.coverings import (
     Covering,
     Pinned,
+    Request,
     asked_files,
     check_not_swapped,
     check_pinned,
@@ -178,19 +179,10 @@ class Project(Shown):
         """Return another project in which nothing is pinned."""
         return replace(self, pinned=None)
 
-    def coverings(self, notes: list[str] | None = None, progress: Progress | None = None) -> list[Covering]:
-        """Return each sample with its surface, as `cover` uses them; notes are appended to those given."""
-        found = read_coverings(
-            self.sample,
-            self.model,
-            self.materials,
-            self.reading,
-            self.synthesis,
-            pinned=self.pinned,
-            notes=[] if notes is None else notes,
-            progress=progress,
-        )
-        return [replace(each, largest=largest_chart((), self.writing)) for each in found]
+    def coverings(self, progress: Progress | None = None) -> list[Covering]:
+        """Return each sample with its surface, as `cover` uses them."""
+        request = Request(self.sample, self.model, self.materials, self.reading, self.synthesis, self.pinned)
+        return read_coverings(request, largest=largest_chart((), self.writing), progress=progress)
 
     @property
     def samples(self) -> list[Sample]:
@@ -238,7 +230,7 @@ class Project(Shown):
         """
 
         def read() -> list[Covering]:
-            return self.coverings(progress=progress)
+            return self.coverings(progress)
 
         return self.previews.begin(read, self.writing, self.seed, texels, threads, progress)
 

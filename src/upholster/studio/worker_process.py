@@ -22,7 +22,7 @@ from typing import Any
 
 import numpy as np
 
-from upholster.coverings import Covering, settled_values
+from upholster.coverings import Covering, notes_of, settled_values
 from upholster.elements import find_lattice
 from upholster.errors import CancelledError, InputError, UpholsterError
 from upholster.formats import split_name
@@ -158,16 +158,15 @@ class _Work:
 
     def facts(self, project: Project) -> dict[str, Any]:
         """Return facts about model and sample."""
-        notes: list[str] = []
         with self.previews.stages.active():
-            coverings = project.coverings(notes)
+            coverings = project.coverings()
             first = coverings[0]
             model, scale = first.covered.model, first.prepared.scale
             found: dict[str, Any] = {
                 "sample_size": None if scale is None else scale.sample_size,
                 "texels": sum(each.texels for each in coverings),
                 "settled": settled_values(coverings),
-                "notes": notes + [note for each in coverings for note in each.notes()],
+                "notes": notes_of(coverings),
                 "parts": [],
                 "unit": None,
             }
