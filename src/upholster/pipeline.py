@@ -13,23 +13,19 @@ from pathlib import Path
 from typing import Any
 
 from upholster._version import __version__
-from upholster.charts.covered import CoveredLike, as_covered
-from upholster.coverings import (
-    Covering,
-    Pinned,
-    Request,
-    check_not_swapped,
-    check_streamed,
+from upholster.charts.surface_to_cover import CoveredLike, as_covered
+from upholster.coverings.covering import Covering, check_streamed
+from upholster.coverings.joint_work import (
     counted,
     notes_of,
     painted_model,
-    read_coverings,
-    read_materials,
-    read_sample,
     roles_of,
     settled_values,
     synthesized,
 )
+from upholster.coverings.pins import Pinned
+from upholster.coverings.request import Request, check_not_swapped, read_materials, read_sample
+from upholster.coverings.request_reading import read_coverings
 from upholster.errors import InputError
 from upholster.files import Outputs, outputs, path_text
 from upholster.geometry import Surface

@@ -7,8 +7,8 @@ import numpy as np
 from plain_laying import SYMMETRIES
 
 from upholster.charts.charted import ChartedSurface
-from upholster.charts.covered import as_covered
 from upholster.charts.subdivision import subdivided
+from upholster.charts.surface_to_cover import as_covered
 from upholster.geometry import MeshSurface, TriangleMesh
 from upholster.methods.quilt._block_kernels import LayNumbers
 from upholster.methods.quilt._lay_kernels import Ground

@@ -10,7 +10,7 @@ from laying import Folded, Run, alike, covered, cylinder, flat_net, folded, hing
 from repeating import repeating
 from tests.charts.meshes import box, sphere
 
-from upholster.charts.covered import as_covered
+from upholster.charts.surface_to_cover import as_covered
 from upholster.charts.unwrap import unwrap
 from upholster.errors import CancelledError, InputError
 from upholster.geometry import MeshSurface, TriangleMesh

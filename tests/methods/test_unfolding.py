@@ -10,8 +10,8 @@ from laying_kernels import unfold
 from plain_laying import barycentric
 from tests.charts.meshes import sphere
 
-from upholster.charts.covered import as_covered
 from upholster.charts.subdivision import subdivided
+from upholster.charts.surface_to_cover import as_covered
 from upholster.geometry import MeshSurface
 from upholster.methods.quilt._lay_kernels import Ground
 from upholster.methods.quilt._sheet_kernels import FIT, MOST_SHEETS, SheetScratch

@@ -15,7 +15,6 @@ from upholster.charts.charted import (
     charted_plane,
     on_longer_steps,
 )
-from upholster.charts.covered import CoveredLike, as_covered
 from upholster.charts.creases import default_crease
 from upholster.charts.directions import (
     Direction,
@@ -34,6 +33,7 @@ from upholster.charts.maps import MapGround
 from upholster.charts.mesh_layout import mesh_charts
 from upholster.charts.mesh_warp_fields import triangle_frames, warp_fields
 from upholster.charts.size_map import SizeField, parse_size_map, size_field
+from upholster.charts.surface_to_cover import CoveredLike, as_covered
 from upholster.charts.turns import chart_turns
 from upholster.elements import find_lattice
 from upholster.errors import InputError

@@ -6,23 +6,16 @@ from typing import Any
 
 import numpy as np
 
-from upholster.charts.covered import CoveredLike, covered_files
 from upholster.charts.maps import parse_map
-from upholster.coverings import (
-    Covering,
-    Pinned,
-    Request,
-    asked_files,
-    check_not_swapped,
-    check_pinned,
-    check_samples,
-    read_coverings,
-    read_materials,
-    synthesized,
-)
+from upholster.charts.surface_to_cover import CoveredLike, covered_files
+from upholster.coverings.covering import Covering
+from upholster.coverings.joint_work import synthesized
+from upholster.coverings.pins import Pinned, check_pinned
+from upholster.coverings.request import Request, check_not_swapped, check_samples, read_materials
+from upholster.coverings.request_reading import read_coverings
 from upholster.errors import InputError, nearest
 from upholster.image.source import Sample
-from upholster.methods import settled_seed
+from upholster.methods import asked_files, settled_seed
 from upholster.options import ModelOptions, SampleOptions, SynthesisOptions, WriteOptions, chosen
 from upholster.outputs import largest_chart
 from upholster.pipeline import cover

@@ -22,7 +22,8 @@ from typing import Any
 
 import numpy as np
 
-from upholster.coverings import Covering, notes_of, settled_values
+from upholster.coverings.covering import Covering
+from upholster.coverings.joint_work import notes_of, settled_values
 from upholster.elements import find_lattice
 from upholster.errors import CancelledError, InputError, UpholsterError
 from upholster.formats import split_name
