@@ -42,7 +42,7 @@ from upholster.geometry import MeshSurface, TriangleMesh
 from upholster.geometry.mesh_files import read_model
 from upholster.image import from_linear, read_exemplar, write_image
 from upholster.measure import mesh_mapping, mesh_seams, mesh_texel_scale
-from upholster.methods.synthesis import execute, prepare
+from upholster.methods import execute, prepare
 from upholster.options import SynthesisOptions
 from upholster.quilt import paint
 from upholster.textured import TexturedModel

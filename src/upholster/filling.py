@@ -24,8 +24,8 @@ from upholster.image.preparing import MAX_SIDE, unit_normal_map
 from upholster.image.read import check_exemplar
 from upholster.image.roles import COLORS
 from upholster.image.source import Sample, Source, as_exemplar, read_source
+from upholster.methods import settled_seed
 from upholster.methods.holes import LARGEST_BLOCK, HoleExemplar, check_room, hole_places
-from upholster.methods.synthesis import settled_seed
 from upholster.parallel import check_running
 from upholster.types import PixelArray, Progress
 

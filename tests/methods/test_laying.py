@@ -15,12 +15,11 @@ from upholster.charts.unwrap import unwrap
 from upholster.errors import CancelledError, InputError
 from upholster.geometry import MeshSurface, TriangleMesh
 from upholster.measure.cuts import cut_seam_ratio
-from upholster.methods import synthesize
+from upholster.methods import lay_plan, prepare, synthesize
 from upholster.methods.quilt import laying
 from upholster.methods.quilt.match_pyramid import SamplePart, match_pyramid
 from upholster.methods.quilt.method import synthesize_quilt
 from upholster.methods.quilt.quilt_options import QuiltOptions
-from upholster.methods.synthesis import lay_plan, prepare
 from upholster.options import SynthesisOptions
 from upholster.parallel import Stop, cancelled_by
 from upholster.quilt import Quilt, paint
