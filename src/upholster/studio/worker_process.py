@@ -179,7 +179,7 @@ class _Work:
                 {"name": part.name, "material": part.material, "triangles": int(count)}
                 for part, count in zip(whole.parts, counts, strict=True)
             ]
-            found["unit"] = None if whole.mesh.metres is None else _unit(whole.mesh.metres)
+            found["unit"] = None if whole.mesh.metres is None else _unit_name(whole.mesh.metres)
         return found
 
     def whole_model(self, project: Project) -> Any:
@@ -297,7 +297,7 @@ def _any(project: Project) -> Sample:
     return next(iter(project.materials.values()))
 
 
-def _unit(metres: float) -> str | None:
+def _unit_name(metres: float) -> str | None:
     known = {"mm": 0.001, "cm": 0.01, "dm": 0.1, "m": 1.0, "km": 1000.0, "in": 0.0254, "ft": 0.3048}
     return next((name for name, size in known.items() if abs(size - metres) < 1e-9 * metres), None)
 
