@@ -141,7 +141,7 @@ def cover(
     """
     options, seed = chosen(WriteOptions, options), settled_seed(seed)
     asked = chosen(SynthesisOptions, synthesis)
-    check_running(threads, progress)
+    check_running(threads, progress, tell)
     wanted = parse_outputs(listed(targets), options, flat=isinstance(asked.texels, tuple))
     _check_report(report)
     by_part, reading = read_materials(materials), chosen(ModelOptions, model)

@@ -18,6 +18,7 @@ from upholster.image.source import Sample
 from upholster.methods import asked_files, settled_seed
 from upholster.options import ModelOptions, SampleOptions, SynthesisOptions, WriteOptions, chosen
 from upholster.outputs import largest_chart
+from upholster.parallel import check_running
 from upholster.pipeline import cover
 from upholster.project.preview import Preview, Previews
 from upholster.quilt import Quilt
@@ -198,6 +199,7 @@ class Project(Shown):
 
     def quilts(self, *, threads: int | None = None, progress: Progress | None = None) -> list[Quilt]:
         """Return the quilt of each sample, as `cover` writes them."""
+        check_running(threads, progress)
         with self.previews.stages.active():
             return synthesized(self.coverings(), seed=self.seed, threads=threads, progress=progress)
 
@@ -235,6 +237,7 @@ class Project(Shown):
         **running: Any,
     ) -> CoverReport:
         """Write files: `upholster.cover` with this project's settings; `running` has its other arguments."""
+        check_running(None, None, tell)
         if tell is not None:
             for note in self.notes:
                 tell(note)
