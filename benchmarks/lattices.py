@@ -34,7 +34,7 @@ from upholster.elements import Lattice, find_lattice
 from upholster.geometry import RationalPatch, Surface, plane, surface_from_spec
 from upholster.geometry.face import Face
 from upholster.measure import broken_elements, mapping
-from upholster.methods.synthesis import execute, prepare
+from upholster.methods import execute, prepare
 from upholster.options import SynthesisOptions, WriteOptions
 from upholster.textured import TexturedModel
 from upholster.types import PixelArray

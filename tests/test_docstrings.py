@@ -52,3 +52,18 @@ def test_every_parameter_is_described_once() -> None:
         if missing or unknown or len(listed) != len(set(listed)):
             wrong[name] = missing | unknown
     assert not wrong
+
+
+def test_every_folder_names_its_modules() -> None:
+    missing = {}
+    for init in sorted(SOURCES.rglob("__init__.py")):
+        # CONVENTIONS.md names those of the package itself.
+        own = init.parent != SOURCES / "upholster"
+        text = (init if own else SOURCES.parent / "CONVENTIONS.md").read_text(encoding="utf-8")
+        text = text.partition("\n## Folders\n")[2].partition("\n## ")[0] if not own else text
+        modules = [path for path in init.parent.iterdir() if path.suffix == ".py"]
+        folders = [path.parent for path in init.parent.glob("*/__init__.py")]
+        names = {path.stem for path in (*modules, *folders) if not path.stem.startswith("_")}
+        if unnamed := {name for name in names if f"`{name}`" not in text}:
+            missing[init.parent.relative_to(SOURCES).as_posix()] = unnamed
+    assert missing == {}

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 from gltf_models import Glb
 
-from upholster.charts.covered import covered_parts
-from upholster.coverings import progress_of_each, read_materials
+from upholster.charts.surface_to_cover import covered_parts
+from upholster.coverings.joint_work import progress_of_each
+from upholster.coverings.request import read_materials
 from upholster.errors import InputError
 from upholster.geometry import MeshSurface
 from upholster.image import read_image, write_image

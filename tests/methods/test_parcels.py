@@ -9,8 +9,8 @@ import pytest
 from laying import alike
 
 from upholster import read_exemplar
-from upholster.charts.covered import as_covered
 from upholster.charts.subdivision import subdivided, subdivided_in
+from upholster.charts.surface_to_cover import as_covered
 from upholster.measure.cuts import cut_seam_ratio
 from upholster.methods import lay_plan, prepare
 from upholster.methods.quilt import parcels

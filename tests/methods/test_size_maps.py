@@ -6,7 +6,7 @@ from laying import alike, texture
 
 from upholster import synthesize
 from upholster.charts.charted import charted_surface
-from upholster.charts.covered import as_covered
+from upholster.charts.surface_to_cover import as_covered
 from upholster.image import write_image
 from upholster.measure.mapping import _at_samples, _jacobian, mapping
 from upholster.measure.places import surface_samples

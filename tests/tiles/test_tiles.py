@@ -173,7 +173,7 @@ def _stopping(after: int, names: list[tuple[str, int]]) -> Iterator[Callable[...
             yield Pool(pool)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("upholster.tiles.covering.thread_pool", make)
+        patch.setattr("upholster.tiles.by_tasks.thread_pool", make)
         yield make
 
 

@@ -4,10 +4,10 @@ from abc import ABC, abstractmethod
 
 from upholster.charts.maps.map_ground import AtSteps, MapGround
 
-__all__ = ["Source"]
+__all__ = ["MapSource"]
 
 
-class Source(ABC):
+class MapSource(ABC):
     """A kind of map with the user's settings. Sources with the same settings are equal."""
 
     is_binary = False

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.charts.maps.map_ground import MapGround, Steps, over_steps
-from upholster.charts.maps.map_source import Source
+from upholster.charts.maps.map_source import MapSource
 from upholster.errors import InputError
 from upholster.stages import file_stage, keeping
 
@@ -33,7 +33,7 @@ class SurfaceMap:
     """
 
     text: str
-    source: Source
+    source: MapSource
     is_inverted: bool = False
     above: float | None = None
     below: float | None = None
@@ -114,7 +114,7 @@ def region(
     return tuple(values > 0.5 for values in wanted.values(ground, threads=threads))
 
 
-def _inputs(_: object, read: SurfaceMap | Source, *__: object, **___: object) -> tuple[str, ...]:
+def _inputs(_: object, read: SurfaceMap | MapSource, *__: object, **___: object) -> tuple[str, ...]:
     return read.files
 
 
@@ -125,7 +125,7 @@ def _values(wanted: SurfaceMap, ground: MapGround, *, threads: int | None) -> tu
 
 @file_stage(_inputs)
 def _source_values(
-    source: Source, ground: MapGround, *, threads: int | None
+    source: MapSource, ground: MapGround, *, threads: int | None
 ) -> tuple[NDArray[np.float32], ...]:
     # A separate stage, because the same curvature may be compared with several numbers in turn.
     nothing = np.array(np.nan, np.float32)

@@ -7,7 +7,7 @@ from pathlib import PurePath
 
 from upholster.charts.directions import NUMBER, is_stroke_file
 from upholster.charts.maps.map_images import Image, VertexColors
-from upholster.charts.maps.map_source import Source
+from upholster.charts.maps.map_source import MapSource
 from upholster.charts.maps.noise import Noise
 from upholster.charts.maps.painted import Painted
 from upholster.charts.maps.ray_maps import Curvature, Occlusion
@@ -89,7 +89,7 @@ def parse_map(text: str) -> SurfaceMap:
     return SurfaceMap(text.strip(), _source(rest, text), is_inverted, above, below)
 
 
-def _source(rest: str, text: str) -> Source:
+def _source(rest: str, text: str) -> MapSource:
     """Return the source in a text, after its prefix and suffix have been removed."""
     word, colon, argument = rest.partition(":")
     reader = _WORDS.get((word.strip().lower(), bool(colon)))
@@ -108,13 +108,13 @@ def _source(rest: str, text: str) -> Source:
     raise _refused(text)
 
 
-def _part(argument: str, text: str) -> Source:
+def _part(argument: str, text: str) -> MapSource:
     if not argument:
         raise InputError(f"map {text[:60]!r} names no part; allowed: part: and a name or pattern")
     return Part(argument)
 
 
-def _facing(argument: str, text: str) -> Source:
+def _facing(argument: str, text: str) -> MapSource:
     name = argument.lower()
     sign, axis = (-1.0, name[1:].strip()) if name.startswith("-") else (1.0, name)
     if axis in _AXES:
@@ -146,7 +146,7 @@ def _refused(text: str) -> InputError:
     return InputError(f"map is {text[:60]!r}; allowed: {ALLOWED}")
 
 
-_WORDS: dict[tuple[str, bool], Callable[[str, str], Source]] = {
+_WORDS: dict[tuple[str, bool], Callable[[str, str], MapSource]] = {
     ("part", True): _part,
     ("height", False): lambda *_: Height(),
     ("colors", False): lambda *_: VertexColors(),
