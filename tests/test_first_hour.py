@@ -5,10 +5,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from gltf_models import BOX, BOX_TRIANGLES
 
 from upholster import reports, surface_from_spec
 from upholster.charts import layout
 from upholster.errors import InputError
+from upholster.geometry import TriangleMesh
 from upholster.image import read_exemplar, write_image
 from upholster.pipeline import cover
 
@@ -83,6 +85,16 @@ def test_what_is_soft_or_very_large_is_told_before_the_work(tmp_path, monkeypatc
     assert [count for _, count in told] == [0]
     monkeypatch.setattr(reports, "_MANY_TEXELS", 30_000)
     assert "GB of texels in memory" in run(texels=40_000).notes[0]
+
+
+def test_faces_that_point_inward_are_noted(tmp_path):
+    write_image(tmp_path / "x.png", np.random.default_rng(1).integers(0, 255, (64, 64, 3), np.uint8))
+    for inward in (False, True):
+        triangles = BOX_TRIANGLES[:, ::-1] if inward else BOX_TRIANGLES
+        mesh = TriangleMesh(BOX.astype(float), triangles, parts=("Box",))
+        found = cover(str(tmp_path / "x.png"), mesh, [str(tmp_path / "x.npz")], synthesis={"texels": 10_000})
+        assert [note for note in found.notes if "the faces of Box point inward" in note] == found.notes
+        assert len(found.notes) == inward
 
 
 def test_a_sample_that_is_no_texture_is_told(tmp_path):

@@ -12,6 +12,7 @@ import numpy as np
 from upholster.charts.layout import MOST_TEXELS
 from upholster.elements import find_joints
 from upholster.geometry import AnySurface, MeshSurface, Surface
+from upholster.geometry.mesh_state import inside_out_parts
 from upholster.image.even_light import UNEVEN, light_range
 from upholster.image.sameness import differing_region
 from upholster.methods import Prepared
@@ -50,6 +51,9 @@ _STRETCHED = 0.01
 
 _SMOOTHED = 0.01
 """Part of the surface from which a note reports that sizes are smoothed there."""
+
+_LISTED = 3
+"""Number of part names that a note lists."""
 
 _MANY_TEXELS = 2**25
 """Size from which a note before the work reports the size of the files."""
@@ -194,13 +198,7 @@ def sample_notes(sample: PixelArray) -> list[str]:
 
 def notes_before(surface: AnySurface, prepared: Prepared, sample: PixelArray, maps: int) -> list[str]:
     """Return notes before the work begins; `maps` are those whose texels are kept."""
-    found = []
-    count, tolerance = (0, 0.0) if isinstance(surface, MeshSurface) else surface.nearly_meeting
-    if count and isinstance(surface, Surface):
-        found.append(
-            f"{count} edges nearly meet, but are farther apart than the tolerance of {surface.tolerance:g} "
-            f"times the surface's size; a tolerance of {tolerance:g} would join them"
-        )
+    found = _mesh_notes(surface) if isinstance(surface, MeshSurface) else _patch_notes(surface)
     found += sample_notes(sample)
     if prepared.scale is not None and prepared.scale.scale < _SOFT * prepared.scale.density:
         pixels = prepared.scale.scale / prepared.scale.density
@@ -237,6 +235,30 @@ def notes_before(surface: AnySurface, prepared: Prepared, sample: PixelArray, ma
                 f"periods of them; {width}x{height} texels would do with {less:.1%}"
             )
     return found
+
+
+def _patch_notes(surface: Surface) -> list[str]:
+    count, tolerance = surface.nearly_meeting
+    if not count:
+        return []
+    return [
+        f"{count} edges nearly meet, but are farther apart than the tolerance of {surface.tolerance:g} "
+        f"times the surface's size; a tolerance of {tolerance:g} would join them"
+    ]
+
+
+def _mesh_notes(surface: MeshSurface) -> list[str]:
+    mesh = surface.mesh
+    inward = inside_out_parts(mesh)
+    inward[np.setdiff1d(np.arange(len(inward)), mesh.part[surface.island >= 0])] = False
+    names = [mesh.parts[number] for number in np.flatnonzero(inward)]
+    if not names:
+        return []
+    listed = ", ".join(names[:_LISTED]) + (" …" if len(names) > _LISTED else "")
+    return [
+        f"the faces of {listed} point inward: the texture is mirrored as seen from outside, and other "
+        "programs may not show it; Blender's Mesh > Normals > Recalculate Outside turns them"
+    ]
 
 
 def counts_of(surface: AnySurface, quilt: Quilt, texels: Texels) -> dict[str, int]:
