@@ -12,7 +12,10 @@ from upholster.charts import layout
 from upholster.errors import InputError
 from upholster.geometry import TriangleMesh
 from upholster.image import read_exemplar, write_image
+from upholster.methods.synthesis import prepare
+from upholster.options import SynthesisOptions
 from upholster.pipeline import cover
+from upholster.reports import notes_before
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 
@@ -85,6 +88,28 @@ def test_what_is_soft_or_very_large_is_told_before_the_work(tmp_path, monkeypatc
     assert [count for _, count in told] == [0]
     monkeypatch.setattr(reports, "_MANY_TEXELS", 30_000)
     assert "GB of texels in memory" in run(texels=40_000).notes[0]
+
+
+def test_a_note_says_how_many_texels_an_element_needs(tmp_path, monkeypatch):
+    # 8 texels per element of 20 pixels need a texel per 2.5 pixels: 512 x 512 pixels are 205 x 205 texels.
+    row, column = np.mgrid[:160, :160]
+    joints = (row % 20 < 3) | (column % 20 < 3)
+    noise = np.random.default_rng(1).integers(0, 30, (160, 160, 1))
+    write_image(tmp_path / "tiles.png", np.uint8(np.where(joints[:, :, None], 210, 100) + noise))
+    write_image(tmp_path / "noise.png", np.random.default_rng(1).integers(0, 255, (160, 160, 3), np.uint8))
+    monkeypatch.setattr(reports, "sample_notes", lambda _: [])
+
+    def run(name, texels):
+        surface, options = surface_from_spec("plane"), SynthesisOptions(texels=texels, sample_size=0.3125)
+        exemplar = read_exemplar(tmp_path / name)
+        return notes_before(surface, prepare(exemplar, surface, options), exemplar, 1)
+
+    (note,) = run("tiles.png", 10_000)
+    assert "3.9 texels on its shorter side: --texels 42k gives it 8" in note
+    assert run("tiles.png", 42_000) == []
+    (note,) = run("noise.png", 2_000)
+    assert note == "a texel is 11 pixels of the sample wide: --texels 4.1k makes that 8"
+    assert run("noise.png", 4_100) == []
 
 
 def test_faces_that_point_inward_are_noted(tmp_path):
