@@ -112,6 +112,20 @@ def test_a_note_says_how_many_texels_an_element_needs(tmp_path, monkeypatch):
     assert run("noise.png", 4_100) == []
 
 
+def test_a_sample_wider_than_the_model_is_noted(tmp_path):
+    exemplar = np.random.default_rng(1).integers(0, 255, (80, 80, 3), np.uint8)
+    surface = surface_from_spec("plane:width=2,height=0.5")
+
+    def run(size):
+        prepared = prepare(exemplar, surface, SynthesisOptions(sample_size=size, texels=4000))
+        return [note for note in notes_before(surface, prepared, exemplar, 1) if "part of it shows" in note]
+
+    assert run(2) == []
+    (note,) = run(2.1)
+    assert "2.1 units wide and the model only 2 long" in note
+    assert "--sample-size 0.5 fits it 4 times" in note
+
+
 def test_faces_that_point_inward_are_noted(tmp_path):
     write_image(tmp_path / "x.png", np.random.default_rng(1).integers(0, 255, (64, 64, 3), np.uint8))
     for inward in (False, True):

@@ -47,6 +47,9 @@ _SOFT, _COARSE = 0.6, 1.2
 _ELEMENT_TEXELS, _TEXEL_PIXELS = 8, 8
 """Fewest texels across an element, and most pixels of the sample per texel if its elements are not known."""
 
+_TIMES = 4
+"""The size that a note suggests for a sample that is wider than the model fits this often along it."""
+
 _FEW = 4
 """Number of elements across a sample below which a note advises more."""
 
@@ -205,6 +208,7 @@ def notes_before(surface: AnySurface, prepared: Prepared, sample: PixelArray, ma
     found = _mesh_notes(surface) if isinstance(surface, MeshSurface) else _patch_notes(surface)
     found += sample_notes(sample)
     if prepared.scale is not None:
+        found += _size_notes(surface, prepared.scale)
         found += _resolution_notes(prepared, prepared.scale, sample)
     if prepared.sizes is not None and prepared.sizes.smoothed >= _SMOOTHED:
         share = f"{100 * prepared.sizes.smoothed:.0f} %"
@@ -251,6 +255,17 @@ def _mesh_notes(surface: MeshSurface) -> list[str]:
     return [
         f"the faces of {listed} point inward: the texture is mirrored as seen from outside, and other "
         "programs may not show it; Blender's Mesh > Normals > Recalculate Outside turns them"
+    ]
+
+
+def _size_notes(surface: AnySurface, scale: TextureScale) -> list[str]:
+    box = surface.mesh.box if isinstance(surface, MeshSurface) else surface.box
+    longest = float(np.ptp(box, axis=0).max())
+    if scale.sample_size <= longest:
+        return []
+    return [
+        f"the sample is {scale.sample_size:.3g} units wide and the model only {longest:.3g} long, so only a "
+        f"part of it shows: --sample-size {longest / _TIMES:.2g} fits it {_TIMES} times along the model"
     ]
 
 
