@@ -53,8 +53,8 @@ class SynthesisOptions:
         default=None,
         metadata=about(
             _SCALE,
-            "Width of the sample in model units, or with a unit if the model has one: `30cm`. Default: a "
-            "sixth of the model's diagonal.",
+            "Width of the whole sample on the model, in model units, or with a unit if the model has one: "
+            "`30cm`. Default: a sixth of the model's diagonal.",
             metavar="LENGTH",
             only="quilt",
         ),
@@ -63,8 +63,9 @@ class SynthesisOptions:
         default=None,
         metadata=about(
             _SCALE,
-            "Size of the element that repeats in the sample, a brick or a plank, instead of --sample-size: "
-            "`21cm`. This is its longer side; if only rows repeat, their distance.",
+            "Size of one brick, plank or tile on the model, not of the whole sample: `21cm`. It sets "
+            "--sample-size: with 4 bricks in the sample's width, to 84cm. This is the element's longer side; "
+            "if only rows repeat, their distance.",
             metavar="LENGTH",
             only="quilt",
         ),
