@@ -113,7 +113,8 @@ class SynthesisOptions:
             "SAMPLE: an image of the sample's size, `luminance`, or one of its maps, as `height`. "
             "TARGET: an image over the flat texture or the model's texture coordinates, `colors`, "
             "`part:NAME`, `height`, `slope`, `facing:z`, `curvature`, `occlusion`, `noise`, a ball "
-            "`x,y,z:r`, a .json file of values; a prefix `1-` inverts it, a suffix `>0.5` compares it.",
+            "`x,y,z:r`, a .json file of values; a prefix `1-` inverts it, a suffix `>0.5` compares it; "
+            "`height<0.3 and slope>0.5` joins several.",
             metavar="SAMPLE=TARGET[@WEIGHT]",
             only="quilt",
         ),
