@@ -93,9 +93,10 @@ def test_what_is_soft_or_very_large_is_told_before_the_work(tmp_path, monkeypatc
 def test_a_note_says_how_many_texels_an_element_needs(tmp_path, monkeypatch):
     # 8 texels per element of 20 pixels need a texel per 2.5 pixels: 512 x 512 pixels are 205 x 205 texels.
     row, column = np.mgrid[:160, :160]
-    joints = (row % 20 < 3) | (column % 20 < 3)
     noise = np.random.default_rng(1).integers(0, 30, (160, 160, 1))
-    write_image(tmp_path / "tiles.png", np.uint8(np.where(joints[:, :, None], 210, 100) + noise))
+    for name, side in (("tiles.png", 20), ("small.png", 8)):
+        joints = (row % side < side // 6) | (column % side < side // 6)
+        write_image(tmp_path / name, np.uint8(np.where(joints[:, :, None], 210, 100) + noise))
     write_image(tmp_path / "noise.png", np.random.default_rng(1).integers(0, 255, (160, 160, 3), np.uint8))
     monkeypatch.setattr(reports, "sample_notes", lambda _: [])
 
@@ -107,6 +108,10 @@ def test_a_note_says_how_many_texels_an_element_needs(tmp_path, monkeypatch):
     (note,) = run("tiles.png", 10_000)
     assert "3.9 texels on its shorter side: --texels 42k gives it 8" in note
     assert run("tiles.png", 42_000) == []
+    # Elements of 8 pixels cannot have 8 texels; a note is due only above 2 pixels to a texel.
+    (note,) = run("small.png", 60_000)
+    assert note.endswith("has only 3.8 texels on its shorter side: --texels 270k gives it 8")
+    assert run("small.png", 70_000) == []
     (note,) = run("noise.png", 2_000)
     assert note == "a texel is 11 pixels of the sample wide: --texels 4.1k makes that 8"
     assert run("noise.png", 4_100) == []

@@ -44,8 +44,9 @@ __all__ = [
 _SOFT, _COARSE = 0.6, 1.2
 """Pixels of the sample per texel: below the first a texture looks soft, above the second it loses detail."""
 
-_ELEMENT_TEXELS, _TEXEL_PIXELS = 8, 8
-"""Fewest texels across an element, and most pixels of the sample per texel if its elements are not known."""
+_ELEMENT_TEXELS, _TEXEL_PIXELS, _BLURRED = 8, 8, 2.0
+"""Fewest texels across an element; most pixels of the sample per texel if its elements are not known; and how
+many there are in any case before a note asks for more texels."""
 
 _TIMES = 4
 """The size that a note suggests for a sample that is wider than the model fits this often along it."""
@@ -278,8 +279,9 @@ def _resolution_notes(prepared: Prepared, scale: TextureScale, sample: PixelArra
             "smaller --sample-size or fewer texels make it sharp"
         ]
     element = _element_pixels(prepared, sample)
-    most = max(_COARSE, _TEXEL_PIXELS if element is None else element / _ELEMENT_TEXELS)
-    if wide > most:
+    most = _TEXEL_PIXELS if element is None else element / _ELEMENT_TEXELS
+    if wide > max(most, _BLURRED):
+        most = max(most, 1.0)
         enough = _rounded_up(scale.texels * (wide / most) ** 2)
         if element is None:
             found = (
