@@ -372,6 +372,7 @@ def test_a_surface_of_an_unknown_suffix_says_which_are_known(folder, name):
 
 WRONG = {
     "twice": (["cover", "brick.png", "--on", "torus", "--on=sphere", "-oa.glb"], "--on is given 2 times"),
+    "scale": (["cover", "brick.png", "--on=torus", "-oa.glb", "--scale=2"], "--element-size, --sample-size"),
     "no whole number": (
         ["cover", "brick.png", "--on", "torus", "-oa.glb", "--seed", "1.5"],
         "--seed is '1.5'",

@@ -10,8 +10,10 @@ __all__ = ["MapSource"]
 class MapSource(ABC):
     """A kind of map with the user's settings. Sources with the same settings are equal."""
 
-    is_binary = False
-    """Whether its only values are 0 and 1."""
+    @property
+    def is_binary(self) -> bool:
+        """Whether its only values are 0 and 1."""
+        return False
 
     @property
     def files(self) -> tuple[str, ...]:
