@@ -1,6 +1,7 @@
 """What somebody meets who names a sample and a surface, and nothing else."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,8 @@ from gltf_models import BOX, BOX_TRIANGLES
 
 from upholster import reports, surface_from_spec
 from upholster.charts import layout
+from upholster.charts.layout import texture_scale
+from upholster.charts.surface_to_cover import as_covered
 from upholster.errors import InputError
 from upholster.geometry import TriangleMesh
 from upholster.image import read_exemplar, write_image
@@ -102,10 +105,17 @@ def test_a_note_says_how_many_texels_an_element_needs(tmp_path, monkeypatch):
     write_image(tmp_path / "noise.png", np.random.default_rng(1).integers(0, 255, (160, 160, 3), np.uint8))
     monkeypatch.setattr(reports, "sample_notes", lambda _: [])
 
+    surface = surface_from_spec("plane")
+    few = SynthesisOptions(texels=2000, sample_size=0.3125)
+    prepared = {
+        name: prepare(read_exemplar(tmp_path / name), surface, few)
+        for name in ("tiles.png", "small.png", "noise.png")
+    }
+
     def run(name, texels):
-        surface, options = surface_from_spec("plane"), SynthesisOptions(texels=texels, sample_size=0.3125)
+        scale = texture_scale(surface, 160, sample_size=0.3125, texels=texels)
         exemplar = read_exemplar(tmp_path / name)
-        return notes_before(surface, prepare(exemplar, surface, options), exemplar, 1)
+        return notes_before(surface, replace(prepared[name], scale=scale), exemplar, 1)
 
     (note,) = run("tiles.png", 10_000)
     assert "3.9 texels on its shorter side: --texels 42k gives it 8" in note
@@ -133,14 +143,14 @@ def test_a_sample_wider_than_the_model_is_noted(tmp_path):
     assert "--sample-size 0.5 fits it 4 times" in note
 
 
-def test_faces_that_point_inward_are_noted(tmp_path):
-    write_image(tmp_path / "x.png", np.random.default_rng(1).integers(0, 255, (64, 64, 3), np.uint8))
+def test_faces_that_point_inward_are_noted():
+    exemplar = np.random.default_rng(1).integers(0, 255, (64, 64, 3), np.uint8)
     for inward in (False, True):
         triangles = BOX_TRIANGLES[:, ::-1] if inward else BOX_TRIANGLES
-        mesh = TriangleMesh(BOX.astype(float), triangles, parts=("Box",))
-        found = cover(str(tmp_path / "x.png"), mesh, [str(tmp_path / "x.npz")], synthesis={"texels": 10_000})
-        assert [note for note in found.notes if "the faces of Box point inward" in note] == found.notes
-        assert len(found.notes) == inward
+        surface = as_covered(TriangleMesh(BOX.astype(float), triangles, parts=("Box",))).surface
+        found = notes_before(surface, prepare(exemplar, surface, SynthesisOptions(texels=8000)), exemplar, 1)
+        assert [note for note in found if "the faces of Box point inward" in note] == found
+        assert len(found) == inward
 
 
 def test_a_sample_that_is_no_texture_is_told(tmp_path):
