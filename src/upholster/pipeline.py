@@ -139,6 +139,7 @@ def cover(
     InputError, FormatError
         Raised before any work if possible; then nothing is written.
     """
+    # Everything that can be checked without reading a file is checked first.
     options, seed = chosen(WriteOptions, options), settled_seed(seed)
     asked = chosen(SynthesisOptions, synthesis)
     check_running(threads, progress, tell)
@@ -157,12 +158,9 @@ def cover(
         coverings = _read(request, run)
         _check_read(coverings, run)
         layout = _prepare(coverings, run)
-        notes = notes_of(coverings, in_memory=not are_tiles_alone(wanted, coverings))
-        if tell is not None:
-            for note in notes:
-                tell(note)
+        notes = run.reported(notes_of(coverings, in_memory=not are_tiles_alone(wanted, coverings)))
         textured, written, counts = _make(coverings, layout, run)
-        notes += [] if textured is None else notes_after(wanted, textured, run.seconds, tell)
+        notes += [] if textured is None else run.reported(notes_after(wanted, textured, run.seconds))
         model_file = coverings[0].covered.model
         read = [*inputs, *map(os.fspath, () if model_file is None else model_file.inputs)]
         result = CoverReport(
@@ -196,6 +194,13 @@ class _Run:
     progress: Progress | None
     tell: Callable[[str], None] | None
     seconds: dict[str, float] = field(default_factory=dict)
+
+    def reported(self, notes: list[str]) -> list[str]:
+        """Report notes to the caller at once; return them."""
+        if self.tell is not None:
+            for note in notes:
+                self.tell(note)
+        return notes
 
 
 def _read(request: Request, run: _Run) -> list[Covering]:
