@@ -12,6 +12,7 @@ from typing import Any
 
 import pytest
 import typer
+from documented import small
 
 from upholster.cli import app
 
@@ -119,15 +120,7 @@ def test_the_command_line_takes_the_commands_for_the_papers_figures() -> None:
     _check_taken(commands)
 
 
-def _small(command: str) -> str:
-    """Return a recipe's command at few texels: whether it runs is asked here, not how long it takes."""
-    few = re.sub(r"--texels \d+M", "--texels 200k", command)
-    if few.startswith("upholster cover") and "--texels" not in few and "--method paper" not in few:
-        few += " --texels 200k"
-    return few
-
-
-@pytest.mark.slow
+@pytest.mark.slow(reason="runs every command")
 @pytest.mark.skipif(sys.platform == "win32", reason="the commands are written for a POSIX shell")
 @pytest.mark.parametrize("recipe", _recipes())
 def test_a_recipe_runs_by_itself_and_writes_what_it_names(
@@ -142,7 +135,7 @@ def test_a_recipe_runs_by_itself_and_writes_what_it_names(
     monkeypatch.setenv("PYTHONPATH", str(ROOT / "src"))
     for command in _recipes()[recipe]:
         done = subprocess.run(
-            ["bash", "-eo", "pipefail", "-c", shell + _small(command)],
+            ["bash", "-eo", "pipefail", "-c", shell + small(command)],
             cwd=tmp_path, capture_output=True, text=True, timeout=PATIENCE,
         )  # fmt: skip
         assert done.returncode == 0, f"$ {command}\n{done.stdout}{done.stderr}"

@@ -258,7 +258,7 @@ for n, arguments in enumerate(json.load(sys.stdin)):
 """Runs commands, each in a process of its own that has imported all that it needs before it begins."""
 
 
-@pytest.mark.slow
+@pytest.mark.slow(reason="runs every use of the program")
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs processes that copy themselves")
 def test_after_warm_no_command_compiles_anything(tmp_path):
     subprocess.run([sys.executable, "-m", "upholster", "warm", "--quiet"], check=True, cwd=tmp_path)

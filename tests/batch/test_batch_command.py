@@ -160,7 +160,7 @@ def _workers(process: subprocess.Popen[str]) -> list[int]:
     return found
 
 
-@pytest.mark.slow
+@pytest.mark.slow(reason="starts processes")
 @pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
 def test_jobs_of_a_worker_that_dies_are_done_by_another(tmp_path: Path) -> None:
     process = _begun(tmp_path)
@@ -171,7 +171,7 @@ def test_jobs_of_a_worker_that_dies_are_done_by_another(tmp_path: Path) -> None:
     assert {path.name for path in tmp_path.glob("*.png")} == {f"{seed}.png" for seed in range(1, 7)}
 
 
-@pytest.mark.slow
+@pytest.mark.slow(reason="starts processes")
 @pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
 def test_what_is_done_when_it_is_stopped_stays_done(tmp_path: Path) -> None:
     process = _begun(tmp_path)

@@ -224,7 +224,7 @@ def test_bounds_hold_and_are_close(made: Any) -> None:
                 assert estimate <= 2 * error + 1e-9 * surface.size
 
 
-@pytest.mark.slow
+@pytest.mark.slow(reason="runs Node on many meshes")
 def test_it_keeps_its_promises_under_node() -> None:
     run("--test", HERE / "mesh.test.mjs")
 
