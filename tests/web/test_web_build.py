@@ -12,6 +12,7 @@ from typing import Any
 import pytest
 
 import upholster
+from upholster.image.roles import MAP_ROLES
 
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
@@ -150,6 +151,20 @@ def test_no_module_imports_itself_however_far_round() -> None:
 def test_decoder_and_mesher_need_only_their_own_folders(name: str) -> None:
     for path in (WEB / name).rglob("*.js"):
         assert all(other.is_relative_to((WEB / name).resolve()) for other in _imports(path)), path.name
+
+
+def test_the_roles_of_maps_are_pythons() -> None:
+    text = (WEB / "uph" / "roles.js").read_text(encoding="utf-8")
+    rows = re.findall(r"^  (\w+): \{ (.*) \},$", text, re.MULTILINE)
+    assert [role for role, _ in rows] == list(MAP_ROLES)
+    for role, row in rows:
+        python, found = MAP_ROLES[role], dict(re.findall(r"(\w+): ([^,]+)", row))
+        assert found.keys() <= {"target", "channel", "neutral", "isColor"}
+        assert ("isColor" in found) is python.is_color, role
+        assert found.get("channel") == (None if python.channel is None else str(python.channel)), role
+        # Where textures are shared, materials need the value of a missing map.
+        if found["target"] == "'surface'":
+            assert (float(found["neutral"]),) == python.neutral, role
 
 
 def test_functions_are_short() -> None:

@@ -1,8 +1,9 @@
 /** One stream in the worker: what messages ask for, decoded, painted and tessellated in slices. */
 
 import { UphDecoder } from '../uph/decoder.js'
+import { TARGETS } from '../uph/roles.js'
 import { SurfaceMesher, TriangleMesher, countsFor } from '../uph-mesh.js'
-import { TARGETS, hasMap, knownShare } from './maps.js'
+import { hasMap, knownShare } from './maps.js'
 import { Samples, codeOf } from './samples.js'
 import { SLICE, yieldToMessages } from './schedule.js'
 import { ChartTextures, texelsOf } from './textures.js'
