@@ -1,8 +1,8 @@
 // `.uph` streams in three.js: a Group whose textures and geometry refine by themselves.
 
 import { Loader } from 'three'
-import { LIMITS } from './model/model.js'
-import { UphModel } from './three/model.js'
+import { DEFAULTS } from './model/model.js'
+import { UphModel } from './three/uph-model.js'
 import { receive } from './uph-receive.js'
 
 export { UphModel }
@@ -12,11 +12,11 @@ let spareWorker = null // waits for a stream
 /** Loads `.uph` streams like three.js' loaders; the model refines further while bytes arrive. */
 export class UphLoader extends Loader {
   /** Texture side that every graphics card supports; larger charts are halved. */
-  maxTextureSize = LIMITS.maxTextureSize
+  maxTextureSize = DEFAULTS.maxTextureSize
   /** Texels of all charts together; models with more are shown at half the size, or a quarter… */
-  maxTexels = LIMITS.maxTexels
+  maxTexels = DEFAULTS.maxTexels
   /** Largest distance of the mesh from the surface, in pixels. */
-  errorPixels = LIMITS.errorPixels
+  errorPixels = DEFAULTS.errorPixels
 
   #workerURL = null
   #running = new Set()

@@ -1,7 +1,7 @@
 /** The decoder of `.ezw` images [6]. */
 
 import { ByteReader, GrowingBytes, UphError } from './bytes.js'
-import { ImageDecoder } from './image/decoder.js'
+import { ImageDecoder } from './image/image-decoder.js'
 import { parseImageHeader } from './image/header.js'
 import { checkSamples } from './limits.js'
 import { fillLimits } from './told-limits.js'

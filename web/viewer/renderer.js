@@ -2,7 +2,7 @@
 
 import { ROLES } from '../uph/roles.js'
 import { dot, plus, radians } from './frame.js'
-import { ChartPainter } from './painter.js'
+import { GpuPainter } from './gpu-painter.js'
 import { Programs } from './programs.js'
 import { AdaptiveQuality } from './quality.js'
 import { Resources } from './resources.js'
@@ -49,7 +49,7 @@ export class Renderer extends EventTarget {
   #begin() {
     this.#programs = new Programs(this.#gl)
     this.#resources = new Resources(this.#gl)
-    this.#painter = new ChartPainter(this.#gl, this.#programs, this.#resources)
+    this.#painter = new GpuPainter(this.#gl, this.#programs, this.#resources)
     this.#shades.clear()
     this.#fence = null
     this.#programs.ready('plain', 'backdrop', 'floor', 'height', 'shade')

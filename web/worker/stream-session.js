@@ -18,7 +18,7 @@ const LEAST_SHARE = 1 / 16 // of a chart's texels, each way, where the page can 
 const MESH_ARRAYS = ['positions', 'normals', 'tangents', 'parameters', 'indices', 'outline']
 
 /** One stream. `post(message, transfer)` sends to the page; messages are listed in `uph-worker.js`. `samples` are those of other streams. */
-export class Session {
+export class StreamSession {
   #post
   #samples
   #code = null // of the sample, if it is to be kept

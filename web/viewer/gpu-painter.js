@@ -3,7 +3,7 @@
 import { ROLES } from '../uph/roles.js'
 import { PAINTING } from './painting.js'
 
-export class ChartPainter {
+export class GpuPainter {
   #gl
   #programs
   #resources
