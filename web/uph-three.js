@@ -3,6 +3,7 @@
 import { Loader } from 'three'
 import { DEFAULTS } from './model/model.js'
 import { UphModel } from './three/uph-model.js'
+import { fillLimits } from './uph/limits.js'
 import { receive } from './uph-receive.js'
 
 export { UphModel }
@@ -17,6 +18,8 @@ export class UphLoader extends Loader {
   maxTexels = DEFAULTS.maxTexels
   /** Largest distance of the mesh from the surface, in pixels. */
   errorPixels = DEFAULTS.errorPixels
+  /** Limits of a stream's demands, as of `UphDecoder`; a stream that exceeds one is refused. */
+  limits = {}
 
   #workerURL = null
   #running = new Set()
@@ -98,11 +101,12 @@ export class UphLoader extends Loader {
   }
 
   #newModel() {
+    const limits = fillLimits(this.limits)
     const isReady = spareWorker?.url === this.#workerURL
     const worker = isReady ? spareWorker.worker : this.#startWorker()
     if (isReady) spareWorker = null
     const { maxTextureSize, maxTexels, errorPixels } = this
-    return new UphModel(worker, { maxTextureSize, maxTexels, errorPixels })
+    return new UphModel(worker, { maxTextureSize, maxTexels, errorPixels, limits })
   }
 }
 

@@ -24,7 +24,7 @@ export class StreamSession {
   #code = null // of the sample, if it is to be kept
   #bytes = new Uint8Array(1 << 16)
   #length = 0
-  #decoder = new UphDecoder()
+  #decoder = new UphDecoder() // with the limits of the page, once it is open
   #mesher = null
   #textures = null
   #nearness = [] // of charts, to who looks
@@ -59,8 +59,10 @@ export class StreamSession {
   receive(message) {
     const { kind, ticket = this.#ticket } = message
     this.#ticket = ticket
-    if (kind === 'open') Object.assign(this, message)
-    else if (kind === 'feed') this.#append(message.bytes)
+    if (kind === 'open') {
+      Object.assign(this, message)
+      this.#decoder = new UphDecoder({ limits: this.limits })
+    }     else if (kind === 'feed') this.#append(message.bytes)
     else if (kind === 'end') this.#end()
     else if (kind === 'close') this.#isClosed = true
     else if (kind === 'limit') this.#setLimit(message)
@@ -109,7 +111,7 @@ export class StreamSession {
   }
 
   #restart(maps = null) {
-    this.#decoder = new UphDecoder({ maps })
+    this.#decoder = new UphDecoder({ limits: this.limits, maps })
     this.#decoder.replaceExemplar(this.#substitute)
     this.#decoder.mostCoefficients = this.#limit.coefficients ?? 1
     this.#failed = false
