@@ -28,6 +28,7 @@ from upholster.cli.serve import serve, view
 from upholster.cli.stream import info, levels, refine
 from upholster.cli.studio import studio
 from upholster.cli.warm import warm
+from upholster.cli.web import web
 from upholster.errors import StoppedError, UpholsterError, printable
 
 __all__ = ["app", "main", "run_words"]
@@ -184,6 +185,7 @@ _COMMANDS = {
         studio,
         view,
         serve,
+        web,
         measure,
         batch,
         encode,
