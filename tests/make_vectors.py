@@ -106,7 +106,7 @@ def refused() -> Any:
 def chunks_of(data: bytes) -> list[tuple[str, bytes]]:
     """Return the tags and payloads of a whole stream."""
     reader = ChunkReader()
-    reader.feed(data)
+    list(reader.feed(data))
     return [(c.tag, data[c.payload_offset : c.payload_offset + c.length]) for c in reader.chunks]
 
 

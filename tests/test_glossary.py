@@ -11,6 +11,7 @@ from sources import SOURCES, trees
 from upholster.cli import app
 
 ROOT = Path(__file__).parent.parent
+WEB = ROOT / "web"
 CONVENTIONS = (ROOT / "CONVENTIONS.md").read_text(encoding="utf-8")
 
 SHARED_MODULES = {
@@ -26,6 +27,9 @@ SHARED_MODULES = {
 
 SHARED_NAMES = {"main": "what a console script or ``python -m`` runs"}
 """Public names that several modules define, and why."""
+
+SHARED_SCRIPT_NAMES = {"UphDecoder"}
+"""Names that several scripts of ``web`` export: the public decoder adds the caller's limits to its base."""
 
 
 def _commands() -> set[str]:
@@ -77,6 +81,22 @@ def test_no_two_modules_have_one_name() -> None:
             places[name.removesuffix(".py")].append(path)
     twice = {name: found for name, found in places.items() if len(found) > 1}
     assert set(twice) == set(SHARED_MODULES), twice
+
+
+def test_no_two_scripts_have_one_name_or_export_one() -> None:
+    folders = {path.name for path in WEB.iterdir() if path.is_dir()} - {"node_modules", "examples"}
+    scripts = [*WEB.glob("*.js"), *(path for folder in folders for path in (WEB / folder).rglob("*.js"))]
+    assert len(scripts) > 80
+    places = defaultdict(set)
+    for path in scripts:
+        places[path.name].add(path)
+        text = path.read_text(encoding="utf-8")
+        for name in re.findall(
+            r"^export (?:async )?(?:class|const|function\*?|let) (\w+)", text, re.MULTILINE
+        ):
+            places[name].add(path)
+    twice = {name: found for name, found in places.items() if len(found) > 1}
+    assert set(twice) == SHARED_SCRIPT_NAMES, twice
 
 
 def test_the_words_of_the_glossary_are_used() -> None:

@@ -2,6 +2,7 @@
 
 import math
 import os
+import re
 
 import numpy as np
 import pytest
@@ -288,10 +289,26 @@ def test_levels_picture_shows_as_many_models_as_levels(parts):
         levels_picture(parts[3][:20])
 
 
-def test_refine_refuses_damaged_streams(folder, tmp_path):
-    with pytest.raises(FormatError, match="byte"):
-        refine(folder / "bad.uph", [str(tmp_path / "a.glb")])
-    assert not list(tmp_path.iterdir())
+def test_refine_refuses_a_damaged_stream_and_says_which_part_can_be_used(folder, tmp_path):
+    data = (folder / "ring.uph").read_bytes()
+    for chunk in upholster.stream.read_stream(data).chunks:
+        (tmp_path / "bad.uph").write_bytes(
+            data[: chunk.end - 1] + bytes([data[chunk.end - 1] ^ 1]) + data[chunk.end :]
+        )
+        with pytest.raises(FormatError, match=f"^byte {chunk.offset}: chunk '{chunk.tag}' has CRC") as error:
+            refine(tmp_path / "bad.uph", [str(tmp_path / "a.npz")])
+        assert not (tmp_path / "a.npz").exists()
+        usable = re.search(r"its first (\d+) bytes are right and show a model: --bytes \1$", str(error.value))
+        if chunk.tag in "SLX":
+            assert usable is None
+        else:
+            assert usable is not None
+            assert int(usable[1]) == chunk.offset
+            report = refine(
+                tmp_path / "bad.uph", [str(tmp_path / "a.npz")], limit=Limit(most_bytes=chunk.offset)
+            )
+            assert report.used == chunk.offset
+            (tmp_path / "a.npz").unlink()
 
 
 def test_a_whole_stream_is_written_again_as_it_is(folder, tmp_path):

@@ -1,4 +1,4 @@
-// Bundles the viewer and what it loads for the Python package: ../src/upholster/web.
+// Bundles the viewer, the loader for three.js and the decoder for the Python package: ../src/upholster/web.
 //
 //     npm ci && npm run build      writes the files
 //     npm run check                compares them with what would be written
@@ -13,9 +13,12 @@ import { build } from 'esbuild'
 const here = (path) => fileURLToPath(new URL(path, import.meta.url))
 const SHOWN = 'src/upholster/web'
 
-/** What the viewer loads on demand. */
-const ON_DEMAND = ['upholster-lab.js', 'upholster-environment.js', 'uph-picture.js']
-const SCRIPTS = ['upholster-viewer.js', 'uph-worker.js', ...ON_DEMAND]
+/** What viewer and loader load on demand. */
+const ON_DEMAND = ['upholster-lab.js', 'upholster-environment.js', 'uph-picture.js', 'uph-glb.js']
+const SCRIPTS = ['upholster-viewer.js', 'uph-worker.js', 'uph-three.js', 'uph.js', 'uph-mesh.js', ...ON_DEMAND]
+const TYPES = ['upholster-viewer.d.ts', 'uph-three.d.ts', 'uph.d.ts', 'uph-mesh.d.ts']
+
+const readText = async (path) => (await readFile(here(path), 'utf8')).replaceAll('\r\n', '\n')
 
 /** Returns a script with all that it imports. */
 async function bundled(name) {
@@ -27,7 +30,7 @@ async function bundled(name) {
     format: 'esm',
     target: 'es2022',
     write: false,
-    external: ON_DEMAND.filter((other) => other !== name).map((other) => `./${other}`),
+    external: ['three', ...ON_DEMAND.filter((other) => other !== name).map((other) => `./${other}`)],
     legalComments: 'none', // all code is our own; LICENSES.txt has the notice
     banner: { js: '/*! upholster, SPDX-License-Identifier: MIT, see LICENSES.txt */' },
     logLevel: 'silent', // errors are thrown, and printed once, below
@@ -39,7 +42,8 @@ async function bundled(name) {
 async function made() {
   const files = {}
   for (const name of SCRIPTS) files[name] = await bundled(name)
-  const notice = (await readFile(here('../LICENSE'), 'utf8')).replaceAll('\r\n', '\n').trim()
+  for (const name of TYPES) files[name] = await readText(name)
+  const notice = (await readText('../LICENSE')).trim()
   files['LICENSES.txt'] = `The files of this folder are built from web/, by web/build.mjs.\n\nupholster\n\n${notice}\n`
   return files
 }

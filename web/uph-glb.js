@@ -3,8 +3,7 @@
 import { drawPage, packCharts } from './glb/atlas.js'
 import { encodePng } from './glb/png.js'
 import { GlbWriter } from './glb/write.js'
-
-const ROUGHNESS = 0.8 // of a material that says nothing about it, as in Python
+import { ROLES, TARGETS } from './uph/roles.js'
 
 /**
  * Write a model; resolves with the file's bytes.
@@ -38,12 +37,10 @@ export async function writeGlb(model) {
   return writer.finish()
 }
 
-/** Targets of which there is a texture. */
+/** Targets that glTF has and of which there is a texture. */
 function targetsOf({ charts, roles }) {
-  const wanted = ['color', ...(roles.includes('normal') ? ['normal'] : [])]
-  if (['ao', 'roughness', 'metallic'].some((role) => roles.includes(role))) wanted.push('surface')
-  if (roles.includes('emission')) wanted.push('emission')
-  return wanted.filter((target) => charts.some(({ textures }) => textures[target]))
+  const isShown = (target) => target === 'color' || (target !== 'height' && TARGETS[target].some((role) => roles.includes(role)))
+  return Object.keys(TARGETS).filter((target) => isShown(target) && charts.some(({ textures }) => textures[target]))
 }
 
 /** The charts of a page as one mesh. */
@@ -75,12 +72,13 @@ function joined(page, charts) {
 
 function materialOf({ name, roles, alpha }, { color, normal, surface, emission }) {
   const has = (role) => Boolean(surface) && roles.includes(role)
+  const factor = (role) => (has(role) ? 1 : ROLES[role].neutral)
   const material = {
     name,
     pbrMetallicRoughness: {
       baseColorTexture: color,
-      metallicFactor: has('metallic') ? 1 : 0,
-      roughnessFactor: has('roughness') ? 1 : ROUGHNESS,
+      metallicFactor: factor('metallic'),
+      roughnessFactor: factor('roughness'),
     },
     doubleSided: true,
   }
@@ -94,6 +92,6 @@ function materialOf({ name, roles, alpha }, { color, normal, surface, emission }
 
 function plainMaterial({ name, mean }) {
   const linear = mean.map((code) => (code <= 0.04045 ? code / 12.92 : ((code + 0.055) / 1.055) ** 2.4))
-  const plain = { baseColorFactor: [...linear, 1], metallicFactor: 0, roughnessFactor: ROUGHNESS }
+  const plain = { baseColorFactor: [...linear, 1], metallicFactor: ROLES.metallic.neutral, roughnessFactor: ROLES.roughness.neutral }
   return { name: `${name} plain`, pbrMetallicRoughness: plain, doubleSided: true }
 }

@@ -17,6 +17,8 @@ export interface UpholsterViewerAttributes extends HTMLAttributes<UpholsterViewe
   exemplar?: string
   worker?: string
   painting?: 'card' | 'worker'
+  limit?: string | number
+  maxtexels?: string | number
   view?: string
   background?: string
   environment?: string

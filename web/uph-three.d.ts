@@ -1,4 +1,5 @@
 import type { Group, LineBasicMaterial, LineSegments, BufferGeometry, Loader, LoadingManager, Object3DEventMap, Sphere } from 'three'
+import type { Limits } from './uph.js'
 
 export interface UphProgress {
   received: number
@@ -39,6 +40,8 @@ export class UphLoader extends Loader<UphModel> {
   maxTexels: number
   /** Largest distance of the mesh from the surface, in pixels. 0.4 by default. */
   errorPixels: number
+  /** Limits of a stream's demands; a stream that exceeds one is refused. Loading throws `RangeError` for wrong limits. */
+  limits: Limits
   /** Address of `uph-worker.js`, if it is not next to this module. */
   setWorkerURL(url: string | URL): this
   /** Start the worker before there is a stream: starting takes longer than receiving the first bytes. */

@@ -1,8 +1,9 @@
 // `.uph` streams in three.js: a Group whose textures and geometry refine by themselves.
 
 import { Loader } from 'three'
-import { LIMITS } from './model/model.js'
-import { UphModel } from './three/model.js'
+import { DEFAULTS } from './model/model.js'
+import { UphModel } from './three/uph-model.js'
+import { fillLimits } from './uph/limits.js'
 import { receive } from './uph-receive.js'
 
 export { UphModel }
@@ -12,11 +13,13 @@ let spareWorker = null // waits for a stream
 /** Loads `.uph` streams like three.js' loaders; the model refines further while bytes arrive. */
 export class UphLoader extends Loader {
   /** Texture side that every graphics card supports; larger charts are halved. */
-  maxTextureSize = LIMITS.maxTextureSize
+  maxTextureSize = DEFAULTS.maxTextureSize
   /** Texels of all charts together; models with more are shown at half the size, or a quarter… */
-  maxTexels = LIMITS.maxTexels
+  maxTexels = DEFAULTS.maxTexels
   /** Largest distance of the mesh from the surface, in pixels. */
-  errorPixels = LIMITS.errorPixels
+  errorPixels = DEFAULTS.errorPixels
+  /** Limits of a stream's demands, as of `UphDecoder`; a stream that exceeds one is refused. */
+  limits = {}
 
   #workerURL = null
   #running = new Set()
@@ -98,11 +101,12 @@ export class UphLoader extends Loader {
   }
 
   #newModel() {
+    const limits = fillLimits(this.limits)
     const isReady = spareWorker?.url === this.#workerURL
     const worker = isReady ? spareWorker.worker : this.#startWorker()
     if (isReady) spareWorker = null
     const { maxTextureSize, maxTexels, errorPixels } = this
-    return new UphModel(worker, { maxTextureSize, maxTexels, errorPixels })
+    return new UphModel(worker, { maxTextureSize, maxTexels, errorPixels, limits })
   }
 }
 

@@ -1,7 +1,8 @@
 // Decodes, paints and tessellates a `.uph` stream off the main thread: the module Worker of `uph-three.js`.
 //
-// In:  open {maxTextureSize, maxTexels, eye, pixels, onPage, sketches}
-//                                         once, first; `eye`, optional, is a vector toward the viewer: near charts are painted first;
+// In:  open {maxTextureSize, maxTexels, limits, eye, pixels, onPage, sketches}
+//                                         once, first; `limits`, optional, all of a decoder's; `eye`, optional, is a vector toward the viewer: near charts are
+//                                         painted first;
 //                                         the model's radius is `pixels` long at its nearest point: textures get about as
 //                                         many texels; without it, all;
 //                                         with `onPage` the page paints, if it shows the same; textures have at most

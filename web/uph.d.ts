@@ -1,6 +1,7 @@
 /** A damaged file: `message` is one line, `offset` the byte at which it was found. */
 export class UphError extends Error {
   constructor(what: string, offset: number)
+  /** The byte that is wrong, or at which the damaged chunk begins: up to there the file can be used. */
   readonly offset: number
 }
 

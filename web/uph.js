@@ -6,7 +6,7 @@
  */
 
 import { UphDecoder as Decoder } from './uph/decoder.js'
-import { fillLimits } from './uph/told-limits.js'
+import { fillLimits } from './uph/limits.js'
 
 export { UphError } from './uph/bytes.js'
 export { EzwDecoder } from './uph/ezw.js'

@@ -72,6 +72,8 @@ export interface UpholsterViewerEventMap {
  * - `exemplar`: address of a picture of the same shape, as another colour of the sample, to show the model with.
  * - `worker`: address of `uph-worker.js`, if it is not next to the module.
  * - `painting`: `card` or `worker` paints charts; by default the graphics card, if there is one.
+ * - `limit`: the most texels that a stream may have, as `4M` or `500k`; other limits follow from it. A larger stream is refused.
+ * - `maxtexels`: the most texels that are painted, 1 to 64Mi, as `4M`; larger models are painted coarser.
  * - `view`: azimuth and elevation in degrees, "30,30" if not given, as `upholster cover --view`.
  * - `background`: a CSS colour, or "none"; a light or dark studio if not given.
  * - `environment`: address of a picture of surroundings, all round (2:1), that lights the model in place of the studio.

@@ -1,7 +1,7 @@
 /**
  * `<upholster-viewer src="ring.uph">`: shows a `.uph` stream while it arrives; the user can turn the model.
  *
- * Attributes: src, alt, exemplar, worker, painting, view, background, environment, controls, autorotate; see `upholster-viewer.d.ts`. Needs WebGL2, and
+ * Attributes: src, alt, exemplar, worker, painting, limit, maxtexels, view, background, environment, controls, autorotate; see `upholster-viewer.d.ts`. Needs WebGL2, and
  * nothing that a strict content security policy forbids.
  */
 
@@ -362,7 +362,8 @@ export class UpholsterViewer extends HTMLElement {
     const notify = (type, event) => {
       if (session && session === this.#session) this.#receive(type, event)
     }
-    session = new Session(source, this.getAttribute('worker'), options, notify, before)
+    const attributes = { limit: this.getAttribute('limit'), maxtexels: this.getAttribute('maxtexels') }
+    session = new Session(source, this.getAttribute('worker'), options, attributes, notify, before)
     return session
   }
 

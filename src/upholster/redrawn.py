@@ -14,6 +14,7 @@ from upholster.geometry.mesh_files.accessors import Accessors
 from upholster.geometry.mesh_files.gltf import Gltf, Json
 from upholster.geometry.mesh_files.gltf_nodes import stands
 from upholster.image.read import read_image_data
+from upholster.image.roles import MAP_ROLES
 from upholster.render import render
 from upholster.types import FloatArray, PixelArray, Progress
 
@@ -28,8 +29,8 @@ _GUTTER = 16
 _UP = np.array([[1.0, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
 """From glTF's axes, y up, to ours, z up."""
 
-_DATA = {"normal": (128, 128, 255), "roughness": (255,), "metallic": (255,), "ao": (255,)}
-"""Maps other than the colour, and the values of a missing one."""
+_DATA = ("normal", "roughness", "metallic", "ao")
+"""Roles of maps other than the colour."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -188,8 +189,8 @@ class _Images:
     def maps(self) -> dict[str, PixelArray]:
         """Return the maps that at least one material has."""
         return {
-            role: self.stacked(role, missing)
-            for role, missing in _DATA.items()
+            role: self.stacked(role, tuple(round(255 * share) for share in MAP_ROLES[role].neutral))
+            for role in _DATA
             if any(role in looks for _, looks in self._slots.values())
         }
 
@@ -219,10 +220,10 @@ class _Images:
         if material.get("alphaMode", "OPAQUE") == "OPAQUE":
             looks["color"][:, :, 3] = 255
         packed = self._image(surface.get("metallicRoughnessTexture"))
-        for role, channel, key in (("roughness", 1, "roughnessFactor"), ("metallic", 2, "metallicFactor")):
-            share = float(surface.get(key, 1.0))
-            whole = np.full((4, 4), 255, np.uint8) if packed is None else packed[:, :, channel]
-            looks[role] = np.rint(np.clip(share, 0, 1) * whole).astype(np.uint8)[:, :, None]
+        for role in ("roughness", "metallic"):
+            share = np.clip(float(surface.get(f"{role}Factor", 1.0)), 0, 1)
+            own = np.full((4, 4), 255) if packed is None else packed[:, :, MAP_ROLES[role].channel]
+            looks[role] = np.rint(share * own).astype(np.uint8)[:, :, None]
         if (open_ := self._image(material.get("occlusionTexture"))) is not None:
             looks["ao"] = open_[:, :, :1]
         if (normal := self._image(material.get("normalTexture"))) is not None:

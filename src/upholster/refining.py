@@ -111,8 +111,9 @@ def refine(
     Raises
     ------
     InputError, FormatError
-        If the file is missing, damaged, too short to show anything, or also a target; or if the other
-        surface does not fit: the message names the first edge that does not.
+        If the file is missing, damaged, too short to show anything, or also a target: for a damaged one the
+        message says how many bytes at its start are right. Or if the other surface does not fit: the message
+        names the first edge that does not.
     """
     options = chosen(WriteOptions, options)
     check_running(threads, progress)
@@ -130,7 +131,7 @@ def refine(
         one_by_one = len(wanted) == 1 and wanted[0].in_tiles
         most = Limits(texels=MAX_TEXELS) if limits is None and one_by_one else limits
         decoder = StreamDecoder(limits=most)
-        feed_until(decoder, data, limit or Limit())
+        _feed(decoder, data, limit or Limit())
         if decoder.needed or decoder.surface is None:
             raise FormatError(f"byte {len(data)}: stream is cut; needs {max(1, decoder.needed)} more bytes")
         surface = decoder.surface if on is None else _other_surface(on, decoder.surface)
@@ -173,6 +174,17 @@ def refine(
         )
         written = written_to(wanted, model, files, {}, progress)
     return _report(decoder, written, model)
+
+
+def _feed(decoder: StreamDecoder, data: bytes, limit: Limit) -> None:
+    """Feed a decoder; for a damaged stream the error says which start of it can be used."""
+    try:
+        feed_until(decoder, data, limit)
+    except FormatError as error:
+        if decoder.needed:
+            raise
+        part = f"its first {decoder.verified} bytes are right and show a model"
+        raise FormatError(f"{error}; {part}: --bytes {decoder.verified}") from None
 
 
 def _density(texels: int | None, surface: AnySurface, decoder: StreamDecoder, most: Limits) -> float:

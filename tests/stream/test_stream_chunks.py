@@ -49,7 +49,7 @@ def test_each_fault_names_its_byte() -> None:
         (b"png", "byte 0: file begins with 706e67"),
         (b"uph\3" + good[4:], "byte 3: version is 3; allowed: 2; a newer upholster reads it"),
         (b"uph\1" + good[4:], "byte 3: version is 1; allowed: 2; it was never released: remake it"),
-        (good[:9] + b"x" + good[10:], "byte 11: chunk 'S' has CRC"),
+        (good[:9] + b"x" + good[10:], "byte 6: chunk 'S' has CRC"),
         (good + b"!", f"byte {len(good)}: 1 bytes after the end"),
         (header(12, 6) + b"S\x20", "byte 7: length of chunk 'S' is 32; allowed: 0 to 0"),
         (header(12, 6) + b"\xe9\0", "byte 6: tag is"),
@@ -57,7 +57,7 @@ def test_each_fault_names_its_byte() -> None:
         (b"uph\2" + varint(10) + varint(11), "byte 5: length of the first view is 11"),
     ]:
         with pytest.raises(FormatError) as error:
-            ChunkReader().feed(data)
+            list(ChunkReader().feed(data))
         assert str(error.value).startswith(message)
 
 

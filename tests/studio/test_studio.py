@@ -260,9 +260,16 @@ def test_a_state_that_is_wrong_is_one_line(page, state, says):
     assert str(page.studio.folder.path) not in error
 
 
+def test_the_page_learns_which_names_are_maps(page):
+    names = ["wall_diff_1k.png", "wall_arm.jpg", "T_Wall_N.tga", "IMG_2041.jpg", ""]
+    assert page.told("POST", "/roles", {"names": names}) == [True, True, True, False, False]
+
+
 def test_what_is_no_request_of_the_page_is_one_line(page):
     for body in (b"{", b"[" * 100_000, b'{"state": NaN}', b"\xff", b'{"targets": [1]}'):
         assert "error" in page.told("POST", "/state", body, status=422)
+    for names in (b"{}", b'{"names": "a"}', b'{"names": [1]}'):
+        assert "error" in page.told("POST", "/roles", names, status=422)
     for target in ("../x.glb", "/tmp/x.glb", ".x.glb", "", "a\\b.glb", "x.doc"):
         body = {"revision": page.studio.worker.revision, "targets": [target]}
         assert "error" in page.told("POST", "/save", body, status=422)
@@ -280,7 +287,17 @@ def test_a_strangers_page_gets_nothing(page):
     ]
     routes += [
         ("POST", path)
-        for path in ("/state", "/blobs?name=x", "/sources", "/hints", "/pick", "/save", "/keep", "/take")
+        for path in (
+            "/state",
+            "/blobs?name=x",
+            "/roles",
+            "/sources",
+            "/hints",
+            "/pick",
+            "/save",
+            "/keep",
+            "/take",
+        )
     ]
     for method, path in routes:
         assert page.ask(method, path, b"{}", Cookie="upholster-studio=x")[0] == 401

@@ -32,7 +32,7 @@ function found(decoder) {
   return { exemplar, texels: digest(texels), shown: digest(shown), known, maps }
 }
 
-function run({ path, cuts, share, other }) {
+function run({ path, cuts, share, other, shown = true }) {
   const data = new Uint8Array(readFileSync(path))
   const decoder = path.endsWith('.ezw') ? new EzwDecoder() : new UphDecoder()
   if (share) decoder.mostCoefficients = share
@@ -41,7 +41,7 @@ function run({ path, cuts, share, other }) {
   try {
     for (const cut of cuts) {
       decoder.feed(data.subarray(decoder.received, cut))
-      results.push(found(decoder))
+      if (shown) results.push(found(decoder))
     }
   } catch (error) {
     if (error instanceof RangeError) return [...results, { refused: error.message }]

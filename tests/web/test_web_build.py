@@ -12,6 +12,7 @@ from typing import Any
 import pytest
 
 import upholster
+from upholster.image.roles import MAP_ROLES
 
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
@@ -152,6 +153,20 @@ def test_decoder_and_mesher_need_only_their_own_folders(name: str) -> None:
         assert all(other.is_relative_to((WEB / name).resolve()) for other in _imports(path)), path.name
 
 
+def test_the_roles_of_maps_are_pythons() -> None:
+    text = (WEB / "uph" / "roles.js").read_text(encoding="utf-8")
+    rows = re.findall(r"^  (\w+): \{ (.*) \},$", text, re.MULTILINE)
+    assert [role for role, _ in rows] == list(MAP_ROLES)
+    for role, row in rows:
+        python, found = MAP_ROLES[role], dict(re.findall(r"(\w+): ([^,]+)", row))
+        assert found.keys() <= {"target", "channel", "neutral", "isColor"}
+        assert ("isColor" in found) is python.is_color, role
+        assert found.get("channel") == (None if python.channel is None else str(python.channel)), role
+        # Where textures are shared, materials need the value of a missing map.
+        if found["target"] == "'surface'":
+            assert (float(found["neutral"]),) == python.neutral, role
+
+
 def test_functions_are_short() -> None:
     if not (WEB / "node_modules" / "typescript").is_dir():
         _lacking("web/node_modules is missing: run `npm ci` in web/")
@@ -194,14 +209,18 @@ def test_the_scripts_stand_alone() -> None:
             "./upholster-environment.js",
             "./uph-picture.js",
         },
+        "uph-three.js": {"./uph-glb.js", "./uph-picture.js"},
     }
     for name, text in _built().items():
         code = text.partition("*/")[2]
+        if name == "uph-three.js":  # three.js is the page's
+            code = re.sub(r'import\{[^}]*\}from"three";', "", code)
         assert not re.search(r"""(?:^|[;}])import\s*[{*"'\w]|\bfrom\s*["']\.""", code), name
         assert set(re.findall(r"""import\(["']([^"']*)["']\)""", code)) == wanted.get(name, set()), name
         assert "eval(" not in code
         assert "new Function(" not in code
-    assert 'new URL("./uph-worker.js",import.meta.url)' in _built()["upholster-viewer.js"]
+    for name in ("upholster-viewer.js", "uph-three.js"):
+        assert 'new URL("./uph-worker.js",import.meta.url)' in _built()[name]
 
 
 def test_scripts_are_small() -> None:

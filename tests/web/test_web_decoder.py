@@ -18,9 +18,10 @@ from mutants import mutated
 from streams import STREAMS, anything, anything_bent, laid, noise, stream
 
 from upholster.codec import decode, encode
+from upholster.errors import FormatError
 from upholster.geometry import Surface, surface_from_spec
 from upholster.quilt import Chart, paint
-from upholster.stream import StreamDecoder, encode_stream
+from upholster.stream import StreamDecoder, encode_stream, read_stream
 from upholster.stream.chunks import header, pack_chunk
 from upholster.stream.surface_chunk import NAMED
 
@@ -267,7 +268,7 @@ def test_damaged_streams_are_read_or_refused_as_in_python(tmp_path: Any, count: 
     refused = 0
     for n, (_, data, cuts) in enumerate(jobs):
         wanted = in_python(data, cuts)
-        assert _places_aside(found[n]) == _places_aside(wanted), f"damage {n}"
+        assert _without_words(found[n]) == wanted, f"damage {n}"
         refused += "error" in wanted[-1]
     assert 0.1 * len(jobs) < refused < 0.9 * len(jobs)
 
@@ -307,14 +308,44 @@ def test_surfaces_by_name_are_read_or_refused_as_in_python(tmp_path: Any) -> Non
     found, refused = in_node(tmp_path, jobs), 0
     for n, (_, data, cuts) in enumerate(jobs):
         wanted = in_python(data, cuts)
-        assert _places_aside(found[n]) == _places_aside(wanted), f"surface {n}: {data[9:]!r}"
+        assert _without_words(found[n]) == wanted, f"surface {n}: {data[9:]!r}"
         refused += "error" in wanted[-1]
     assert 40 < refused < 360
 
 
-def _places_aside(found: Any) -> Any:
-    """Errors are found at the same piece; where in it may be told differently."""
-    return [{"error": True} if "error" in one else one for one in found]
+@pytest.mark.parametrize("name", ["bent", "maps"])
+def test_one_damage_has_one_address(tmp_path: Any, name: str) -> None:
+    """Both decoders name the damaged chunk's first byte, in whatever pieces a stream comes."""
+    data, rng = stream(name), np.random.default_rng(5)
+    damages = [(b"upx" + data[3:], 0), (data[:3] + b"\3" + data[4:], 3), (data + b"!", len(data))]
+    for chunk in {chunk.tag: chunk for chunk in read_stream(data).chunks}.values():
+        last = chunk.end - 5
+        for place in {chunk.offset, chunk.payload_offset, (chunk.payload_offset + last) // 2, last, last + 4}:
+            damages += [(data[:place] + bytes([data[place] ^ 2]) + data[place + 1 :], chunk.offset)]
+        damages += [(data[: chunk.offset] + data[chunk.offset + 1 :], chunk.offset)]  # a byte is lost
+    jobs = []
+    for n, (damaged, _) in enumerate(damages):
+        path = tmp_path / f"{n}.uph"
+        path.write_bytes(damaged)
+        pieces = [len(damaged)], _cuts(rng, damaged, 9)
+        jobs += [{"path": str(path), "cuts": cuts, "shown": False} for cuts in pieces]
+    (tmp_path / "jobs.json").write_text(json.dumps(jobs))
+    found = json.loads(run(HERE / "decode.mjs", tmp_path / "jobs.json"))
+    for n, (job, [one]) in enumerate(zip(jobs, found, strict=True)):
+        damaged, place = damages[n // 2]
+        assert one["error"] == place, one
+        with pytest.raises(FormatError, match=f"^byte {place}: "):
+            _feed_python(damaged, job["cuts"])
+
+
+def _feed_python(data: bytes, cuts: list[int]) -> None:
+    decoder = StreamDecoder()
+    for cut in cuts:
+        decoder.feed(data[decoder.received : cut])
+
+
+def _without_words(found: Any) -> Any:
+    return [{"error": one["error"]} if "error" in one else one for one in found]
 
 
 @pytest.mark.slow(reason="runs Node on many streams")

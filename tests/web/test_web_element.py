@@ -105,6 +105,35 @@ const picture = (width, height, color) => {
 """
 
 
+WRONG = "was not loaded: an attribute of this element is wrong."
+
+
+def test_a_page_sets_limits_by_attributes(tab: Any, site: Any) -> None:
+    tab.page.add_init_script(ERRORS)
+    tab.open(f"{site}/view/ring.uph").complete().settle_shape()
+    texels = tab.call("return viewer.model.texels")
+    for name, value, message, words in (
+        ("limit", "200k", "is larger than this page allows.", "number of texels is"),
+        ("limit", "4 apples", WRONG, 'limit is "4 apples"; allowed: a number such as 500k or 4M'),
+        ("limit", "0", WRONG, "limit of texels is 0; allowed: 1 to 2147483648"),
+        ("maxtexels", "1G", WRONG, "maxtexels is 1G; allowed: 1 to 67108864"),
+    ):
+        tab.call(f"viewer.setAttribute('{name}', argument); told.length = 0; viewer.open(viewer.src)", value)
+        tab.until("told.length")
+        tab.frames()
+        assert tab.call("return told.map(({ message }) => message)") == [f"ring.uph {message}"]
+        assert words in tab.note()
+        assert not tab.call("return viewer.model.first")
+        tab.call(f"viewer.removeAttribute('{name}')")
+    tab.call(
+        "viewer.setAttribute('limit', '400k'); viewer.setAttribute('maxtexels', '20k'); told.length = 0;"
+        "viewer.open(viewer.src)"
+    )
+    tab.complete().settle_shape()
+    assert tab.call("return viewer.model.texels") <= 20_000 < texels
+    assert tab.call("return told.length") == 0
+
+
 def test_a_sample_of_another_shape_is_an_error(tab: Any, site: Any) -> None:
     tab.page.add_init_script(ERRORS)
     tab.open(f"{site}/view/ring.uph").complete()

@@ -3,6 +3,7 @@
 import base64
 import json
 import os
+import re
 from typing import Any
 
 import browser
@@ -124,13 +125,18 @@ def test_errors_headers_and_abort(chromium: Any, address: Any) -> None:
               model.abort()
               const told = []
               for (const url of ['nowhere.uph', 'secret.uph', 'streams/words.uph']) told.push(await lost(url))
+              const limited = Object.assign(new UphLoader(), { limits: { texels: 2 ** 16 } })
+              told.push(await limited.loadAsync('streams/ring.uph').catch(({ message }) => message))
+              limited.limits = { texels: 0 }
+              told.push(await limited.loadAsync('streams/ring.uph').catch(({ message }) => message))
               return [...told, asked, model.received, model.first]
             }""",
         )
         assert found[0] == "nowhere.uph can not be loaded: the server says 404"
         assert found[1] == "secret.uph can not be loaded: the server says 403"
         assert "byte 0" in found[2]
-        assert found[3:] == ["open sesame", 0, False]
+        assert re.match(r"byte \d+: chunk L: .*number of texels is \d+; allowed: 1 to 65536$", found[3])
+        assert found[4:] == ["limit of texels is 0; allowed: 1 to 2147483648", "open sesame", 0, False]
         assert all("Failed to load resource" in problem for problem in tab.found_wrong())
 
 

@@ -71,7 +71,7 @@ def test_both_decoders_give_the_same_mesh(tmp_path):
 def with_surface(data, payload):
     """The same stream with another surface chunk."""
     reader = ChunkReader()
-    reader.feed(data)
+    list(reader.feed(data))
     parts = [data[c.offset : c.end] for c in reader.chunks]
     head = sum(c.end <= reader.view for c in reader.chunks)
     parts[0] = pack_chunk("S", payload)
@@ -86,7 +86,7 @@ def test_both_decoders_refuse_the_same_meshes(tmp_path):
     for n in range(80):
         data = soups[n // 2 % 7] if n % 2 else ball
         reader = ChunkReader()
-        reader.feed(data)
+        list(reader.feed(data))
         first = reader.chunks[0]
         payload = bytearray(data[first.payload_offset : first.payload_offset + first.length])
         for _ in range(int(rng.integers(1, 4))):

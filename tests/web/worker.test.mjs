@@ -9,9 +9,9 @@ import { edgeLines, putGutter } from '../../web/uph-gutter.js'
 import { SurfaceMesher, TriangleMesher } from '../../web/uph-mesh.js'
 import { UphClient } from '../../web/uph-client.js'
 import { UphDecoder as Decoder } from '../../web/uph/decoder.js'
-import { ImageDecoder } from '../../web/uph/image/decoder.js'
+import { ImageDecoder } from '../../web/uph/image/image-decoder.js'
 import { Samples, codeOf } from '../../web/worker/samples.js'
-import { Session } from '../../web/worker/stream-session.js'
+import { StreamSession } from '../../web/worker/stream-session.js'
 
 const folders = [new URL('../vectors/', import.meta.url)]
 if (process.env.STREAMS) folders.push(pathToFileURL(`${process.env.STREAMS}/`))
@@ -44,7 +44,7 @@ class Page {
   ticket = 0
 
   constructor({ maxTextureSize = 4096, maxTexels = 2 ** 26, samples, ...options } = {}) {
-    this.session = new Session((message) => setImmediate(() => this.take(message)), samples)
+    this.session = new StreamSession((message) => setImmediate(() => this.take(message)), samples)
     this.session.receive({ kind: 'open', maxTextureSize, maxTexels, ...options })
   }
 
@@ -382,7 +382,7 @@ test('a stream that is closed is dropped at the next step', async (t) => {
     const painting = t.mock.method(Decoder.prototype, 'rgba', () => take('paint'))
     let tell
     const closed = new Promise((resolve) => (tell = resolve))
-    const session = new Session(({ kind }) => take(kind))
+    const session = new StreamSession(({ kind }) => take(kind))
     function take(kind) {
       told.push(kind)
       if (kind !== closing) return

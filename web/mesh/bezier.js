@@ -1,7 +1,7 @@
 /** Evaluation of rational Bézier patches of degree (m, n): `net` holds (m + 1) × (n + 1) points (w·x, w·y, w·z, w). */
 
 /** of(0), of(1) … of(count − 1). */
-export const range = (count, of) => Array.from({ length: count }, (_, k) => of(k))
+export const tabulate = (count, of) => Array.from({ length: count }, (_, k) => of(k))
 
 /** Bernstein polynomials of degree d and their derivatives at the parameters `us`, d + 1 numbers each. */
 export function basis(d, us) {

@@ -1,6 +1,6 @@
 /** How large a chart is and how much it bends, and how many segments that takes. */
 
-import { basis, distance, evaluate, range } from './bezier.js'
+import { basis, distance, evaluate, tabulate } from './bezier.js'
 import { INACCURATE, slopeBounds, unitNormal } from './frames.js'
 
 /** The most segments along an edge. */
@@ -61,7 +61,7 @@ function sphereRound(lists) {
       }
     }
   }
-  const center = range(3, (c) => (box[c] + box[c + 3]) / 2)
+  const center = tabulate(3, (c) => (box[c] + box[c + 3]) / 2)
   let radius = 0
   for (const v of lists) for (let at = 0; at < v.length; at += 9) radius = Math.max(radius, distance(v, at, center, 0))
   return { center, radius }

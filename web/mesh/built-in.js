@@ -1,10 +1,10 @@
 /** Control nets of the built-in surfaces [SPEC.md, 2]. */
 
-import { range } from './bezier.js'
+import { tabulate } from './bezier.js'
 
 /** Cosine and sine of 2πk/steps for k = 0 … steps; exact at quarters, and the last is the first. */
 const circle = (steps) =>
-  range(steps + 1, (n) => {
+  tabulate(steps + 1, (n) => {
     const k = n % steps
     const angle = ((Math.PI / 2) * ((4 * k) % steps)) / steps
     const [c, s] = [Math.cos(angle), Math.sin(angle)]
@@ -18,11 +18,11 @@ const circle = (steps) =>
 
 /** Patches of degree (m, n), rows × columns of them; point(p, q, i, j) gives control points. */
 function nets(rows, columns, m, n, point) {
-  return range(rows * columns, (k) => ({
+  return tabulate(rows * columns, (k) => ({
     m,
     n,
     net: Float64Array.from(
-      range((m + 1) * (n + 1), (c) =>
+      tabulate((m + 1) * (n + 1), (c) =>
         point(Math.floor(k / columns), k % columns, Math.floor(c / (n + 1)), c % (n + 1)),
       ).flat(),
     ),
@@ -58,8 +58,8 @@ function cyclide({ a, c, mu, spans: [rows, columns] }) {
 }
 
 function octants(rx, ry, rz) {
-  const half = range(2, (p) =>
-    range(3, (i) => {
+  const half = tabulate(2, (p) =>
+    tabulate(3, (i) => {
       const [z, r] = circle(8)[2 * p + i]
       return [r, z, i === 1 ? Math.SQRT1_2 : 1]
     }),
@@ -125,8 +125,8 @@ const BUILT_IN = {
   cone: ({ r1, r2, h, spans }) => frustum(r2, r1, h, spans),
   vase: ({ radius, height, spans }) =>
     revolve(
-      range(10, (p) =>
-        range(4, (i) => {
+      tabulate(10, (p) =>
+        tabulate(4, (i) => {
           const k = 2 * (3 * p + i)
           return [(VASE[k] / 1000) * radius, (VASE[k + 1] / 1000 - 0.5) * height, 1]
         }),

@@ -1,6 +1,6 @@
 /** The part of a face that a chart covers: shares, 0 to 1 over the chart each way, to parameters of its patches. */
 
-import { basis, distance, evaluate, range } from './bezier.js'
+import { basis, distance, evaluate, tabulate } from './bezier.js'
 
 /** Parameters closer than this are one. */
 export const EPS = 1e-6
@@ -54,10 +54,10 @@ export class ChartPart {
   samples(cells) {
     return this.#pairs(
       ...this.axes.map(({ low, high, first, last }, axis) =>
-        range(last - first + 1, (k) => {
+        tabulate(last - first + 1, (k) => {
           const index = first + k
           const [from, to] = [Math.max(low - index, 0), Math.min(high - index, 1)]
-          return { index, places: range(cells[axis] + 1, (n) => from + ((to - from) * n) / cells[axis]) }
+          return { index, places: tabulate(cells[axis] + 1, (n) => from + ((to - from) * n) / cells[axis]) }
         }),
       ),
     )
@@ -86,7 +86,7 @@ export class ChartPart {
   get jumps() {
     this.#jumps ??= [0, 1].map((axis) => {
       const { low, high, first, last } = this.axes[axis]
-      const lines = range(last - first, (k) => first + 1 + k).filter((line) => this.#isJump(axis, line))
+      const lines = tabulate(last - first, (k) => first + 1 + k).filter((line) => this.#isJump(axis, line))
       return lines.map((line) => (line - low) / (high - low))
     })
     return this.#jumps
@@ -95,7 +95,7 @@ export class ChartPart {
   /** Whether derivatives across a line differ on its two sides. */
   #isJump(axis, line) {
     const { first, last } = this.axes[1 - axis]
-    return range(last - first + 1, (k) => first + k).some((along) => {
+    return tabulate(last - first + 1, (k) => first + k).some((along) => {
       const [before, after] = [line - 1, line].map((at, side) => {
         const patch = this.#patches[axis ? this.#number(along, at) : this.#number(at, along)]
         const [us, vs] = axis ? [INSIDE, [1 - side]] : [[1 - side], INSIDE]

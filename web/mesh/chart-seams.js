@@ -1,6 +1,6 @@
 /** Seams between edges of charts, and which corners of charts lie in one place. */
 
-import { range } from './bezier.js'
+import { tabulate } from './bezier.js'
 import { EPS } from './chart-part.js'
 
 const LINES = 2 ** 30 // parameters that agree to this part of 1 are one line
@@ -94,12 +94,12 @@ export class ChartSeams {
 
   constructor({ faces, shared, points }, charts) {
     /** Views of seams. */
-    this.sides = range(4 * charts.length, () => [])
+    this.sides = tabulate(4 * charts.length, () => [])
     /** Whether an edge of a chart is a point. */
     this.isPoint = new Uint8Array(4 * charts.length)
     /** Whether a chart meets itself. */
     this.meetsItself = new Uint8Array(charts.length)
-    this.#roots = Int32Array.from(range(4 * charts.length, (k) => k))
+    this.#roots = Int32Array.from(tabulate(4 * charts.length, (k) => k))
     const { borders, lines } = collectSpans(faces, charts)
     const add = (a, b, u, v) => {
       const seam = orderedSeam(a, b, u, v)
@@ -162,7 +162,7 @@ export class ChartSeams {
 
 /** What of charts' edges lies along each edge of a face, and on either side of each line across one. */
 function collectSpans(faces, charts) {
-  const borders = range(4 * faces.length, () => [])
+  const borders = tabulate(4 * faces.length, () => [])
   const lines = new Map()
   charts.forEach(({ face, s0, s1, t0, t1 }, n) => {
     const { rows, columns } = faces[face]

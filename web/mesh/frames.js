@@ -1,6 +1,6 @@
 /** Normals and tangents, also where derivatives vanish. */
 
-import { basis, evaluate, norm, range } from './bezier.js'
+import { basis, evaluate, norm, tabulate } from './bezier.js'
 
 /** Below this ratio a cross product has lost so many digits that a limit is better. */
 export const INACCURATE = 1e-5
@@ -47,7 +47,7 @@ function limitNormal(patch, s, t, v, at, bounds, to) {
   const first = norm(v, at + 6) * bounds[0] <= norm(v, at + 3) * bounds[1] ? 0 : 1
   const found = new Float64Array(21)
   for (const axes of [[first], [1 - first], [0, 1]]) {
-    const good = range(7, (k) => {
+    const good = tabulate(7, (k) => {
       const place = [s, t]
       for (const axis of axes) place[axis] += inward[axis] / 2 ** (k + 5)
       const near = evaluate(patch, basis(patch.m, [place[0]]), basis(patch.n, [place[1]]))

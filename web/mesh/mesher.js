@@ -1,6 +1,6 @@
 /** Meshes of charts: a grid inside, and a ring of vertices round it. */
 
-import { distance, range } from './bezier.js'
+import { distance, tabulate } from './bezier.js'
 import { boundsOf } from './bounds.js'
 import { builtInPatches } from './built-in.js'
 import { ChartPart } from './chart-part.js'
@@ -39,7 +39,7 @@ export class SurfaceMesher {
     const angles = new Float32Array(count)
     for (const seam of this.seams(chart, edge)) {
       const { start, stop, otherStart, otherStop } = seam
-      const places = range(count, (n) => (n + 0.5) / count).filter((u) => u >= start && u < stop)
+      const places = tabulate(count, (n) => (n + 0.5) / count).filter((u) => u >= start && u < stop)
       const slope = (otherStop - otherStart) / (stop - start)
       const across = places.map((u) => Math.min(1, Math.max(0, otherStart + slope * (u - start))))
       const own = this.#framesAlong(chart, edge, places)
@@ -60,7 +60,7 @@ export class SurfaceMesher {
     const part = this.#parts[this.#checked(chart)]
     const rows = this.#rims.breaks(4 * chart + 1, counts)
     const columns = this.#rims.breaks(4 * chart, counts)
-    return meshOf(part, rows, columns, range(4, (k) => this.#rims.rim(4 * chart + k, counts)))
+    return meshOf(part, rows, columns, tabulate(4, (k) => this.#rims.rim(4 * chart + k, counts)))
   }
 
   #checked(chart) {

@@ -1,6 +1,6 @@
 /** Vertices along the edges of charts: those of both sides of a seam, at positions that one side gives to both. */
 
-import { range } from './bezier.js'
+import { tabulate } from './bezier.js'
 import { MAX_SEGMENTS } from './bounds.js'
 import { EPS } from './chart-part.js'
 import { cornerOf } from './chart-seams.js'
@@ -30,7 +30,7 @@ export class RimMaker {
     const { first, last } = this.#parts[chart].axes[axis]
     const mayClose = last - first > 1 || this.#seams.meetsItself[chart]
     const segments = Math.max(mayClose ? RING : 2, Math.floor(count))
-    const even = range(segments + 1, (k) => k / segments)
+    const even = tabulate(segments + 1, (k) => k / segments)
     const isNew = (u) => Math.abs(u * segments - Math.round(u * segments)) > EPS * segments
     const jumps = this.#parts[chart].jumps[axis].filter(isNew)
     return jumps.length ? [...even, ...jumps].sort((p, q) => p - q) : even
@@ -55,7 +55,7 @@ export class RimMaker {
     const { us, points } = line
     if (this.#seams.isPoint[side]) for (let k = 3; k < points.length; k++) points[k] = points[k - 3]
     if ((side & 3) < 2) return { us, points }
-    return { us: us.reverse(), points: range(us.length, () => points.splice(-3)).flat() }
+    return { us: us.reverse(), points: tabulate(us.length, () => points.splice(-3)).flat() }
   }
 
   /** Add the vertices of a seam that an edge sees. */

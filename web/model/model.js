@@ -8,7 +8,7 @@ import { Detail } from './detail.js'
  * Texture side that every graphics card supports; larger charts are halved, and all charts if there are more texels. And the largest distance
  * of the mesh from the surface, in pixels.
  */
-export const LIMITS = { maxTextureSize: 4096, maxTexels: 2 ** 26, errorPixels: 0.4 }
+export const DEFAULTS = { maxTextureSize: 4096, maxTexels: 2 ** 26, errorPixels: 0.4 }
 
 /** Width of a texel in pixels from which more texels are requested. */
 const WIDEST_TEXEL = 1.1
@@ -46,7 +46,7 @@ export class Model extends EventTarget {
 
   /**
    * @param {Worker} worker that runs uph-worker.js
-   * @param {object} [options] limits other than `LIMITS`; `eye`, a vector toward the viewer; `pixels`, the length of the model's radius at its
+   * @param {object} [options] limits other than `DEFAULTS`; `eye`, a vector toward the viewer; `pixels`, the length of the model's radius at its
    *   nearest point: without it, all texels are painted; `onPage`: the graphics card paints, not the worker; `whole`: nothing is shown before
    *   everything has arrived
    */
@@ -61,7 +61,7 @@ export class Model extends EventTarget {
       show: (state, first) => this.#show(state, first),
       notify: (type, detail) => this.#notify(type, detail),
     }
-    const { errorPixels, ...most } = { ...LIMITS, ...limits }
+    const { errorPixels, ...most } = { ...DEFAULTS, ...limits }
     this.#errorPixels = errorPixels
     this.#client = new UphClient(worker, { ...most, eye, pixels, onPage, sketches: SKETCHED_TEXELS }, view)
   }

@@ -1,7 +1,7 @@
 /** Geometry of charts, from what the worker tessellates. */
 
 import { BufferAttribute, BufferGeometry, DoubleSide, Mesh, MeshStandardMaterial, Sphere, Vector3 } from 'three'
-import { ROUGHNESS } from './materials.js'
+import { PLAIN } from './materials.js'
 
 /** The geometry of a chart. Its textures leave room for their gutters by themselves. */
 export function chartGeometry(piece, { center, radius }) {
@@ -27,7 +27,7 @@ export function plainMesh({ positions, normals, indices }) {
   geometry.setAttribute('position', new BufferAttribute(positions, 3))
   geometry.setAttribute('normal', new BufferAttribute(normals, 3))
   geometry.setIndex(new BufferAttribute(indices, 1))
-  const mesh = new Mesh(geometry, new MeshStandardMaterial({ side: DoubleSide, roughness: ROUGHNESS, metalness: 0 }))
+  const mesh = new Mesh(geometry, new MeshStandardMaterial({ side: DoubleSide, ...PLAIN }))
   mesh.name = 'plain'
   return mesh
 }

@@ -11,16 +11,17 @@ import {
   SRGBColorSpace,
   UnsignedByteType,
 } from 'three'
+import { ROLES, isColorTarget } from '../uph/roles.js'
 
-/** Of a material that says nothing about it, as in the GLB. */
-export const ROUGHNESS = 0.8
+/** What a material without maps is like. */
+export const PLAIN = { roughness: ROLES.roughness.neutral, metalness: ROLES.metallic.neutral }
 
 const ANISOTROPY = 8
 
 /** An empty texture for what a material shows as `target`: 'color', 'normal' … */
 export function newTexture(target) {
   const texture = new DataTexture(null, 1, 1, RGBAFormat, UnsignedByteType)
-  texture.colorSpace = target === 'color' || target === 'emission' ? SRGBColorSpace : NoColorSpace
+  texture.colorSpace = isColorTarget(target) ? SRGBColorSpace : NoColorSpace
   texture.generateMipmaps = true
   texture.minFilter = LinearMipmapLinearFilter
   texture.magFilter = LinearFilter
@@ -43,7 +44,7 @@ const LAST_SET = new WeakMap()
 
 /** A material that `updateMaterial` looks after. */
 export function newMaterial() {
-  const material = new MeshStandardMaterial({ side: DoubleSide, roughness: ROUGHNESS, metalness: 0 })
+  const material = new MeshStandardMaterial({ side: DoubleSide, ...PLAIN })
   LAST_SET.set(material, {})
   return material
 }
@@ -55,16 +56,16 @@ export function newMaterial() {
  * nothing else is touched.
  */
 export function updateMaterial(material, textures, roles, alpha, radius) {
-  const { color, normal, surface, emission, height } = textures
-  const has = (role, texture) => (roles.includes(role) && texture) || null
+  const { color } = textures
+  const map = (role) => (roles.includes(role) && textures[ROLES[role].target]) || null
   const maps = {
     map: color ?? null,
-    normalMap: has('normal', normal),
-    aoMap: has('ao', surface),
-    roughnessMap: has('roughness', surface),
-    metalnessMap: has('metallic', surface),
-    emissiveMap: has('emission', emission),
-    bumpMap: has('height', !has('normal', normal) && height),
+    normalMap: map('normal'),
+    aoMap: map('ao'),
+    roughnessMap: map('roughness'),
+    metalnessMap: map('metallic'),
+    emissiveMap: map('emission'),
+    bumpMap: map('normal') ? null : map('height'),
   }
   const last = LAST_SET.get(material)
   if (!last) {
@@ -73,8 +74,8 @@ export function updateMaterial(material, textures, roles, alpha, radius) {
   }
   const wanted = {
     ...maps,
-    roughness: maps.roughnessMap ? 1 : ROUGHNESS,
-    metalness: maps.metalnessMap ? 1 : 0,
+    roughness: maps.roughnessMap ? 1 : PLAIN.roughness,
+    metalness: maps.metalnessMap ? 1 : PLAIN.metalness,
     bumpScale: radius / 100,
     emissive: maps.emissiveMap ? 0xffffff : 0x000000,
     transparent: alpha === 'blend',

@@ -16,7 +16,10 @@ const fail = (what, offset) => {
   throw new UphError(what, offset)
 }
 
-/** Reads a file; take(chunk, part, whole) gets the known chunks' payloads part by part, `whole` with the last one. */
+/**
+ * Reads a file; take(chunk, part, whole) gets the known chunks' payloads part by part, `whole` with the last one. Errors in a chunk name the byte
+ * at which it begins: up to there the file can be used.
+ */
 export class ChunkReader {
   constructor(take) {
     this.take = take
@@ -36,10 +39,8 @@ export class ChunkReader {
 
   feed(bytes) {
     this.received += bytes.length
-    if (this.total !== null) this.#checkLength()
     this.buffer.push(bytes)
     if (this.total === null && !this.#readHeader()) return
-    this.#checkLength()
     let used = 0
     while (this.start + used < this.total) {
       const rest = this.buffer.bytes.subarray(used, this.buffer.length)
@@ -49,9 +50,6 @@ export class ChunkReader {
     }
     this.buffer.drop(used)
     this.start += used
-  }
-
-  #checkLength() {
     if (this.received > this.total) fail(`${this.received - this.total} bytes after the end of the file`, this.total)
   }
 
@@ -59,7 +57,7 @@ export class ChunkReader {
     const head = this.buffer.bytes.subarray(0, Math.min(this.buffer.length, 14))
     head.subarray(0, 4).forEach((byte, n) => {
       if (byte === MAGIC[n]) return
-      if (n < 3) fail('this is no .uph stream', n)
+      if (n < 3) fail('this is no .uph stream', 0)
       fail(`version is ${byte}; allowed: ${MAGIC[3]}; ${byte > MAGIC[3] ? 'a newer decoder reads it' : 'it was never released: make the file again'}`, n)
     })
     if (head.subarray(4).filter((byte) => byte < 128).length < 2 && head.length < 14) return false
@@ -82,14 +80,23 @@ export class ChunkReader {
     chunk.left -= part.length
     if (whole) {
       const stored = new DataView(rest.buffer, rest.byteOffset + part.length, CRC_BYTES).getUint32(0, true)
-      if (stored !== chunk.crc) fail(`chunk ${chunk.tag} does not have the CRC it says`, offset + part.length)
+      if (stored !== chunk.crc) fail(`chunk ${chunk.tag} does not have the CRC it says`, chunk.offset)
       this.chunk = null
     }
     if (part.length || whole) {
       if (isFirst) this.#checkOrder(chunk)
-      if (chunk.tag in NEEDS) this.take(chunk, part, whole)
+      if (chunk.tag in NEEDS) this.#pass(chunk, part, whole)
     }
     return part.length + (whole ? CRC_BYTES : 0)
+  }
+
+  #pass(chunk, part, whole) {
+    try {
+      this.take(chunk, part, whole)
+    } catch (error) {
+      if (!(error instanceof UphError)) throw error
+      fail(`chunk ${chunk.tag}: ${error.message}`, chunk.offset)
+    }
   }
 
   #readChunkHeader(rest, offset) {

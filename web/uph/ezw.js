@@ -1,10 +1,9 @@
 /** The decoder of `.ezw` images [6]. */
 
 import { ByteReader, GrowingBytes, UphError } from './bytes.js'
-import { ImageDecoder } from './image/decoder.js'
+import { ImageDecoder } from './image/image-decoder.js'
 import { parseImageHeader } from './image/header.js'
-import { checkSamples } from './limits.js'
-import { fillLimits } from './told-limits.js'
+import { checkSamples, fillLimits } from './limits.js'
 
 const MAGIC = [69, 90, 87, 49] // "EZW1", 1 the version
 const FIXED_BYTES = 13 // of the header with the magic, before the means

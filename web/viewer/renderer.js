@@ -1,11 +1,12 @@
 /** One WebGL2 context that draws for all viewers of a page, one picture after another. */
 
+import { ROLES } from '../uph/roles.js'
 import { dot, plus, radians } from './frame.js'
-import { ChartPainter } from './painter.js'
+import { GpuPainter } from './gpu-painter.js'
 import { Programs } from './programs.js'
 import { AdaptiveQuality } from './quality.js'
 import { Resources } from './resources.js'
-import { CELLS, LAMPS, MAPS, UNITS, VERTEX, surfaces } from './shading.js'
+import { CELLS, LAMPS, UNITS, VERTEX, surfaces } from './shading.js'
 
 const SHADE_UNIT = 6
 
@@ -48,7 +49,7 @@ export class Renderer extends EventTarget {
   #begin() {
     this.#programs = new Programs(this.#gl)
     this.#resources = new Resources(this.#gl)
-    this.#painter = new ChartPainter(this.#gl, this.#programs, this.#resources)
+    this.#painter = new GpuPainter(this.#gl, this.#programs, this.#resources)
     this.#shades.clear()
     this.#fence = null
     this.#programs.ready('plain', 'backdrop', 'floor', 'height', 'shade')
@@ -197,7 +198,7 @@ export class Renderer extends EventTarget {
 
   /** Which program draws a model. */
   #programOf({ roles }, environment) {
-    const isFull = roles.some((role) => role !== 'albedo' && role !== 'opacity')
+    const isFull = roles.some((role) => ROLES[role]?.target !== 'color')
     if (environment) this.#programs.add(surfaces(environment.light, 'Picture'))
     return `${isFull ? 'full' : 'plain'}${environment ? 'Picture' : ''}`
   }
@@ -335,10 +336,9 @@ const asItIs = (geometry) => geometry
 /** The models that one is made of, see `model/group.js`. */
 const partsOf = (model) => model.parts ?? [model]
 
-/** The maps that a chart has, as bits. */
-function mapsOf({ roles }, { normal, surface, emission, height }) {
-  const textures = [normal, surface, surface, surface, emission, height]
-  return MAPS.reduce((bits, role, n) => bits | (textures[n] && roles.includes(role) ? 1 << n : 0), 0)
+/** The maps that a chart has, as bits in the order of the roles. */
+function mapsOf({ roles }, textures) {
+  return Object.entries(ROLES).reduce((bits, [role, { target }], n) => bits | (textures[target] && roles.includes(role) ? 1 << n : 0), 0)
 }
 
 /** Unit vectors toward the lamps, which turn with the camera. */

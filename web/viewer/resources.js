@@ -1,5 +1,6 @@
 /** What models have on the graphics card: made when first drawn, made again when their data has changed or the card has lost it. */
 
+import { isColorTarget } from '../uph/roles.js'
 import { UNITS } from './shading.js'
 
 const ANISOTROPY = 8
@@ -125,7 +126,7 @@ export class Resources {
   #makeRoom(made, { width, height }, unit) {
     if (made.width === width && made.height === height) return
     const gl = this.#gl
-    const isColor = unit === 'color' || unit === 'emission'
+    const isColor = isColorTarget(unit)
     gl.texImage2D(gl.TEXTURE_2D, 0, isColor ? gl.SRGB8_ALPHA8 : gl.RGBA8, width, height, 0, gl.RGBA, gl.UNSIGNED_BYTE, null)
     for (const wrap of [gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T]) gl.texParameteri(gl.TEXTURE_2D, wrap, gl.CLAMP_TO_EDGE)
     gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.LINEAR_MIPMAP_LINEAR)

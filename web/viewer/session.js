@@ -3,6 +3,7 @@
 import { receive } from '../uph-receive.js'
 import { Group } from '../model/group.js'
 import { Model } from '../model/model.js'
+import { readAllowed } from './allowed.js'
 import { explain } from './text.js'
 import { takeEarly, takeWorker } from '../uph-workers.js'
 
@@ -23,24 +24,30 @@ export class Session {
   /** How many changes made a new frame necessary. */
   changes = 0
   #worker
-  #onPage
+  #options = {}
+  #refusal = null // the error of wrong attributes
   #start = performance.now()
 
   /**
    * @param {string | File | File[]} source an address, or the stream itself; or several streams, parts of one model
    * @param {string | null} worker address of uph-worker.js; null: next to the viewer
    * @param {{ eye: number[], pixels: number, onPage: boolean, whole?: boolean }} options as `Model` takes them
+   * @param {{ limit: string | null, maxtexels: string | null }} attributes see `readAllowed`
    * @param {(type: string, event: object) => void} notify called with the model's events, 'error' with its `problem` set
    * @param {Session | null} [before] whose workers go on with this one
    */
-  constructor(source, worker, options, notify, before = null) {
+  constructor(source, worker, options, attributes, notify, before = null) {
     this.#worker = worker
-    this.#onPage = options.onPage
+    try {
+      this.#options = { onPage: options.onPage, ...readAllowed(attributes) }
+    } catch (error) {
+      this.#refusal = error
+    }
     const sources = Array.isArray(source) ? source : [source]
     this.name = typeof sources[0] === 'string' ? nameOf(sources[0]) : sources[0].name
     this.failed = new Promise((resolve) => (this.fail = resolve))
     this.places = placesFor(sources, worker, before)
-    const models = this.places.map((place) => new Model(place, options))
+    const models = this.places.map((place) => new Model(place, { ...options, ...this.#options }))
     const model = (this.model = models.length > 1 ? new Group(models) : models[0])
     for (const type of EVENTS) {
       model.addEventListener(type, (event) => {
@@ -72,7 +79,7 @@ export class Session {
 
   /** Load the received bytes a second time; returns that model. */
   compare() {
-    this.other = new Model(takeWorker(this.#worker), { onPage: this.#onPage })
+    this.other = new Model(takeWorker(this.#worker), this.#options)
     give(this.other.client, this.model.bytes())
     return this.other
   }
@@ -90,7 +97,9 @@ export class Session {
   }
 
   async #receive(source, client) {
+    await null // now events are heard
     try {
+      if (this.#refusal) throw this.#refusal
       if (typeof source === 'string') await receive(source, client, { credentials: 'same-origin' }, takeEarly(source))
       else give(client, new Uint8Array(await source.arrayBuffer()))
     } catch (error) {

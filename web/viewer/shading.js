@@ -4,6 +4,8 @@
  * for the sky.
  */
 
+import { ROLES, TARGETS } from '../uph/roles.js'
+
 /** Toward the key light, in degrees in the camera's axes: to the right, and up. */
 export const KEY_DIRECTION = [-35.7, 38.2]
 
@@ -23,9 +25,8 @@ export const BACKGROUNDS = {
 /** Half a side of the square below the model that its shadow may reach, in radii of the model; and the cells along a side. */
 export const [REACH, CELLS] = [2, 64]
 
-/** Textures by target, in the order of their units; bits, as listed, give those that a material has. */
-export const UNITS = ['color', 'normal', 'surface', 'emission', 'height']
-export const MAPS = ['normal', 'ao', 'roughness', 'metallic', 'emission', 'height']
+/** Textures by target, in the order of their units. */
+export const UNITS = Object.keys(TARGETS)
 
 export const HEAD = `#version 300 es
 precision highp float;
@@ -102,23 +103,27 @@ vec3 toned(vec3 c) {
 
 const DETAILS = `
 uniform sampler2D normalMap, surfaceMap, emissionMap, heightMap;
+const int ${Object.keys(ROLES).map((role, n) => `${role.toUpperCase()} = ${n}`).join()};
 uniform int maps;
 uniform float bump;
 bool has(int bit) {
   return (maps >> bit & 1) == 1;
 }
 vec3 bent(vec3 n) {
-  if (has(0)) {
+  if (has(NORMAL)) {
     vec3 t = texture(normalMap, uv).xyz * 2. - 1.;
     vec3 along = normalize(T.xyz - n * dot(n, T.xyz) + 1e-6);
     return normalize(t.x * along + t.y * T.w * cross(n, along) + t.z * n);
   }
-  if (!has(5)) return n;
+  if (!has(HEIGHT)) return n;
   vec3 dx = dFdx(P), dy = dFdy(P), a = cross(dy, n), b = cross(n, dx);
   float here = texture(heightMap, uv).r, area = dot(dx, a);
   float hx = texture(heightMap, uv + dFdx(uv)).r - here, hy = texture(heightMap, uv + dFdy(uv)).r - here;
   return normalize(abs(area) * n - sign(area) * bump * (hx * a + hy * b));
 }`
+
+const channel = (role) => 'rgb'[ROLES[role].channel]
+const neutral = (role) => `float(${ROLES[role].neutral})`
 
 /** A surface; `full` with all maps, else with only a colour; `light` returns the reflections and the incoming light. */
 const surface = (full, light) => `${HEAD}
@@ -133,14 +138,14 @@ ${CODED}${TONES}${light}${full ? DETAILS : ''}
 void main() {
   vec4 albedo = texture(colorMap, uv);
   if (albedo.a < cut) discard;
-  float alpha = cut > 0. ? 1. : albedo.a, rough = .8, metal = 0., open = 1.;
+  float alpha = cut > 0. ? 1. : albedo.a, rough = ${neutral('roughness')}, metal = ${neutral('metallic')}, open = ${neutral('ao')};
   vec3 v = normalize(eye - P), n = normalize(gl_FrontFacing ? N : -N), glow = vec3(0);
   ${full ? `n = bent(n);
-  vec3 orm = texture(surfaceMap, uv).rgb;
-  if (has(1)) open = orm.r;
-  if (has(2)) rough = orm.g;
-  if (has(3)) metal = orm.b;
-  if (has(4)) glow = texture(emissionMap, uv).rgb;` : ''}
+  vec3 shown = texture(surfaceMap, uv).rgb;
+  if (has(AO)) open = shown.${channel('ao')};
+  if (has(ROUGHNESS)) rough = shown.${channel('roughness')};
+  if (has(METALLIC)) metal = shown.${channel('metallic')};
+  if (has(EMISSION)) glow = texture(emissionMap, uv).rgb;` : ''}
   float facing = max(dot(n, v), 0.), x = 1. - rough, q = min(x * x, exp2(-9.28 * facing)) * x + .0425 - .0275 * rough;
   vec3 f = mix(vec3(.04), albedo.rgb, metal) * (1.04 - .572 * rough - 1.04 * q) + max(.022 * rough - .04 + 1.04 * q, 0.);
   // What any matt surface mirrors veils its colour, and is left out.

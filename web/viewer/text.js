@@ -33,6 +33,9 @@ const ANSWERS = {
   410: ['is no longer there.', 'Check the address.'],
 }
 
+/** Messages of the decoder about a caller's limits. */
+const TOO_LARGE = /number of (texels|samples|charts|triangles) is \d+; allowed: 1 to/
+
 /**
  * What an error means to the user.
  *
@@ -49,7 +52,9 @@ export function explain(error, { shown, received, total, name }) {
     const advice = shown ? 'The picture shows all that it holds; the rest is missing.' : 'That is too little for a picture.'
     return { title, advice, detail: '' }
   }
+  if (/^(limit|maxtexels) /.test(detail)) return say(`${name} was not loaded: an attribute of this element is wrong.`, '')
   if (Number.isInteger(error.offset)) {
+    if (TOO_LARGE.test(detail)) return say(`${name} is larger than this page allows.`, '')
     if (!shown && error.offset < 8) return say(`${name} is no .uph stream.`, 'Check the address, or the server that answers.')
     return say(`${name} is damaged after ${amount(error.offset)}.`, 'Nothing can be shown. Write or download the file again.')
   }

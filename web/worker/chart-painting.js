@@ -1,7 +1,8 @@
 /** Painting charts in the worker, with gutters from beyond their edges; and the functions that every painter has. */
 
 import { edgeLines, makeGutter, putGutter } from '../uph-gutter.js'
-import { TARGETS, hasMap } from './maps.js'
+import { ROLES, TARGETS } from '../uph/roles.js'
+import { hasMap } from './maps.js'
 
 /**
  * What changed is painted target by target: `begin` (returns whether it can be), `paint` chart after chart (likewise), `end`. Entries for
@@ -51,8 +52,8 @@ export class ChartPainting {
       data.fill(255)
       const one = new Uint8Array(data.length)
       for (const role of roles) {
-        const channel = role === 'opacity' ? 3 : TARGETS.surface.indexOf(role)
-        if (channel < 0) paint(role, data)
+        const { channel } = ROLES[role]
+        if (channel === undefined) paint(role, data)
         else {
           paint(role, one)
           for (let n = channel, m = 0; n < data.length; n += 4, m += 4) data[n] = one[m]

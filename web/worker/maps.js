@@ -1,14 +1,5 @@
 /** What the decoder knows of maps, and how much. */
 
-/** The textures of a material: for each, the roles that it is made of. */
-export const TARGETS = {
-  color: ['albedo', 'opacity'],
-  normal: ['normal'],
-  surface: ['ao', 'roughness', 'metallic'], // red, green, blue
-  emission: ['emission'],
-  height: ['height'],
-}
-
 /** Share of the exemplar's coefficients that are known. */
 export function knownShare(decoder) {
   const { known, count } = decoder.coefficients()

@@ -2,9 +2,10 @@
 
 import { turnOf } from '../uph-gutter.js'
 import { MapPyramid, pyramidLevel } from '../uph/paint/pyramid.js'
+import { TARGETS } from '../uph/roles.js'
 import { SYMMETRIES } from '../uph/symmetry.js'
 import { forEachAcross } from './across.js'
-import { TARGETS, hasMap } from './maps.js'
+import { hasMap } from './maps.js'
 
 const ROW = 4096 // numbers in a row of their texture
 const MOST_SIDE = 4096 // of a texture

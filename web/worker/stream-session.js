@@ -1,8 +1,9 @@
 /** One stream in the worker: what messages ask for, decoded, painted and tessellated in slices. */
 
 import { UphDecoder } from '../uph/decoder.js'
+import { TARGETS } from '../uph/roles.js'
 import { SurfaceMesher, TriangleMesher, countsFor } from '../uph-mesh.js'
-import { TARGETS, hasMap, knownShare } from './maps.js'
+import { hasMap, knownShare } from './maps.js'
 import { Samples, codeOf } from './samples.js'
 import { SLICE, yieldToMessages } from './schedule.js'
 import { ChartTextures, texelsOf } from './textures.js'
@@ -17,13 +18,13 @@ const LEAST_SHARE = 1 / 16 // of a chart's texels, each way, where the page can 
 const MESH_ARRAYS = ['positions', 'normals', 'tangents', 'parameters', 'indices', 'outline']
 
 /** One stream. `post(message, transfer)` sends to the page; messages are listed in `uph-worker.js`. `samples` are those of other streams. */
-export class Session {
+export class StreamSession {
   #post
   #samples
   #code = null // of the sample, if it is to be kept
   #bytes = new Uint8Array(1 << 16)
   #length = 0
-  #decoder = new UphDecoder()
+  #decoder = new UphDecoder() // with the limits of the page, once it is open
   #mesher = null
   #textures = null
   #nearness = [] // of charts, to who looks
@@ -58,8 +59,10 @@ export class Session {
   receive(message) {
     const { kind, ticket = this.#ticket } = message
     this.#ticket = ticket
-    if (kind === 'open') Object.assign(this, message)
-    else if (kind === 'feed') this.#append(message.bytes)
+    if (kind === 'open') {
+      Object.assign(this, message)
+      this.#decoder = new UphDecoder({ limits: this.limits })
+    }     else if (kind === 'feed') this.#append(message.bytes)
     else if (kind === 'end') this.#end()
     else if (kind === 'close') this.#isClosed = true
     else if (kind === 'limit') this.#setLimit(message)
@@ -108,7 +111,7 @@ export class Session {
   }
 
   #restart(maps = null) {
-    this.#decoder = new UphDecoder({ maps })
+    this.#decoder = new UphDecoder({ limits: this.limits, maps })
     this.#decoder.replaceExemplar(this.#substitute)
     this.#decoder.mostCoefficients = this.#limit.coefficients ?? 1
     this.#failed = false

@@ -2,7 +2,7 @@
 
 Heavy imports wait until a command needs them: ``upholster --help`` answers immediately.
 
-- One module for each command: `batch`, `cover`, `fill`, `measure`, `picture`, `prepare`, `studio`, `warm`;
+- One module for each command: `batch`, `cover`, `fill`, `measure`, `picture`, `prepare`, `studio`, `warm`, `web`;
   `serve` has `view` as well, `codec` has `encode` and `decode`, `stream` has `refine` and `levels`
 - `upholster info`: `models`, `show_cad`, `show_project`, `show_surface`, and `stream`
 - `command`, `command_options`: a command's checks, and its options from a dataclass
@@ -34,6 +34,7 @@ from upholster.cli.serve import serve, view
 from upholster.cli.stream import info, levels, refine
 from upholster.cli.studio import studio
 from upholster.cli.warm import warm
+from upholster.cli.web import web
 from upholster.errors import StoppedError, UpholsterError, printable
 
 __all__ = ["app", "main", "run_words"]
@@ -190,6 +191,7 @@ _COMMANDS = {
         studio,
         view,
         serve,
+        web,
         measure,
         batch,
         encode,

@@ -12,7 +12,7 @@ from upholster._version import __version__
 from upholster.export.map_files import map_companion
 from upholster.export.pages import PagedMesh, check_pages, page_files, polygons_by_page, udim_tile
 from upholster.image import alpha_channel, write_image
-from upholster.image.roles import MAP_ROLES
+from upholster.image.roles import DEFAULT_ROUGHNESS, MAP_ROLES
 from upholster.model import Mesh
 from upholster.types import IntArray
 
@@ -193,9 +193,8 @@ def _by_part(
 def _material(name: str, files: Mapping[str, str], *, alpha: bool) -> list[str]:
     """Return the MTL lines of a material whose maps are these files, by role."""
     looks = ["Kd 1 1 1", "Ks 0 0 0", "illum 1"]
-    looks += [
-        default for role, default in (("roughness", "Pr 0.8"), ("metallic", "Pm 0")) if role not in files
-    ]
+    defaults = {"roughness": f"Pr {DEFAULT_ROUGHNESS}", "metallic": "Pm 0"}
+    looks += [default for role, default in defaults.items() if role not in files]
     lines = [f"newmtl {name}", *looks, f"map_Kd {files['albedo']}"]
     if alpha:
         lines.append(f"map_d {files['albedo']}")

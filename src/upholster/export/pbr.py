@@ -17,6 +17,9 @@ __all__ = ["PbrMaterial", "TextureFormat", "alpha_mode", "build_material"]
 DATA_QUALITY = 90
 """Least quality of JPEG and WebP for maps other than colours: from here on JPEG keeps its full colour."""
 
+_PACKED = {role.name for role in MAP_ROLES.values() if role.gltf and role.channel is not None}
+"""Roles that share one image."""
+
 
 @dataclass
 class PbrMaterial:
@@ -99,7 +102,7 @@ def build_material(
     if "normal" in maps:
         scale = {} if normal_scale == 1 else {"scale": normal_scale}
         document[MAP_ROLES["normal"].gltf] = add("normal", _data(maps["normal"]), DATA_QUALITY) | scale
-    if maps.keys() & {"ao", "roughness", "metallic"}:
+    if maps.keys() & _PACKED:
         packed = add("occlusion-roughness-metallic", _packed(maps), DATA_QUALITY)
         if "ao" in maps:
             document[MAP_ROLES["ao"].gltf] = packed
@@ -121,15 +124,15 @@ def _check_map(role: str, part: PixelArray) -> None:
 
 def _packed(maps: Mapping[str, PixelArray]) -> PixelArray:
     """Return red: occlusion, green: roughness, blue: metallic; 1 for missing maps, so that factors decide."""
-    parts = [_data(maps[role]) if role in maps else None for role in ("ao", "roughness", "metallic")]
-    known = [part for part in parts if part is not None]
-    if len({part.shape for part in known}) > 1:
+    parts = {role: _data(maps[role]) for role in maps.keys() & _PACKED}
+    shape, *others = {part.shape for part in parts.values()}
+    if others:
         raise InputError("ao, roughness and metallic maps differ in size; allowed: one size")
-    wide = any(part.dtype == np.uint16 for part in known)
-    packed = np.full((*known[0].shape[:2], 3), 65535 if wide else 255, np.uint16 if wide else np.uint8)
-    for channel, part in enumerate(parts):
-        if part is not None:
-            packed[:, :, channel] = part[:, :, 0] * np.uint16(257 if wide and part.dtype == np.uint8 else 1)
+    wide = any(part.dtype == np.uint16 for part in parts.values())
+    packed = np.full((*shape[:2], 3), 65535 if wide else 255, np.uint16 if wide else np.uint8)
+    for role, part in parts.items():
+        scale = np.uint16(257 if wide and part.dtype == np.uint8 else 1)
+        packed[:, :, MAP_ROLES[role].channel] = part[:, :, 0] * scale
     return packed
 
 

@@ -47,6 +47,8 @@ class MapRole:
         Weight of its squared differences in matching, where the albedo's count 1.
     gltf
         Where glTF has its texture; '' if it has no place for it.
+    channel
+        Its channel of a texture that it shares with other maps, as glTF packs them; None if it has its own.
     mtl
         How MTL refers to it: factors, then the word before the file; () if there is no word that programs
         agree on.
@@ -62,6 +64,7 @@ class MapRole:
     neutral: tuple[float, ...] = (0.0,)
     match_weight: float = 0.0
     gltf: str = ""
+    channel: int | None = None
     mtl: tuple[str, ...] = ()
     delay: float = 1.0
 
@@ -85,21 +88,22 @@ MAP_ROLES: Mapping[str, MapRole] = MappingProxyType(
             MapRole(
                 "roughness", "roughness rough", "r",
                 neutral=(DEFAULT_ROUGHNESS,), match_weight=0.25,
-                gltf=_METAL_ROUGH, mtl=("Pr 1", "map_Pr"), delay=1.5,
+                gltf=_METAL_ROUGH, channel=1, mtl=("Pr 1", "map_Pr"), delay=1.5,
             ),
             MapRole(
                 "metallic", "metallic metalness metal", "m",
-                match_weight=0.25, gltf=_METAL_ROUGH, mtl=("Pm 1", "map_Pm"), delay=1.5,
+                match_weight=0.25,
+                gltf=_METAL_ROUGH, channel=2, mtl=("Pm 1", "map_Pm"), delay=1.5,
             ),
             MapRole(
                 "ao", "ao ambientocclusion occlusion occ",
-                neutral=(1.0,), gltf="occlusionTexture", delay=2.0,
+                neutral=(1.0,), gltf="occlusionTexture", channel=0, delay=2.0,
             ),
             MapRole(
                 "height", "height heightmap displacement disp", "h",
                 neutral=(0.5,), match_weight=0.5, delay=2.0,
             ),
-            MapRole("opacity", "opacity alpha", neutral=(1.0,), match_weight=1.0, delay=1.5),
+            MapRole("opacity", "opacity alpha", neutral=(1.0,), match_weight=1.0, channel=3, delay=1.5),
             MapRole(
                 "emission", "emission emissive emit", "e",
                 channels=(1, 3), is_color=True, match_weight=0.5,

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from upholster.errors import InputError
 from upholster.image.color import to_linear
 from upholster.image.numbers import to_unit
-from upholster.image.roles import DEFAULT_ROUGHNESS, MAP_ROLES
+from upholster.image.roles import MAP_ROLES
 from upholster.render._material_kernels import SurfaceMaps
 from upholster.render.environment import lamps
 from upholster.render.texture import MipPyramid, averaged_down, build_mip_pyramid
@@ -19,6 +19,8 @@ __all__ = ["SHOWN", "build_maps", "checked_maps"]
 
 SHOWN = tuple(role.name for role in MAP_ROLES.values() if role.gltf and role.name != "albedo")
 """Roles that pictures show, besides base colour and opacity."""
+
+_SURFACE = ("roughness", "metallic")
 
 
 def checked_maps(
@@ -86,10 +88,10 @@ def _detail_rows(maps: Mapping[str, PixelArray], row: int, stop: int) -> NDArray
     """Return x and y of normals, roughness and metal in rows of the maps; defaults are those of GLB."""
     width = next(iter(maps.values())).shape[1]
     block = np.empty((stop - row, width, 4), np.float32)
-    block[:] = 0.5, 0.5, DEFAULT_ROUGHNESS, 0.0
+    block[:] = *MAP_ROLES["normal"].neutral[:2], *(MAP_ROLES[role].neutral[0] for role in _SURFACE)
     if "normal" in maps:
         block[..., :2] = to_unit(maps["normal"][row:stop, :, :2])
-    for k, role in enumerate(("roughness", "metallic")):
+    for k, role in enumerate(_SURFACE):
         if role in maps:
             block[..., 2 + k] = to_unit(maps[role][row:stop, :, 0])
     return block
@@ -99,7 +101,7 @@ def _glow_rows(maps: Mapping[str, PixelArray], row: int, stop: int) -> NDArray[n
     """Return emission, linear, and occlusion in rows of the maps."""
     width = next(iter(maps.values())).shape[1]
     block = np.zeros((stop - row, width, 4), np.float32)
-    block[..., 3] = 1.0
+    block[..., 3] = MAP_ROLES["ao"].neutral[0]
     if "emission" in maps:
         block[..., :3] = to_linear(maps["emission"][row:stop])
     if "ao" in maps:

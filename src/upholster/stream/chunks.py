@@ -2,6 +2,7 @@
 
 import struct
 import zlib
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 from upholster.errors import FormatError
@@ -98,24 +99,22 @@ class ChunkReader:
         """Whether the whole file has arrived and every chunk is right."""
         return self.total is not None and self._start == self.total
 
-    def feed(self, data: bytes) -> list[tuple[Chunk, bytes]]:
-        """Take further bytes; return, for each chunk they belong to, the new bytes of its payload, in order.
+    def feed(self, data: bytes) -> Iterator[tuple[Chunk, bytes]]:
+        """Take further bytes; yield, for each chunk they belong to, the new bytes of its payload, in order.
 
         If the end of a chunk is among them, its CRC has been checked.
 
         Raises
         ------
         FormatError
-            For a wrong magic or version, a wrong CRC, lengths that do not fit, bytes after the end.
+            For a wrong magic or version, a wrong CRC, lengths that do not fit, bytes after the end. For a
+            damaged chunk the message names the byte at which it begins.
         """
         self.received += len(data)
         self._buffer += data
         if self.total is None and not self._read_header():
-            return []
+            return
         total = self.total or 0
-        if self.received > total:
-            raise FormatError(f"byte {total}: {self.received - total} bytes after the end of the file")
-        found = []
         while self._start < total:
             chunk = (
                 self.chunks[-1] if self.chunks and not self.chunks[-1].verified else self._next_chunk(total)
@@ -130,16 +129,17 @@ class ChunkReader:
                 stored = _CRC.unpack_from(self._buffer)[0]
                 if stored != self._crc:
                     raise FormatError(
-                        f"byte {self._start}: chunk {chunk.tag!r} has CRC {self._crc:08x}; "
+                        f"byte {chunk.offset}: chunk {chunk.tag!r} has CRC {self._crc:08x}; "
                         f"the file says {stored:08x}"
                     )
                 self._take(_CRC.size)
                 chunk.verified = True
             if part or chunk.verified:
-                found.append((chunk, part))
+                yield chunk, part
             if not chunk.verified:
                 break
-        return found
+        if self.received > total:
+            raise FormatError(f"byte {total}: {self.received - total} bytes after the end of the file")
 
     def _take(self, count: int) -> None:
         del self._buffer[:count]
@@ -157,7 +157,7 @@ class ChunkReader:
         if sum(byte < 128 for byte in buffer[4:]) < 2 and len(buffer) < _LONGEST_HEADER:
             return False
         fields = ByteReader(buffer[4:], 4)
-        self.total = fields.varint("length of the file", MAX_FILE, fields.offset)
+        self.total = fields.varint("length of the file", MAX_FILE, 6)
         self.view = fields.varint("length of the first view", self.total)
         self._take(fields.offset)
         return True

@@ -71,6 +71,7 @@ class StreamDecoder(Shown):
         self._fields: FieldDecoder | None = None
         self._whole = bytearray()
         self._seen = ""
+        self._verified = 0
         self._failure: str | None = None
 
     def __repr__(self) -> str:
@@ -111,6 +112,11 @@ class StreamDecoder(Shown):
     def chunks(self) -> tuple[Chunk, ...]:
         """The chunks that have begun."""
         return tuple(self._reader.chunks)
+
+    @property
+    def verified(self) -> int:
+        """Number of bytes at the start of the stream whose chunks are complete and right."""
+        return self._verified
 
     @property
     def placements_known(self) -> tuple[int, int]:
@@ -169,7 +175,8 @@ class StreamDecoder(Shown):
         Raises
         ------
         FormatError
-            If the stream is damaged: the message names the byte. The decoder can not be used afterwards.
+            If the stream is damaged. The message names the byte at which the damaged chunk begins; up to
+            there the stream can be used. The decoder can not be used afterwards.
         """
         if not isinstance(data, (bytes, bytearray, memoryview)):
             raise InputError(f"data is a {type(data).__name__}; allowed: bytes")
@@ -178,6 +185,8 @@ class StreamDecoder(Shown):
         try:
             for chunk, part in self._reader.feed(data):
                 self._take(chunk, part)
+                if chunk.verified:
+                    self._verified = chunk.end
         except FormatError as error:
             self._failure = str(error)
             raise
@@ -265,13 +274,8 @@ class StreamDecoder(Shown):
                 if chunk.verified:
                     whole, self._whole = bytes(self._whole), bytearray()
                     self._take_whole(tag, whole, chunk.payload_offset)
-        except InputError as error:
-            raise FormatError(f"byte {chunk.payload_offset}: {error}") from None
-        except FormatError as error:
-            text = str(error)
-            raise FormatError(
-                text if text.startswith("byte ") else f"byte {chunk.payload_offset}: {text}"
-            ) from None
+        except (InputError, FormatError) as error:
+            raise FormatError(f"byte {chunk.offset}: chunk {tag!r}: {error}") from None
 
     def _feed_exemplar(self, part: bytes) -> None:
         image, self._held = self._image, self._held + part

@@ -24,7 +24,7 @@ def on_surface(data: bytes, surface: Surface) -> bytes:
         If the stream is damaged or incomplete.
     """
     reader = ChunkReader()
-    reader.feed(data)
+    list(reader.feed(data))
     if not reader.complete or reader.view is None:
         raise FormatError(f"byte {len(data)}: stream is cut; allowed: a complete one")
     head: list[bytes] = []

@@ -25,6 +25,7 @@ from upholster.errors import InputError
 from upholster.files import outputs
 from upholster.formats import split_name
 from upholster.geometry import SURFACES
+from upholster.image.roles import role_of
 from upholster.image.source import read_source, source_parts
 from upholster.server.browser import open_in_browser
 from upholster.server.guard import AddedHeaders, Guard, failed
@@ -154,6 +155,13 @@ class Studio:
             project = await run_in_threadpool(self.folder.unpacked, path)
             path, kind = (path, kind) if project is None else (project, "project")
         return JSONResponse({"group": number, "path": path, "kind": kind})
+
+    async def roles(self, request: Request) -> Response:
+        """Return whether each of several file names gives the role of a map."""
+        names = _entry(await _body(request), "names")
+        if not (isinstance(names, list) and all(isinstance(name, str) for name in names)):
+            raise InputError("names are not a list of texts")
+        return JSONResponse([role_of(Path(name).stem) is not None for name in names])
 
     async def sources(self, request: Request) -> Response:
         """Return the kind and contents of a source."""
@@ -305,6 +313,7 @@ def make_studio(
             Mount("/assets", StaticFiles(directory=page, packages=[("upholster", "web")])),
             Route("/session", studio.session),
             post("/blobs", studio.blobs),
+            post("/roles", studio.roles),
             post("/sources", studio.sources),
             post("/hints", studio.hints),
             Route("/pictures/{path:path}", studio.picture),

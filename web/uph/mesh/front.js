@@ -1,6 +1,6 @@
 /** Triangles of a mesh and where their vertices lie: a front runs over the mesh [5.4]. */
 
-import { PLAIN, START_VERTEX, VERTEX, nextCorner } from './numbers.js'
+import { PLAIN, START_VERTEX, VERTEX, nextCorner } from './mesh-numbers.js'
 
 const [NEW, CLOSES_BEFORE, CLOSES_AFTER, BORDER, KNOWN] = [0, 1, 2, 3, 4]
 const OPEN = -1 // in place of a twin: an edge of the front; less: a border

@@ -1,7 +1,7 @@
 /** Seams, islands, parts and parameters of a mesh [5.4]. */
 
 import { clamp } from '../numbers.js'
-import { ISLAND, PART, PLAIN, SEAM, nextCorner } from './numbers.js'
+import { ISLAND, PART, PLAIN, SEAM, nextCorner } from './mesh-numbers.js'
 
 const MOST = 2 ** 28 // steps of a parameter
 

@@ -3,7 +3,7 @@
 import { range } from '../numbers.js'
 import { FrontDecoder } from './front.js'
 import { decodeIslands } from './islands.js'
-import { MeshNumbers } from './numbers.js'
+import { MeshNumbers } from './mesh-numbers.js'
 
 const MAX_PARTS = 2 ** 16
 const TRIANGLES_A_BYTE = 4096

@@ -1,17 +1,15 @@
 /** Samples of any kind as 8-bit RGBA for the screen. */
 
 import { clamp } from '../numbers.js'
+import { ROLES } from '../roles.js'
 import { srgbCodes } from './srgb.js'
 
-/** Maps whose floats are linear light and are shown as sRGB. */
-const COLOR_ROLES = ['albedo', 'emission']
-
-/** Samples of a map as RGBA of 8 bits; grey becomes RGB. */
+/** Samples of a map as RGBA of 8 bits; grey becomes RGB, and floats of colours, which are linear light, become sRGB. */
 export function toRgba(samples, channels, role) {
   const isFloat = samples instanceof Float32Array
   const isWide = samples instanceof Uint16Array
   const plain = (x) => (isFloat ? 255 * clamp(x, 0, 1) + 0.5 : isWide ? Math.floor((x + 128) / 257) : x)
-  const table = isFloat && COLOR_ROLES.includes(role) ? srgbCodes() : null
+  const table = isFloat && ROLES[role]?.isColor ? srgbCodes() : null
   const color = table ? (x) => table[Math.fround(65535 * clamp(x, 0, 1)) + 0.5 | 0] : plain
   const [green, blue] = channels < 3 ? [0, 0] : [1, 2]
   const out = new Uint8Array((4 * samples.length) / channels)

@@ -38,6 +38,7 @@ export async function enter() {
 
 export const session = () => inJson(asked('/session'))
 export const take = () => post('/take', { tab: TAB })
+export const roles = (names) => inJson(post('/roles', { names }))
 export const source = (path) => inJson(post('/sources', { path }))
 export const hints = (path) => inJson(post('/hints', { path }))
 export const change = (state) => inJson(post('/state', { state }))

@@ -49,15 +49,14 @@ async function filesOf(entry) {
 const COMPANION = /\.(bin|mtl)$/i
 const IN_PARTS = /\.gltf$/i
 const IMAGE = /\.(png|jpe?g|webp|tiff?|exr|heic|heif|avif)$/i
-const ROLE = /[_\-. ](albedo|basecolor|base_color|diffuse|color|col|normal|nrm|nor|roughness|rough|metallic|metal|ao|occlusion|height|displacement|disp|emission|opacity|orm)\b/i
 
 /**
  * Send files; returns `[{path, kind}]`. Files that belong together have one entry: a folder, or the maps of a material, with their group's path.
  */
 export async function send(files, isFolder, say) {
   const found = []
-  const images = files.filter(([, name]) => IMAGE.test(name))
-  const isMaterial = images.length > 1 && (isFolder || images.every(([, name]) => ROLE.test(name)))
+  const images = files.map(([, name]) => name).filter((name) => IMAGE.test(name))
+  const isMaterial = images.length > 1 && (isFolder || (await api.roles(images)).every(Boolean))
   // A model of several files; a photo dropped with only an OBJ is a sample.
   const isModel = files.some(([, name]) => COMPANION.test(name) || IN_PARTS.test(name))
   const together = isFolder || isMaterial || isModel

@@ -24,15 +24,15 @@ export class UphModel extends Group {
   #shown = [] // of each chart, the arrays that its mesh shows
   #plain = null // triangles of a mesh that lie on no chart
 
-  /** @param {Worker} worker @param {{ maxTextureSize: number, maxTexels: number, errorPixels: number }} limits */
-  constructor(worker, limits) {
+  /** @param {Worker} worker @param {{ maxTextureSize: number, maxTexels: number, errorPixels: number, limits: object }} options */
+  constructor(worker, options) {
     super()
     this.type = 'UphModel'
     this.outlines = new LineSegments(new BufferGeometry(), new LineBasicMaterial({ color: 0x2266ff }))
     this.outlines.visible = false
     this.outlines.raycast = () => {} // rays would hit invisible objects, too
     this.add(this.outlines)
-    this.#model = new Model(worker, limits)
+    this.#model = new Model(worker, options)
     for (const type of EVENTS) {
       this.#model.addEventListener(type, ({ detail }) => {
         if (type === 'first') this.#begin()

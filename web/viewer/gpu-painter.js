@@ -1,11 +1,9 @@
 /** Paints charts on the graphics card, from recipes and samples that the worker makes: texels need not be sent. */
 
+import { ROLES } from '../uph/roles.js'
 import { PAINTING } from './painting.js'
 
-/** Which channels of a target a map is. */
-const CHANNELS = { ao: 0, roughness: 1, metallic: 2 }
-
-export class ChartPainter {
+export class GpuPainter {
   #gl
   #programs
   #resources
@@ -89,7 +87,7 @@ export class ChartPainter {
         this.#bind(1, gl.TEXTURE_2D_ARRAY, this.#once(sheet, () => this.#newSheet(sheet)).texture, uniforms.sheet)
         gl.uniform2i(uniforms.sheetSize, ...sheet.size)
         gl.uniform1i(uniforms.isWide, sheet.data instanceof Uint16Array)
-        gl.colorMask(...[0, 1, 2].map((k) => (CHANNELS[role] ?? k) === k), true)
+        gl.colorMask(...[0, 1, 2].map((k) => (ROLES[role].channel ?? k) === k), true)
         gl.drawArrays(gl.TRIANGLE_STRIP, 0, 4)
       }
       gl.colorMask(true, true, true, true)
