@@ -183,7 +183,7 @@ function size(store, live) {
 
 function elementSize(store) {
   return text(
-    { label: 'Size of an element', hint: 'Size of a brick or a plank in the sample, instead of its width.', option: '--element-size', placeholder: '21cm' },
+    { label: 'Size of an element', hint: 'Width of one brick or plank, in place of the width of the whole sample.', option: '--element-size', placeholder: '21cm' },
     () => store.state.synthesis.element_size,
     (value) => {
       const { sample_size: _, ...others } = store.state.synthesis
