@@ -21,12 +21,12 @@ from upholster.kernel_cache import KernelCache, kernel_name
 from upholster.signatures import type_as_json
 from upholster.warm import TABLE
 
-__all__ = ["USES", "main"]
+__all__ = ["USES", "main", "record"]
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 BRICKS, MATERIAL = EXAMPLES / "bricks.png", EXAMPLES / "bricks_material"
 CHAIR = EXAMPLES / "chair.glb"
-CURVED, FLAT = "--on cyclide --texels 300k", "--on plane --texels 256x256"
+CURVED, FLAT = "--on cyclide --texels 100k", "--on plane --texels 256x256"
 
 USES = {
     f"{method} {kind}": f"cover {sample} {where} {options} -o {name}"
@@ -34,8 +34,8 @@ USES = {
         ("quilt", BRICKS, CURVED, ""),
         ("quilt material", MATERIAL, CURVED, ""),
         ("quilt flat", BRICKS, FLAT, ""),
-        ("quilt mesh", BRICKS, f"--on {CHAIR} --texels 300k", ""),
-        ("quilt mesh material", MATERIAL, f"--on {CHAIR} --texels 300k", ""),
+        ("quilt mesh", BRICKS, f"--on {CHAIR} --texels 100k", ""),
+        ("quilt mesh material", MATERIAL, f"--on {CHAIR} --texels 100k", ""),
         ("paper", BRICKS, "--on cyclide", "--method paper --chart 128"),
         ("paper material", MATERIAL, "--on cyclide", "--method paper --chart 128"),
         ("pixel", BRICKS, "--on cyclide", "--method pixel --chart 32"),
@@ -49,7 +49,7 @@ USES = {
     )
     if (method.split()[0], kind) != ("pixel", "stream")  # it has none
 } | {
-    "guides": f"cover {BRICKS} --on {CHAIR} --texels 300k --guide luminance=curvature "
+    "guides": f"cover {BRICKS} --on {CHAIR} --texels 100k --guide luminance=curvature "
     "--guide luminance=noise --put 20,20,64,64=0,0,0.5 --again height>0.7 -o m.glb",
     "displaced": f"cover {MATERIAL} {CURVED} --displace 0.1 -o m.stl",
     "refine model": "refine quilt.uph -o m.glb",
@@ -111,10 +111,11 @@ def _key(function: Any, arguments: Any) -> list[Any]:
     return [kernel_name(function), [type_as_json(kind) for kind in arguments]]
 
 
-def _record(path: Path, arguments: list[str]) -> None:
+def record(path: str, arguments: list[str]) -> None:
+    """Run a command, and write to a file the kernels that it needs; ends the process."""
     gc.disable()  # as in the helpers that will compile
     upholster.warm.jobs_for = lambda *_: []  # which have nothing to do here
-    recorder = Recorder(path)
+    recorder = Recorder(Path(path))
     event.register("numba:compile", recorder)
     load = KernelCache.load_overload
 
@@ -179,7 +180,7 @@ def _written(table: dict[str, Any]) -> str:
 def main() -> None:
     """Write the table; or, given a file and a command, what the command needs."""
     if len(sys.argv) > 1:
-        _record(Path(sys.argv[1]), sys.argv[2:])
+        record(sys.argv[1], sys.argv[2:])
     TABLE.write_text(_written(_table()), encoding="utf-8")
 
 
