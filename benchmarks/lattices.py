@@ -4,9 +4,9 @@
 [--texels N] [--option NAME=VALUE …] [--processes N] [--publish]``, by default generated lattices
 (`benchmarks.lattice_samples`) and the project's bricks and weave; of folders the exemplars that have a
 lattice, see `benchmarks.fidelity` for how they are read. Besides built-in surfaces there are ``flat``, a
-texture of 512², and ``net``, a bent vase, made here. Rows run round the z axis unless the options, those of
-`upholster.SynthesisOptions`, say otherwise. Writes lattices.csv, and a picture of each sample's first seed to
-OUT. With several processes, which use a thread each, seconds count for little.
+texture of 512², and ``net``, a bent vase, made here. Rows run around the z axis, and level on the bent vase,
+unless the options, those of `upholster.SynthesisOptions`, say otherwise. Writes lattices.csv, and a picture
+of each sample's first seed to OUT. With several processes, which use a thread each, seconds count for little.
 """
 
 import argparse
@@ -34,7 +34,7 @@ from upholster.elements import Lattice, find_lattice
 from upholster.geometry import RationalPatch, Surface, plane, surface_from_spec
 from upholster.geometry.face import Face
 from upholster.measure import broken_elements, mapping
-from upholster.methods.synthesis import execute, prepare
+from upholster.methods import execute, prepare
 from upholster.options import SynthesisOptions, WriteOptions
 from upholster.textured import TexturedModel
 from upholster.types import PixelArray
@@ -253,7 +253,9 @@ def _covered(case: Case) -> tuple[Row, PixelArray | None]:
     surface = plane() if spec == FLAT else bent_vase() if spec == NET else surface_from_spec(spec)
     size: dict[str, Any] = {"texels": (512, 512)}
     if spec != FLAT:
-        size = one_pixel_a_texel(surface, exemplar, case.texels) | {"direction": "around:z"}
+        # Around an axis that the bent vase's neck is not on, rows would cross its rim at an angle.
+        rows = "level" if spec == NET else "around:z"
+        size = one_pixel_a_texel(surface, exemplar, case.texels) | {"direction": rows}
     start = time.perf_counter()
     prepared = prepare(exemplar, surface, SynthesisOptions(**size | case.options))
     quilt = execute(prepared, exemplar, surface, seed=case.seed, threads=case.threads)

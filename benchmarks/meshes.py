@@ -26,7 +26,6 @@ from rich.table import Table
 
 from benchmarks.tables import write_table
 from upholster.charts.charted import ChartedSurface
-from upholster.charts.covered import as_covered
 from upholster.charts.creases import CREASE, default_crease
 from upholster.charts.directions import (
     asked_at_corners,
@@ -35,6 +34,7 @@ from upholster.charts.directions import (
     parse_direction,
 )
 from upholster.charts.subdivision import subdivided
+from upholster.charts.surface_to_cover import as_covered
 from upholster.errors import UpholsterError
 from upholster.export import write_bare_ply
 from upholster.formats import CAD_SUFFIXES, is_model_name
@@ -42,7 +42,7 @@ from upholster.geometry import MeshSurface, TriangleMesh
 from upholster.geometry.mesh_files import read_model
 from upholster.image import from_linear, read_exemplar, write_image
 from upholster.measure import mesh_mapping, mesh_seams, mesh_texel_scale
-from upholster.methods.synthesis import execute, prepare
+from upholster.methods import execute, prepare
 from upholster.options import SynthesisOptions
 from upholster.quilt import paint
 from upholster.textured import TexturedModel

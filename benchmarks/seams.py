@@ -26,7 +26,7 @@ from benchmarks.measure import Results, one_pixel_a_texel
 from benchmarks.tables import write_table
 from upholster.geometry import plane, surface_from_spec
 from upholster.measure import measure_cover, wrap_seams
-from upholster.methods.synthesis import execute, prepare
+from upholster.methods import execute, prepare
 from upholster.options import SynthesisOptions, WriteOptions
 from upholster.textured import TexturedModel
 from upholster.types import PixelArray

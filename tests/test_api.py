@@ -10,6 +10,7 @@ import pytest
 
 import upholster
 from upholster.image import write_image
+from upholster.photos import fill_files
 
 SMALL = {"method": "paper", "chart": 32, "block": 24}
 
@@ -87,6 +88,21 @@ def test_the_readmes_few_lines_work(tmp_path):
     assert [entry for entry in seen if entry[1] == entry[2]] == [("blocks", 16, 16), ("seams", 32, 32)]
     with pytest.raises(upholster.InputError):
         upholster.write(tmp_path / "ring.what", surface, texels)
+
+
+def test_callbacks_are_checked_before_a_file_is_read(tmp_path):
+    project, target = upholster.Project("torus", "missing.png", notes=("a note",)), [str(tmp_path / "x.glb")]
+    for work in (
+        lambda: upholster.cover("missing.png", "torus", target, tell=3),
+        lambda: upholster.cover("missing.png", "torus", target, progress=3),
+        lambda: upholster.fill("missing.png", "alpha", progress=3),
+        lambda: fill_files("missing.png", "alpha", tmp_path / "x.png", progress=3),
+        lambda: project.cover(target, tell=3),
+        lambda: project.quilts(progress=3),
+        lambda: project.preview(progress=3),
+    ):
+        with pytest.raises(upholster.InputError, match=r"^(tell|progress) is a int; allowed: a function"):
+            work()
 
 
 def test_notebooks_show_pictures(made):

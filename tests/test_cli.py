@@ -164,12 +164,14 @@ def test_bad_input_is_one_line_and_status_2(name, folder):
     assert sorted(folder.iterdir()) == before
 
 
+@pytest.mark.slow(reason="starts processes")
 def test_a_process_says_the_same_and_ends_with_the_same_status(folder):
     arguments = ["cover", "none.png", "--on", "torus", "-o", "a.glb"]
     done, alike = run_process(*arguments, cwd=folder), run_cli(*arguments, cwd=folder)
     assert (done.returncode, done.stdout, done.stderr) == (alike.returncode, alike.stdout, alike.stderr)
 
 
+@pytest.mark.slow(reason="starts processes")
 @pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals and terminals")
 @pytest.mark.parametrize("stop", ["SIGINT", "SIGHUP"])
 def test_ctrl_c_or_a_closed_terminal_stops_it_and_leaves_nothing(folder, tmp_path, stop):
@@ -206,6 +208,7 @@ def _hear():
     signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 
+@pytest.mark.slow(reason="starts processes")
 @pytest.mark.skipif(sys.platform == "win32", reason="needs a POSIX shell")
 @pytest.mark.parametrize("closed", [">&-", "<&- >&- 2>&-"])
 def test_closed_standard_files_are_no_fault(folder, tmp_path, closed):
@@ -253,6 +256,7 @@ def test_a_draft_by_another_method_is_refused_by_its_name(folder, tmp_path, meth
     assert_one_line(done, f"draft is given with method '{method}'; allowed: with 'quilt', or a small --chart")
 
 
+@pytest.mark.slow(reason="starts processes")
 @pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX terminals")
 @pytest.mark.parametrize("words", [("cover", "--help"), ("surfaces",)])
 def test_without_colours_nothing_is_bold_or_dim(words):
@@ -368,6 +372,7 @@ def test_a_surface_of_an_unknown_suffix_says_which_are_known(folder, name):
 
 WRONG = {
     "twice": (["cover", "brick.png", "--on", "torus", "--on=sphere", "-oa.glb"], "--on is given 2 times"),
+    "scale": (["cover", "brick.png", "--on=torus", "-oa.glb", "--scale=2"], "--element-size, --sample-size"),
     "no whole number": (
         ["cover", "brick.png", "--on", "torus", "-oa.glb", "--seed", "1.5"],
         "--seed is '1.5'",

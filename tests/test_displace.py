@@ -128,6 +128,7 @@ def test_what_can_not_be_displaced_is_refused_before_work() -> None:
         _ = model(sphere(), height=False, displace=0.1).displaced
 
 
+@pytest.mark.slow(reason="covers several models, or one several times")
 def test_the_command_line_writes_a_solid(tmp_path: Path) -> None:
     material, surface = EXAMPLES / "bricks_material", "torus:R=2,r=0.9"
     asked = ["--texels", "100k", "--displace", "0.05", "--keep", "z<-0.8", "--triangles", "60k"]

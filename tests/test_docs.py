@@ -12,6 +12,7 @@ from typing import Any
 
 import pytest
 import typer
+from documented import small
 
 from upholster.cli import app
 
@@ -85,12 +86,13 @@ def test_every_relative_link_leads_somewhere() -> None:
 def _recipes() -> dict[str, list[str]]:
     """Return each recipe's commands by its heading."""
     sections = re.split(r"^## +", _text(RECIPES), flags=re.MULTILINE)[1:]
-    found = {}
-    for section in sections:
-        blocks = "".join(re.findall(r"^```console\n(.*?)^```$", section, re.MULTILINE | re.DOTALL))
-        commands = re.findall(r"^\$ (.*)$", re.sub(r" \\\n +", " ", blocks), re.MULTILINE)
-        found[section.splitlines()[0]] = commands
-    return found
+    return {section.splitlines()[0]: _commands(section) for section in sections}
+
+
+def _commands(page: str) -> list[str]:
+    """Return the commands in a page's blocks, without what is only a comment."""
+    blocks = "".join(re.findall(r"^```console\n(.*?)^```$", page, re.MULTILINE | re.DOTALL))
+    return re.findall(r"^\$ (.*?)(?: +# .*)?$", re.sub(r" \\\n +", " ", blocks), re.MULTILINE)
 
 
 def test_the_recipes_are_those_of_their_table_and_each_has_a_picture_and_a_command() -> None:
@@ -100,24 +102,25 @@ def test_the_recipes_are_those_of_their_table_and_each_has_a_picture_and_a_comma
     assert all(any("upholster " in command for command in commands) for commands in recipes.values())
 
 
-@pytest.mark.parametrize("recipe", _recipes())
-def test_the_command_line_takes_the_commands_of_a_recipe(recipe: str) -> None:
+def _check_taken(commands: list[str]) -> None:
     group: Any = typer.main.get_command(app)
-    for command in _recipes()[recipe]:
-        program, *words = shlex.split(command)
+    for program, *words in map(shlex.split, commands):
         if program == "upholster":
             group.commands[words[0]].make_context(words[0], words[1:])
 
 
-def _small(command: str) -> str:
-    """Return a recipe's command at few texels: whether it runs is asked here, not how long it takes."""
-    few = re.sub(r"--texels \d+M", "--texels 200k", command)
-    if few.startswith("upholster cover") and "--texels" not in few and "--method paper" not in few:
-        few += " --texels 200k"
-    return few
+@pytest.mark.parametrize("recipe", _recipes())
+def test_the_command_line_takes_the_commands_of_a_recipe(recipe: str) -> None:
+    _check_taken(_recipes()[recipe])
 
 
-@pytest.mark.slow
+def test_the_command_line_takes_the_commands_for_the_papers_figures() -> None:
+    commands = _commands(_text(ROOT / "docs" / "paper.md"))
+    assert len(commands) > 10
+    _check_taken(commands)
+
+
+@pytest.mark.slow(reason="runs every command")
 @pytest.mark.skipif(sys.platform == "win32", reason="the commands are written for a POSIX shell")
 @pytest.mark.parametrize("recipe", _recipes())
 def test_a_recipe_runs_by_itself_and_writes_what_it_names(
@@ -132,7 +135,7 @@ def test_a_recipe_runs_by_itself_and_writes_what_it_names(
     monkeypatch.setenv("PYTHONPATH", str(ROOT / "src"))
     for command in _recipes()[recipe]:
         done = subprocess.run(
-            ["bash", "-eo", "pipefail", "-c", shell + _small(command)],
+            ["bash", "-eo", "pipefail", "-c", shell + small(command)],
             cwd=tmp_path, capture_output=True, text=True, timeout=PATIENCE,
         )  # fmt: skip
         assert done.returncode == 0, f"$ {command}\n{done.stdout}{done.stderr}"

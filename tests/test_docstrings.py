@@ -2,22 +2,13 @@
 
 import ast
 import re
-from collections.abc import Iterator
-from pathlib import Path
 
-SOURCES = Path(__file__).parent.parent / "src"
-Documented = ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef
+from sources import SOURCES, Function, definitions
 
 
-def _documented() -> Iterator[tuple[str, Documented, str]]:
-    for path in sorted(SOURCES.rglob("*.py")):
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            if isinstance(node, Documented) and (text := ast.get_docstring(node)):
-                yield f"{path.relative_to(SOURCES).as_posix()}: {node.name}", node, text
-
-
-def _listed(text: str, section: str) -> list[str]:
+def _listed(node: ast.ClassDef | Function, section: str) -> list[str]:
     """Return the names that a section of a docstring describes."""
+    text = ast.get_docstring(node) or ""
     found = re.search(rf"^{section}\n-+\n(.*?)(?=^\w[^\n]*\n-+$|\Z)", text, re.MULTILINE | re.DOTALL)
     heads = re.findall(r"^[\w*].*$", found[1], re.MULTILINE) if found else []
     return [name.strip(" *") for head in heads for name in head.split(":")[0].split(",")]
@@ -25,8 +16,8 @@ def _listed(text: str, section: str) -> list[str]:
 
 def test_every_field_is_described_once() -> None:
     wrong = {}
-    for name, node, text in _documented():
-        listed = _listed(text, "Attributes")
+    for name, node in definitions():
+        listed = _listed(node, "Attributes")
         if isinstance(node, ast.ClassDef) and listed:
             targets = [field.target for field in node.body if isinstance(field, ast.AnnAssign)]
             fields = {target.id for target in targets if isinstance(target, ast.Name)}
@@ -34,21 +25,36 @@ def test_every_field_is_described_once() -> None:
             if missing or len(listed) != len(set(listed)):
                 wrong[name] = missing
     # What a base class describes, such as the name of a method, is not described again.
-    assert wrong == {"upholster/methods/paper/method.py: PaperOptions": {"method"}}
+    assert wrong == {"methods/paper/method.py: PaperOptions": {"method"}}
 
 
 def test_every_parameter_is_described_once() -> None:
     wrong = {}
-    for name, node, text in _documented():
-        listed = _listed(text, "Parameters")
+    for name, node in definitions():
+        listed = _listed(node, "Parameters")
         if isinstance(node, ast.ClassDef) or not listed:
             continue
         arguments = node.args
         named = {arg.arg for arg in (*arguments.posonlyargs, *arguments.args, *arguments.kwonlyargs)}
-        before = set(re.findall(r"`(\w+)`", text.partition("\nParameters\n")[0]))
+        before = set(re.findall(r"`(\w+)`", (ast.get_docstring(node) or "").partition("\nParameters\n")[0]))
         missing = {arg for arg in named - set(listed) - before - {"self", "cls"} if not arg.startswith("_")}
         unknown = set(listed) - named if arguments.kwarg is None else set()
         unknown -= {arg.arg for arg in (arguments.vararg,) if arg is not None}
         if missing or unknown or len(listed) != len(set(listed)):
             wrong[name] = missing | unknown
     assert not wrong
+
+
+def test_every_folder_names_its_modules() -> None:
+    missing = {}
+    for init in sorted(SOURCES.rglob("__init__.py")):
+        # CONVENTIONS.md names those of the package itself.
+        own = init.parent != SOURCES / "upholster"
+        text = (init if own else SOURCES.parent / "CONVENTIONS.md").read_text(encoding="utf-8")
+        text = text.partition("\n## Folders\n")[2].partition("\n## ")[0] if not own else text
+        modules = [path for path in init.parent.iterdir() if path.suffix == ".py"]
+        folders = [path.parent for path in init.parent.glob("*/__init__.py")]
+        names = {path.stem for path in (*modules, *folders) if not path.stem.startswith("_")}
+        if unnamed := {name for name in names if f"`{name}`" not in text}:
+            missing[init.parent.relative_to(SOURCES).as_posix()] = unnamed
+    assert missing == {}

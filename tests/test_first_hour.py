@@ -1,16 +1,24 @@
 """What somebody meets who names a sample and a surface, and nothing else."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from gltf_models import BOX, BOX_TRIANGLES
 
 from upholster import reports, surface_from_spec
 from upholster.charts import layout
+from upholster.charts.layout import texture_scale
+from upholster.charts.surface_to_cover import as_covered
 from upholster.errors import InputError
+from upholster.geometry import TriangleMesh
 from upholster.image import read_exemplar, write_image
+from upholster.methods.synthesis import prepare
+from upholster.options import SynthesisOptions
 from upholster.pipeline import cover
+from upholster.reports import notes_before
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 
@@ -43,6 +51,7 @@ PAIRS = [
 """Sample, its pixels, surface: some of those that `python -m benchmarks.first_hours` looks at."""
 
 
+@pytest.mark.slow(reason="covers several models, or one several times")
 @pytest.mark.parametrize(("sample", "pixels", "spec"), PAIRS)
 def test_the_sample_is_a_sixth_of_the_model_wide_whatever_its_pixels(sample, pixels, spec, box, tmp_path):
     on = box if spec == "box" else spec
@@ -61,6 +70,7 @@ def test_the_sample_is_a_sixth_of_the_model_wide_whatever_its_pixels(sample, pix
     np.testing.assert_allclose(texels.mean(axis=0), albedo.mean(axis=(0, 1)), atol=12)
 
 
+@pytest.mark.slow(reason="covers several models, or one several times")
 def test_what_is_soft_or_very_large_is_told_before_the_work(tmp_path, monkeypatch):
     sample = tmp_path / "small.png"
     write_image(sample, np.random.default_rng(1).integers(0, 255, (40, 40, 3), np.uint8))
@@ -83,6 +93,64 @@ def test_what_is_soft_or_very_large_is_told_before_the_work(tmp_path, monkeypatc
     assert [count for _, count in told] == [0]
     monkeypatch.setattr(reports, "_MANY_TEXELS", 30_000)
     assert "GB of texels in memory" in run(texels=40_000).notes[0]
+
+
+def test_a_note_says_how_many_texels_an_element_needs(tmp_path, monkeypatch):
+    # 8 texels per element of 20 pixels need a texel per 2.5 pixels: 512 x 512 pixels are 205 x 205 texels.
+    row, column = np.mgrid[:160, :160]
+    noise = np.random.default_rng(1).integers(0, 30, (160, 160, 1))
+    for name, side in (("tiles.png", 20), ("small.png", 8)):
+        joints = (row % side < side // 6) | (column % side < side // 6)
+        write_image(tmp_path / name, np.uint8(np.where(joints[:, :, None], 210, 100) + noise))
+    write_image(tmp_path / "noise.png", np.random.default_rng(1).integers(0, 255, (160, 160, 3), np.uint8))
+    monkeypatch.setattr(reports, "sample_notes", lambda _: [])
+
+    surface = surface_from_spec("plane")
+    few = SynthesisOptions(texels=2000, sample_size=0.3125)
+    prepared = {
+        name: prepare(read_exemplar(tmp_path / name), surface, few)
+        for name in ("tiles.png", "small.png", "noise.png")
+    }
+
+    def run(name, texels):
+        scale = texture_scale(surface, 160, sample_size=0.3125, texels=texels)
+        exemplar = read_exemplar(tmp_path / name)
+        return notes_before(surface, replace(prepared[name], scale=scale), exemplar, 1)
+
+    (note,) = run("tiles.png", 10_000)
+    assert "3.9 texels on its shorter side: --texels 42k gives it 8" in note
+    assert run("tiles.png", 42_000) == []
+    # Elements of 8 pixels cannot have 8 texels; a note is due only above 2 pixels to a texel.
+    (note,) = run("small.png", 60_000)
+    assert note.endswith("has only 3.8 texels on its shorter side: --texels 270k gives it 8")
+    assert run("small.png", 70_000) == []
+    (note,) = run("noise.png", 2_000)
+    assert note == "a texel is 11 pixels of the sample wide: --texels 4.1k makes that 8"
+    assert run("noise.png", 4_100) == []
+
+
+def test_a_sample_wider_than_the_model_is_noted(tmp_path):
+    exemplar = np.random.default_rng(1).integers(0, 255, (80, 80, 3), np.uint8)
+    surface = surface_from_spec("plane:width=2,height=0.5")
+
+    def run(size):
+        prepared = prepare(exemplar, surface, SynthesisOptions(sample_size=size, texels=4000))
+        return [note for note in notes_before(surface, prepared, exemplar, 1) if "part of it shows" in note]
+
+    assert run(2) == []
+    (note,) = run(2.1)
+    assert "2.1 units wide and the model only 2 long" in note
+    assert "--sample-size 0.5 fits it 4 times" in note
+
+
+def test_faces_that_point_inward_are_noted():
+    exemplar = np.random.default_rng(1).integers(0, 255, (64, 64, 3), np.uint8)
+    for inward in (False, True):
+        triangles = BOX_TRIANGLES[:, ::-1] if inward else BOX_TRIANGLES
+        surface = as_covered(TriangleMesh(BOX.astype(float), triangles, parts=("Box",))).surface
+        found = notes_before(surface, prepare(exemplar, surface, SynthesisOptions(texels=8000)), exemplar, 1)
+        assert [note for note in found if "the faces of Box point inward" in note] == found
+        assert len(found) == inward
 
 
 def test_a_sample_that_is_no_texture_is_told(tmp_path):

@@ -4,13 +4,13 @@ import ast
 import re
 from collections import defaultdict
 from collections.abc import Iterator
-from functools import cache
 from pathlib import Path
+
+from sources import SOURCES, trees
 
 from upholster.cli import app
 
 ROOT = Path(__file__).parent.parent
-SOURCES = ROOT / "src" / "upholster"
 WEB = ROOT / "web"
 CONVENTIONS = (ROOT / "CONVENTIONS.md").read_text(encoding="utf-8")
 
@@ -30,15 +30,6 @@ SHARED_NAMES = {"main": "what a console script or ``python -m`` runs"}
 
 SHARED_SCRIPT_NAMES = {"UphDecoder"}
 """Names that several scripts of ``web`` export: the public decoder adds the caller's limits to its base."""
-
-
-@cache
-def _trees() -> dict[str, ast.Module]:
-    """Return each module by its path below the package."""
-    files = sorted(SOURCES.rglob("*.py"))
-    return {
-        file.relative_to(SOURCES).as_posix(): ast.parse(file.read_text(encoding="utf-8")) for file in files
-    }
 
 
 def _commands() -> set[str]:
@@ -71,7 +62,7 @@ def _words(identifier: str) -> list[str]:
 
 def test_no_two_modules_define_one_public_name() -> None:
     places, commands = defaultdict(list), _commands()
-    for path, tree in _trees().items():
+    for path, tree in trees().items():
         for node in tree.body:
             if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
                 is_command = path.startswith("cli/") and node.name in commands
@@ -84,7 +75,7 @@ def test_no_two_modules_define_one_public_name() -> None:
 
 def test_no_two_modules_have_one_name() -> None:
     places = defaultdict(list)
-    for path in _trees():
+    for path in trees():
         folder, _, name = path.rpartition("/")
         if not (folder == "cli" and name.removesuffix(".py") in {*_commands(), "codec", "stream"}):
             places[name.removesuffix(".py")].append(path)
@@ -121,7 +112,7 @@ def test_no_identifier_has_a_word_that_the_glossary_forbids() -> None:
     assert forbidden
     found = {
         f"{path}: {name}, rather: {forbidden[word]}"
-        for path, tree in _trees().items()
+        for path, tree in trees().items()
         for name in _identifiers(tree)
         for word in _words(name)
         if word in forbidden

@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 import upholster
-from upholster import cli, codec, coverings, pipeline, writing
+from upholster import cli, codec, pipeline, writing
+from upholster.coverings import covering
 from upholster.errors import InputError
 from upholster.geometry import write_nets
 from upholster.image import Material, write_image
@@ -120,7 +121,7 @@ def test_an_output_that_is_an_input_is_refused(
         raise AssertionError("work began")
 
     for module, name in (
-        (coverings, "prepare"), (coverings, "execute"), (writing, "paint"), (writing, "paint_material")
+        (covering, "prepare"), (covering, "execute"), (writing, "paint"), (writing, "paint_material")
     ):  # fmt: skip
         monkeypatch.setattr(module, name, work)
     before = contents(folder)

@@ -59,6 +59,7 @@ def test_names_of_lods() -> None:
             WriteOptions(lods=lods)
 
 
+@pytest.mark.slow(reason="covers several models, or one several times")
 @pytest.mark.parametrize("maps", [1, 2])
 def test_textures_are_halved_and_look_alike(tmp_path: Path, maps: int) -> None:
     exemplar: Any = sample()

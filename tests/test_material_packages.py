@@ -172,6 +172,7 @@ def glb_images(path: Path, folder: Path) -> dict[str, Any]:
     }
 
 
+@pytest.mark.slow(reason="covers several models, or one several times")
 @pytest.mark.parametrize("name", PACKAGES)
 def test_the_right_maps_are_in_the_glb(name: str, tmp_path: Path) -> None:
     files, expected, notes = PACKAGES[name]

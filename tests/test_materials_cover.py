@@ -159,6 +159,7 @@ def test_a_flat_material_tiles_and_keeps_its_convention(command: Any, tmp_path: 
     assert abs(read_image(tmp_path / "t.exr")[..., 0].mean() - flat[""][..., 0].mean() / 255) > 0.02
 
 
+@pytest.mark.slow(reason="covers several models, or one several times")
 def test_a_stream_holds_every_map(command: Any, tmp_path: Path) -> None:
     """Refined as a whole it gives what `cover` gave; its start gives the maps that have come."""
     done = command(

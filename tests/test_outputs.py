@@ -169,6 +169,7 @@ def test_normal_scale_is_checked(value: float) -> None:
         WriteOptions(normal_scale=value)
 
 
+@pytest.mark.slow(reason="covers several models, or one several times")
 def test_the_share_of_the_page_that_is_told_is_what_triangles_cover(tmp_path: Path) -> None:
     """Texels counted one by one, of the atlas that is written, against what the report says."""
     target = f"atlas:{tmp_path / 'atlas.png'}"

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import upholster
-from upholster import coverings
 from upholster.charts.layout import uniform_layout
+from upholster.coverings import covering
 from upholster.errors import InputError
 from upholster.files import outputs
 from upholster.image import Material, read_image, write_image
@@ -72,6 +72,7 @@ def image_of(document: Any, binary: bytes, texture: Any, folder: Path) -> Any:
     return read_image(path)
 
 
+@pytest.mark.slow(reason="covers several models, or one several times")
 def test_pages_are_the_same_in_all_files(folder: Path, tmp_path: Path) -> None:
     document, binary = glb(folder / "r.glb")
     count = len(document["materials"])
@@ -191,7 +192,7 @@ def test_names_of_pages_are_checked_before_work(
     def work(*_: object, **__: object) -> None:
         raise AssertionError("work began")
 
-    monkeypatch.setattr(coverings, "execute", work)
+    monkeypatch.setattr(covering, "execute", work)
     monkeypatch.chdir(tmp_path)
     write_image("x_2.png", sample())
     Path("x_texture_2.png").symlink_to("x_2.png")

@@ -14,7 +14,7 @@ pytest.importorskip("PIL")
 GALLERY = Path(__file__).parent.parent / "docs" / "make_gallery.py"
 
 
-@pytest.mark.slow
+@pytest.mark.slow(reason="draws every figure")
 def test_one_command_draws_every_figure(tmp_path: Path) -> None:
     done = subprocess.run(
         [sys.executable, GALLERY, "paper", tmp_path / "figures", "--draft"],

@@ -95,6 +95,7 @@ def test_a_note_is_printed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> N
         assert said.count("note: 'x.tif': the colour profile was not applied") == 1
 
 
+@pytest.mark.slow(reason="covers several models, or one several times")
 def test_what_would_help_is_told_and_helps(tmp_path: Path) -> None:
     weave = upholster.read_exemplar(BRICKS.with_name("weave.png"))
     seen = Rectification(((0, 0), (256, 40), (256, 216), (0, 256)), 256, 256).apply(weave)

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 from gltf_models import Glb
 
-from upholster.charts.covered import covered_parts
-from upholster.coverings import progress_of_each, read_materials
+from upholster.charts.surface_to_cover import covered_parts
+from upholster.coverings.joint_work import progress_of_each
+from upholster.coverings.request import read_materials
 from upholster.errors import InputError
 from upholster.geometry import MeshSurface
 from upholster.image import read_image, write_image
@@ -69,6 +70,7 @@ def materials_of(path: Path) -> list[str]:
     return [glb["materials"][mesh["primitives"][0]["material"]]["name"] for mesh in glb["meshes"]]
 
 
+@pytest.mark.slow(reason="covers several models, or one several times")
 def test_the_first_pattern_that_fits_a_part_wins_and_the_file_stays(folder: Path, tmp_path: Path) -> None:
     target = tmp_path / "a.glb"
     report = covered(folder, [target, tmp_path / "a.png"], {"leg 2": "red.png", "*": "green.png@0.5"})
@@ -116,6 +118,7 @@ def test_parts_without_a_material_stay_as_they_are(folder: Path, tmp_path: Path)
     assert any("no material is given for Top: left as in the file" in note for note in told)
 
 
+@pytest.mark.slow(reason="covers several models, or one several times")
 def test_the_sample_covers_the_rest(folder: Path, tmp_path: Path) -> None:
     report = covered(folder, tmp_path / "a.glb", {"Leg 1": "red.png"}, exemplar="green.png")
     assert materials_of(tmp_path / "a.glb") == ["green", "red", "green"]
@@ -131,6 +134,7 @@ def test_a_pattern_for_which_nothing_is_left_is_told(folder: Path, tmp_path: Pat
     assert any("'Top' covers nothing" in note for note in report.notes)
 
 
+@pytest.mark.slow(reason="covers several models, or one several times")
 def test_maps_that_a_material_lacks_are_neutral(folder: Path, tmp_path: Path) -> None:
     targets = [tmp_path / name for name in ("a.glb", "a.obj", "a.png")]
     report = covered(folder, targets, {"Top": "wall", "*": "red.png"})
@@ -147,6 +151,7 @@ def test_maps_that_a_material_lacks_are_neutral(folder: Path, tmp_path: Path) ->
     assert (tmp_path / "a_texture_metallic.png").exists()
 
 
+@pytest.mark.slow(reason="covers several models, or one several times")
 def test_the_same_bytes_on_any_number_of_threads(folder: Path, tmp_path: Path) -> None:
     chosen = {"Leg*": "red.png", "*": "green.png"}
     for threads in (1, 2):

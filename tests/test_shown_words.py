@@ -35,6 +35,7 @@ def test_what_does_not_print_is_escaped() -> None:
     assert str(InputError(f"part {EVIL} is odd")) == f"part {SHOWN} is odd"  # line ends are spaces
 
 
+@pytest.mark.slow(reason="starts processes")
 def test_files_with_odd_names(tmp_path: Path, example_stream: Any) -> None:
     name = "[bold]x[foo]\x1b[2J.uph"
     (tmp_path / name).write_bytes(example_stream)
@@ -63,6 +64,7 @@ def test_a_model_with_odd_names(tmp_path: Path) -> None:
     assert r"\x1b]0;mine" in told.stdout.replace(" ", "")
 
 
+@pytest.mark.slow(reason="starts processes")
 def test_names_that_cannot_be_encoded(tmp_path: Path, example_stream: Any) -> None:
     odd = b"x\xff.uph"
     (Path(str(tmp_path)) / "x\udcff.uph").write_bytes(example_stream)

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from upholster.charts.covered import as_covered
+from upholster.charts.surface_to_cover import as_covered
 from upholster.errors import CancelledError
 from upholster.image import write_image
 from upholster.image.source import Sample, read_source

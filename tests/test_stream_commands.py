@@ -92,6 +92,7 @@ def test_info_tells_the_chunks(folder):
         assert "1,000" in done.stdout
 
 
+@pytest.mark.slow(reason="covers several models, or one several times")
 def test_levels_and_curve_are_pictures(folder, tmp_path):
     for name, option in (("levels.png", "--size=80x60"), ("curve.jpg", "--curve")):
         done = run_cli("levels", "ring.uph", "-o", str(tmp_path / name), option, cwd=folder)
@@ -232,6 +233,7 @@ def test_a_share_tells_the_bytes_that_it_takes_not_those_that_were_read(parts):
     assert lengths[-1] == len(data)
 
 
+@pytest.mark.slow(reason="covers several models, or one several times")
 @pytest.mark.parametrize("wavelet", ["9/7", "haar"])
 def test_a_limit_in_coefficients_comes_with_all_placements_and_no_more_of_the_sample(parts, wavelet):
     exemplar, surface, quilt, _ = parts

@@ -36,6 +36,7 @@ def is_hidden(pixels: np.ndarray) -> np.ndarray:
     return (red - green > 60) & (blue - green > 60)
 
 
+@pytest.mark.slow(reason="covers several models, or one several times")
 def test_the_command_and_the_library_write_the_same(folder: Path) -> None:
     done = run_cli(
         "cover", "photo.png", "--use", "mask.png", *FLAT, "-o", "a.png", "--report", "a.json", cwd=folder

@@ -88,6 +88,7 @@ def test_versions_side_by_side_keep_their_code_and_old_ones_go(tmp_path, monkeyp
     assert not stamps() & {"one"}
 
 
+@pytest.mark.slow(reason="compiles kernels in processes")
 @pytest.mark.parametrize("damage", ["empty", "cut", "flipped", "text"])
 def test_damaged_code_is_deleted_compiled_anew_and_told_once(tmp_path, monkeypatch, damage):
     _report_damage.cache_clear()
@@ -146,6 +147,7 @@ assert len(missing(jobs)) == 2
 """
 
 
+@pytest.mark.slow(reason="compiles kernels in processes")
 def test_helpers_compile_what_the_command_then_loads(tmp_path):
     code = (
         PICK
@@ -166,6 +168,7 @@ assert not missing(jobs)
     assert done.returncode == 0, done.stderr
 
 
+@pytest.mark.slow(reason="compiles kernels in processes")
 def test_a_helper_that_dies_costs_time_and_no_more(tmp_path):
     code = (
         PICK
@@ -184,6 +187,7 @@ with compiling(["any"], 2) as compiler:
     assert done.returncode == 0, done.stderr
 
 
+@pytest.mark.slow(reason="compiles kernels in processes")
 def test_nobody_waits_for_what_is_made_of_a_kernel_that_can_not_be_compiled(tmp_path, monkeypatch):
     monkeypatch.setattr("numba.core.config.CACHE_DIR", str(tmp_path))
     jobs = [job for job in jobs_for() if job.needs][:1]
@@ -254,7 +258,7 @@ for n, arguments in enumerate(json.load(sys.stdin)):
 """Runs commands, each in a process of its own that has imported all that it needs before it begins."""
 
 
-@pytest.mark.slow
+@pytest.mark.slow(reason="runs every use of the program")
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs processes that copy themselves")
 def test_after_warm_no_command_compiles_anything(tmp_path):
     subprocess.run([sys.executable, "-m", "upholster", "warm", "--quiet"], check=True, cwd=tmp_path)

@@ -5,7 +5,7 @@ from typing import Any
 
 from gallery_tools.drawing import Panel, compose
 from gallery_tools.shots import KINDS, OWN, Exemplars, cover, kind_of, read, side_by_side, take
-from upholster.charts.covered import as_covered
+from upholster.charts.surface_to_cover import as_covered
 from upholster.geometry import Surface, ring_cyclide, sphere, torus, vase
 
 __all__ = [

@@ -24,8 +24,8 @@ from upholster.image.preparing import MAX_SIDE, unit_normal_map
 from upholster.image.read import check_exemplar
 from upholster.image.roles import COLORS
 from upholster.image.source import Sample, Source, as_exemplar, read_source
+from upholster.methods import settled_seed
 from upholster.methods.holes import LARGEST_BLOCK, HoleExemplar, check_room, hole_places
-from upholster.methods.synthesis import settled_seed
 from upholster.parallel import check_running
 from upholster.types import PixelArray, Progress
 
@@ -94,6 +94,8 @@ def fill(
         If something cannot be read or does not fit, the hole is nothing or everything, or there are too few
         pixels to fill it from.
     """
+    seed = settled_seed(seed)
+    check_running(threads, progress)
     filling = Filling.of(photo, hole, sample, block, None)
     maps = filling.filled(seed, threads, progress)
     if isinstance(filling.photo, Material):
@@ -186,12 +188,8 @@ class Filling:
             )
         return cls(found, maps, missing, used, other, block, tiles)
 
-    def filled(
-        self, seed: int | None = 0, threads: int | None = None, progress: Progress | None = None
-    ) -> Maps:
+    def filled(self, seed: int, threads: int | None = None, progress: Progress | None = None) -> Maps:
         """Return all maps without the hole; parameters as for `fill`."""
-        seed = settled_seed(seed)
-        check_running(threads, progress)
         maps = {role: pixels.copy() for role, pixels in self.maps.items()}
         missing, left = self.hole.copy(), list(self.tiles)
         while left:

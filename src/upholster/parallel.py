@@ -98,13 +98,17 @@ def thread_count(threads: int | None) -> int:
     return check_whole("threads", threads, 1, 256)
 
 
-def check_running(threads: int | None, progress: Progress | None) -> None:
-    """Raise InputError, before work begins, for a wrong number of threads or a wrong `progress`."""
+def check_running(
+    threads: int | None, progress: Progress | None, tell: Callable[[str], None] | None = None
+) -> None:
+    """Raise InputError, before work begins, for a wrong number of threads, `progress` or `tell`."""
     thread_count(threads)
     if progress is not None and not callable(progress):
         raise InputError(
             f"progress is a {type(progress).__name__}; allowed: a function of stage, done and total"
         )
+    if tell is not None and not callable(tell):
+        raise InputError(f"tell is a {type(tell).__name__}; allowed: a function of a note")
 
 
 def give_back_memory() -> None:

@@ -19,7 +19,9 @@ from upholster.image.read import read_photo
 from upholster.image.shipped import sample_path
 from upholster.image.source import Sample, Source, source_files
 from upholster.image.write import write_image
+from upholster.methods import settled_seed
 from upholster.options import SampleOptions
+from upholster.parallel import check_running
 from upholster.reports import sample_notes
 from upholster.types import PixelArray, Progress
 
@@ -149,6 +151,8 @@ def fill_files(
     """
     if Path(path_text(target, "output")).suffix.lower() not in IMAGE_SUFFIXES:
         raise InputError(f"output {os.fspath(target)!r} is no image; allowed: {', '.join(IMAGE_SUFFIXES)}")
+    seed = settled_seed(seed)
+    check_running(None, progress)
     read = [*_files(photo), *([] if sample is None else _files(sample))]
     if isinstance(hole, (str, os.PathLike)) and not is_alpha(hole):
         read.append(os.fspath(hole))

@@ -8,29 +8,24 @@ With several materials each has its own exemplar, quilt and texels; the files ha
 import json
 import os
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 from upholster._version import __version__
-from upholster.charts.covered import CoveredLike, as_covered, covered_files
-from upholster.coverings import (
-    Covering,
-    Pinned,
-    asked_files,
-    check_not_swapped,
-    check_pinned,
-    check_samples,
-    check_streamed,
+from upholster.charts.surface_to_cover import CoveredLike, as_covered
+from upholster.coverings.covering import Covering, check_streamed
+from upholster.coverings.joint_work import (
     counted,
+    notes_of,
     painted_model,
-    read_coverings,
-    read_materials,
-    read_sample,
     roles_of,
     settled_values,
     synthesized,
 )
+from upholster.coverings.pins import Pinned
+from upholster.coverings.request import Request, check_not_swapped, read_materials, read_sample
+from upholster.coverings.request_reading import read_coverings
 from upholster.errors import InputError
 from upholster.files import Outputs, outputs, path_text
 from upholster.geometry import Surface
@@ -41,7 +36,7 @@ from upholster.methods import settled_seed
 from upholster.model import AtlasLayout, pack_atlas
 from upholster.options import ModelOptions, SampleOptions, SynthesisOptions, WriteOptions, chosen
 from upholster.outputs import Output, largest_chart, parse_outputs
-from upholster.parallel import TaskPool, check_running
+from upholster.parallel import check_running
 from upholster.quilt import Quilt, Texels
 from upholster.refining import RefineReport, refine
 from upholster.reports import CoverReport, page_counts, peak_memory, timed, totalled
@@ -144,78 +139,36 @@ def cover(
     InputError, FormatError
         Raised before any work if possible; then nothing is written.
     """
+    # Everything that can be checked without reading a file is checked first.
     options, seed = chosen(WriteOptions, options), settled_seed(seed)
     asked = chosen(SynthesisOptions, synthesis)
-    check_running(threads, progress)
+    check_running(threads, progress, tell)
     wanted = parse_outputs(listed(targets), options, flat=isinstance(asked.texels, tuple))
     _check_report(report)
-    notes: list[str] = []
-    seconds: dict[str, float] = {}
-    chosen_materials, reading = read_materials(materials), chosen(ModelOptions, model)
+    by_part, reading = read_materials(materials), chosen(ModelOptions, model)
     check_not_swapped(exemplar.source if isinstance(exemplar, Sample) else exemplar, on)
-    own_sample = read_sample(exemplar, chosen(SampleOptions, sample))
-    read = [*check_samples(own_sample, chosen_materials), *covered_files(on), *asked_files(asked)]
-    check_pinned(pinned)
-    read += [] if pinned is None else pinned.files
-    check_several(wanted, chosen_materials)
+    own = read_sample(exemplar, chosen(SampleOptions, sample))
+    request = Request(own, on, by_part, reading, asked, pinned)
+    inputs = request.checked_files()
+    check_several(wanted, by_part)
     if asked.method == "paper" and options.wavelet is None:
         options = replace(options, wavelet="haar")
-    with keeping(), outputs([*files_of(wanted), *([report] if report else [])], inputs=read) as files:
-        with timed("read", seconds, progress):
-            coverings = read_coverings(
-                own_sample,
-                on,
-                chosen_materials,
-                reading,
-                asked,
-                pinned=pinned,
-                notes=notes,
-                progress=progress,
-            )
-            coverings = [replace(each, largest=largest_chart(wanted, options)) for each in coverings]
-            covered = coverings[0].covered
-            if covered.model is not None:
-                read += [os.fspath(file) for file in covered.model.inputs]
-                files.keep(covered.model.inputs)
-            if isinstance(covered.surface, Surface):
-                _ = covered.surface.shared  # find edges that are claimed twice now, not after the work
-        check_directions(wanted, covered.surface)
-        check_tasks(wanted, coverings, workers, scheduler)
-        roles = roles_of(coverings)
-        files.add(files_of(wanted, roles, after=()))
-        check_coded(wanted, source_parts(coverings[0].source), options)
-        all_have = roles_of(coverings, all_have=True)
-        check_displacement(options, roles=all_have, metres=metres_of(covered.surface))
-        with timed("prepare", seconds, progress):
-            if has_stream(wanted):
-                check_streamed(coverings[0])
-            layout = _layout(wanted, coverings, options)
-            files.add(files_of(wanted, roles, layout, after=roles))
-        in_memory = not are_tiles_alone(wanted, coverings)
-        notes += [note for each in coverings for note in each.notes(in_memory=in_memory)]
-        if tell is not None:
-            for note in notes:
-                tell(note)
-        making = _Making(wanted, coverings, options, layout, seed, threads, progress, tell, seconds)
-        textured, written, counts = making.made(files, workers, scheduler)
-        notes += [] if textured is None else notes_after(wanted, textured, seconds, tell)
-        parameters = {
-            "exemplar": None if own_sample is None else source_names(own_sample),
-            "materials": {pattern: source_names(each) for pattern, each in chosen_materials.items()},
-            **{"on": _surface_name(on), "threads": threads, "workers": workers, "scheduler": scheduler},
-            **_all_options(
-                SampleOptions() if own_sample is None else own_sample.options, reading, asked, options
-            ),
-            "seed": seed,
-        }
-        if callable(parameters["direction"]):
-            parameters["direction"] = coverings[0].prepared.direction
+    with keeping(), outputs([*files_of(wanted), *([report] if report else [])], inputs=inputs) as files:
+        run = _Run(wanted, options, files, seed, threads, workers, scheduler, progress, tell)
+        coverings = _read(request, run)
+        _check_read(coverings, run)
+        layout = _prepare(coverings, run)
+        notes = run.reported(notes_of(coverings, in_memory=not are_tiles_alone(wanted, coverings)))
+        textured, written, counts = _make(coverings, layout, run)
+        notes += [] if textured is None else run.reported(notes_after(wanted, textured, run.seconds))
+        model_file = coverings[0].covered.model
+        read = [*inputs, *map(os.fspath, () if model_file is None else model_file.inputs)]
         result = CoverReport(
             __version__,
-            parameters,
+            _parameters(request, run, coverings),
             settled_values(coverings) | quality_words(wanted, textured),
             counts,
-            totalled(seconds),
+            totalled(run.seconds),
             peak_memory(),
             written,
             notes,
@@ -227,80 +180,117 @@ def cover(
     return result
 
 
-def _layout(
-    wanted: Sequence[Output], coverings: Sequence[Covering], options: WriteOptions
-) -> AtlasLayout | None:
+@dataclass(frozen=True, eq=False, slots=True)
+class _Run:
+    """What is to be written, how the work runs, and the time of each stage so far."""
+
+    wanted: Sequence[Output]
+    options: WriteOptions
+    files: Outputs
+    seed: int
+    threads: int | None
+    workers: int | None
+    scheduler: str | None
+    progress: Progress | None
+    tell: Callable[[str], None] | None
+    seconds: dict[str, float] = field(default_factory=dict)
+
+    def reported(self, notes: list[str]) -> list[str]:
+        """Report notes to the caller at once; return them."""
+        if self.tell is not None:
+            for note in notes:
+                self.tell(note)
+        return notes
+
+
+def _read(request: Request, run: _Run) -> list[Covering]:
+    """Read the model and the samples."""
+    with timed("read", run.seconds, run.progress):
+        largest = largest_chart(run.wanted, run.options)
+        coverings = read_coverings(request, largest=largest, progress=run.progress)
+        covered = coverings[0].covered
+        if covered.model is not None:
+            run.files.keep(covered.model.inputs)
+        if isinstance(covered.surface, Surface):
+            _ = covered.surface.shared  # find edges that are claimed twice now, not after the work
+    return coverings
+
+
+def _check_read(coverings: Sequence[Covering], run: _Run) -> None:
+    """Check what is asked against the model and samples that were read."""
+    surface = coverings[0].surface
+    check_directions(run.wanted, surface)
+    check_tasks(run.wanted, coverings, run.workers, run.scheduler)
+    run.files.add(files_of(run.wanted, roles_of(coverings), after=()))
+    check_coded(run.wanted, source_parts(coverings[0].source), run.options)
+    check_displacement(run.options, roles=roles_of(coverings, all_have=True), metres=metres_of(surface))
+
+
+def _prepare(coverings: Sequence[Covering], run: _Run) -> AtlasLayout | None:
     """Return the places of all coverings' charts in one atlas; None if no output has an atlas."""
-    if not any(output.kind.atlas for output in wanted):
-        return None
-    surface = joined_surface([each.surface for each in coverings])
-    charts = [chart for each in coverings for chart in each.charts]
-    return pack_atlas(surface, charts, **options.packing)
+    roles, layout = roles_of(coverings), None
+    with timed("prepare", run.seconds, run.progress):
+        if has_stream(run.wanted):
+            check_streamed(coverings[0])
+        if any(output.kind.atlas for output in run.wanted):
+            surface = joined_surface([each.surface for each in coverings])
+            charts = [chart for each in coverings for chart in each.charts]
+            layout = pack_atlas(surface, charts, **run.options.packing)
+        run.files.add(files_of(run.wanted, roles, layout, after=roles))
+    return layout
 
 
 _Made = tuple[TexturedModel | None, dict[str, int], dict[str, int]]
-"""The model, the bytes of each file, and counts for the report."""
+"""The model, the bytes of each file, and counts for the report. No model if tiles were written one by one."""
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class _Making:
-    """Prepared work, and how to do it."""
-
-    wanted: Sequence[Output]
-    coverings: Sequence[Covering]
-    options: WriteOptions
-    layout: AtlasLayout | None
-    seed: int
-    threads: int | None
-    progress: Progress | None
-    tell: Callable[[str], None] | None
-    seconds: dict[str, float]
-
-    def made(self, files: Outputs, workers: int | None, scheduler: str | None) -> _Made:
-        """Lay blocks, paint and write, by tasks if requested."""
-        in_memory = workers is None and scheduler is None
-        if in_memory and not are_tiles_alone(self.wanted, self.coverings):
-            return self.in_memory(files)
-        with task_pool(workers, scheduler, self.threads) as pool:
-            return self.by_tasks(files, pool)
-
-    def by_tasks(self, files: Outputs, pool: TaskPool) -> _Made:
-        """Lay blocks by tasks; if only tiles are written, paint them by tasks too, and make no model."""
-        run: dict[str, Any] = {"seed": self.seed, "progress": self.progress, "tell": self.tell}
-        first, output = self.coverings[0], self.wanted[0]
-        with timed("synthesize", self.seconds):
-            if are_tiles_alone(self.wanted, self.coverings):
-                return (None, *tiled(first, self.wanted, self.options, pool, files, **run))
-            quilts = [spread_quilt(first, output, pool, **run)]
-        textured, written, counts = self._written(files, quilts)
+def _make(coverings: Sequence[Covering], layout: AtlasLayout | None, run: _Run) -> _Made:
+    """Lay blocks, paint and write, by tasks if requested."""
+    alone = are_tiles_alone(run.wanted, coverings)
+    if run.workers is None and run.scheduler is None and not alone:
+        with timed("synthesize", run.seconds):
+            quilts = synthesized(coverings, seed=run.seed, threads=run.threads, progress=run.progress)
+        return _write_model(coverings, quilts, layout, run)
+    how: dict[str, Any] = {"seed": run.seed, "progress": run.progress, "tell": run.tell}
+    with task_pool(run.workers, run.scheduler, run.threads) as pool:
+        with timed("synthesize", run.seconds):
+            if alone:
+                return (None, *tiled(coverings[0], run.wanted, run.options, pool, run.files, **how))
+            quilts = [spread_quilt(coverings[0], run.wanted[0], pool, **how)]
+        textured, written, counts = _write_model(coverings, quilts, layout, run)
         return textured, written, counts | pool.counts()
 
-    def in_memory(self, files: Outputs) -> _Made:
-        """Lay blocks on threads of this process."""
-        with timed("synthesize", self.seconds):
-            quilts = synthesized(self.coverings, seed=self.seed, threads=self.threads, progress=self.progress)
-        return self._written(files, quilts)
 
-    def _written(self, files: Outputs, quilts: Sequence[Quilt]) -> _Made:
-        running: dict[str, Any] = {"threads": self.threads, "progress": self.progress}
-        with timed("paint", self.seconds):
-            textured = painted_model(self.coverings, quilts, self.options, **running)
-        textured = replace(textured, packed=self.layout)
-        written = written_to(self.wanted, textured, files, self.seconds, self.progress)
-        return textured, written, counted(self.coverings, quilts, textured) | page_counts(textured)
+def _write_model(
+    coverings: Sequence[Covering], quilts: Sequence[Quilt], layout: AtlasLayout | None, run: _Run
+) -> _Made:
+    """Paint the quilts and write all outputs."""
+    with timed("paint", run.seconds):
+        textured = painted_model(coverings, quilts, run.options, threads=run.threads, progress=run.progress)
+    textured = replace(textured, packed=layout)
+    written = written_to(run.wanted, textured, run.files, run.seconds, run.progress)
+    return textured, written, counted(coverings, quilts, textured) | page_counts(textured)
+
+
+def _parameters(request: Request, run: _Run, coverings: Sequence[Covering]) -> dict[str, Any]:
+    """Return all parameters for the report, including defaults."""
+    sample, on, asked = request.sample, request.on, request.synthesis
+    read_with = SampleOptions() if sample is None else sample.options
+    options = [asdict(kind) for kind in (read_with, request.reading, asked, run.options)]
+    found = {
+        "exemplar": None if sample is None else source_names(sample),
+        "materials": {pattern: source_names(each) for pattern, each in request.materials.items()},
+        "on": os.fspath(on) if isinstance(on, (str, os.PathLike)) else repr(on),
+        **{"threads": run.threads, "workers": run.workers, "scheduler": run.scheduler},
+        **{name: value for each in options for name, value in each.items()},
+        "seed": run.seed,
+    }
+    return found | ({"direction": coverings[0].prepared.direction} if callable(asked.direction) else {})
 
 
 def _check_report(report: str | os.PathLike[str] | None) -> None:
     if report is not None and not path_text(report, "report").lower().endswith(".json"):
         raise InputError(f"report {os.fspath(report)!r} has suffix {Path(report).suffix!r}; allowed: .json")
-
-
-def _all_options(*kinds: Any) -> dict[str, Any]:
-    return {name: value for kind in kinds for name, value in asdict(kind).items()}
-
-
-def _surface_name(on: CoveredLike) -> str:
-    return os.fspath(on) if isinstance(on, (str, os.PathLike)) else repr(on)
 
 
 def write(

@@ -2,7 +2,7 @@
 
 import math
 import os
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -134,20 +134,12 @@ def written_to(
     return written
 
 
-def notes_after(
-    wanted: Sequence[Output],
-    model: TexturedModel,
-    seconds: dict[str, float],
-    tell: Callable[[str], None] | None,
-) -> list[str]:
-    """Return notes about the written files, and report them: about a model's file, about a solid."""
+def notes_after(wanted: Sequence[Output], model: TexturedModel, seconds: dict[str, float]) -> list[str]:
+    """Return notes about the written files: about a model's file, about a solid."""
     notes = list(model.notes)
     if any(output.kind.solid for output in wanted):
         with timed("check", seconds):
             notes += model.solid_notes()
-    if tell is not None:
-        for note in notes:
-            tell(note)
     return notes
 
 

@@ -41,6 +41,7 @@ def scheduler() -> Iterator[str]:
         yield cluster.scheduler_address
 
 
+@pytest.mark.slow(reason="covers several models by commands")
 def test_jobs_are_done_once_and_what_fails_is_told(tmp_path: Path, scheduler: str) -> None:
     (tmp_path / "jobs.toml").write_text(
         f'texels = "96x96"\n[[jobs]]\nsample = ["{SAMPLE}", "missing.png"]\non = "plane"\n'
@@ -101,6 +102,7 @@ def test_a_file_of_jobs_reaches_nothing_outside_its_folder(tmp_path: Path, sched
     assert (other / "a.png").exists()
 
 
+@pytest.mark.slow(reason="covers several models by commands")
 def test_jobs_take_projects(tmp_path: Path, scheduler: str) -> None:
     project = Project("plane", str(SAMPLE), synthesis={"texels": (64, 64)}, seed=3)
     save_project(project, tmp_path / "flat.upholster.json")
@@ -158,7 +160,7 @@ def _workers(process: subprocess.Popen[str]) -> list[int]:
     return found
 
 
-@pytest.mark.slow
+@pytest.mark.slow(reason="starts processes")
 @pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
 def test_jobs_of_a_worker_that_dies_are_done_by_another(tmp_path: Path) -> None:
     process = _begun(tmp_path)
@@ -169,7 +171,7 @@ def test_jobs_of_a_worker_that_dies_are_done_by_another(tmp_path: Path) -> None:
     assert {path.name for path in tmp_path.glob("*.png")} == {f"{seed}.png" for seed in range(1, 7)}
 
 
-@pytest.mark.slow
+@pytest.mark.slow(reason="starts processes")
 @pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
 def test_what_is_done_when_it_is_stopped_stays_done(tmp_path: Path) -> None:
     process = _begun(tmp_path)

@@ -100,6 +100,7 @@ def test_what_is_wrong_is_named(tmp_path, text, named):
 def test_too_many_jobs_are_refused(tmp_path, monkeypatch):
     assert jobs.MAX_JOBS == 100_000
     monkeypatch.setattr(jobs, "MAX_JOBS", 1000)
+    monkeypatch.setattr(jobs, "_job", None)  # refused before the first one
     each = "\n".join(f"{name} = {list(range(60))}" for name in ("seed", "block", "chart", "overlap"))
     with pytest.raises(InputError, match="1,000"):
         _read(tmp_path, f'{JOB}output = "{{n}}.glb"\n[jobs.each]\n{each}')

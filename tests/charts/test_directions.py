@@ -30,6 +30,7 @@ def asked(text: str, points: FloatArray, by_s: FloatArray, by_t: FloatArray) -> 
 
 
 # On the cyclide level says nothing over all that lies nearly flat; on the sphere nothing beside the poles.
+@pytest.mark.slow(reason="lays quilts on every kind of surface")
 @pytest.mark.parametrize(
     ("spec", "text"),
     [

@@ -16,6 +16,7 @@ def total(charts):
     return sum(chart.height * chart.width for chart in charts)
 
 
+@pytest.mark.slow(reason="measures the layouts of many surfaces")
 @pytest.mark.parametrize("spec", EVEN)
 def test_texels_are_even(spec):
     texels = 1_000_000

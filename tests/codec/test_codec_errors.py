@@ -10,6 +10,7 @@ from upholster.codec import encode_parts
 from upholster.errors import InputError
 
 
+@pytest.mark.slow(reason="codes many images, or large ones")
 @pytest.mark.parametrize("wavelet", ["9/7", "5/3", "haar"])
 @pytest.mark.parametrize("dtype", ["uint8", "uint16", "float32"])
 def test_recorded_errors_are_those_of_prefixes(wavelet, dtype):
@@ -27,6 +28,7 @@ def test_recorded_errors_are_those_of_prefixes(wavelet, dtype):
         assert coded.error(length) == error
 
 
+@pytest.mark.slow(reason="codes many images, or large ones")
 @pytest.mark.parametrize("wavelet", ["9/7", "5/3", "haar"])
 @pytest.mark.parametrize("quality", [20, 33, 46.0])
 def test_a_stream_ends_where_its_quality_is_reached(wavelet, quality):

@@ -98,6 +98,7 @@ def test_sizes_beyond_the_limit_are_refused_before_anything_is_allocated():
         tracemalloc.stop()
 
 
+@pytest.mark.slow(reason="codes many images, or large ones")
 @pytest.mark.parametrize(
     ("shape", "haar"),
     [

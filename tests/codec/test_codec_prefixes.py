@@ -65,6 +65,7 @@ def test_every_prefix_decodes_and_says_that_it_is_incomplete(name):
             assert np.isfinite(picture).all()
 
 
+@pytest.mark.slow(reason="codes many images, or large ones")
 @each
 def test_no_symbol_is_taken_that_the_bytes_present_do_not_determine(name):
     _, header, payload = coded(name)
@@ -104,6 +105,7 @@ def test_the_decoder_takes_every_symbol_that_the_bytes_determine(name):
         assert decoder_of(header, payload).significant >= size
 
 
+@pytest.mark.slow(reason="codes many images, or large ones")
 @pytest.mark.parametrize(
     ("shape", "options"),
     [

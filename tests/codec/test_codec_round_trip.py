@@ -58,6 +58,7 @@ def test_the_ordinary_profile_ends_within_one(image, levels):
         assert np.abs(back.astype(int) - image).max() <= 1
 
 
+@pytest.mark.slow(reason="codes many images, or large ones")
 @settings(max_examples=4, deadline=None)
 @given(st.integers(100, 300), st.integers(100, 300), st.integers(1, 3), st.booleans())
 @example(300, 300, 1, True)

@@ -50,6 +50,7 @@ def test_lattices_may_be_slanted(angle):
     assert abs(round(np.linalg.det(change_of_basis(lattice, sample)))) == 1
 
 
+@pytest.mark.slow(reason="finds lattices at many sizes")
 @pytest.mark.parametrize(("pattern", "unit"), [("herringbone", 32), ("running_bond", 40)])
 def test_the_same_picture_has_the_same_lattice_at_every_size(pattern, unit):
     # Where grain is strong, most of the spectrum's maxima are its own.

@@ -199,6 +199,7 @@ def test_edges_that_share_only_their_ends_do_not_meet() -> None:
     assert {(m.edge, m.other_edge) for m in surface.shared} == {(1, 1), (3, 3)}
 
 
+@pytest.mark.slow(reason="thousands of edges")
 @pytest.mark.parametrize("kind", ["alike", "nearly alike", "longer and longer"])
 def test_a_crowd_of_edges_is_refused_in_little_memory(kind: str) -> None:
     def leaf(n: int) -> RationalPatch:

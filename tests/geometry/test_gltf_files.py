@@ -37,6 +37,16 @@ def test_a_cube_stands_upright_and_is_closed(tmp_path: Path) -> None:
     np.testing.assert_allclose(model.mesh.box, [(0, -2, 5), (2, 0, 7)])  # y is up there, z here
 
 
+def test_another_unit_than_metres_is_noted(tmp_path: Path) -> None:
+    glb = Glb()
+    glb.node(mesh=glb.mesh("cube", glb.box()))
+    path = glb.write(tmp_path / "cube.glb")
+    for unit, metres, count in (("cm", 0.01, 1), ("m", 1.0, 0), (None, 1.0, 0)):
+        model = read_model(path, unit=unit)
+        assert model.mesh.metres == metres
+        assert sum("glTF is in metres" in note for note in model.notes) == count
+
+
 def test_a_mirrored_node_keeps_the_outside_out(tmp_path: Path) -> None:
     glb = Glb()
     glb.node(mesh=glb.mesh("cube", glb.box()), scale=[1, 1, -1])

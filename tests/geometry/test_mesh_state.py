@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from upholster.geometry import TriangleMesh
-from upholster.geometry.mesh_state import mesh_states, uv_state
+from upholster.geometry.mesh_state import inside_out_parts, mesh_states, uv_state
 
 
 def state(triangles: np.ndarray, **more: np.ndarray):
@@ -40,6 +40,22 @@ def test_parts_are_told_apart_and_share_their_border() -> None:
     part = np.repeat(np.arange(2, dtype=np.int32), 6)
     mesh = TriangleMesh(BOX.astype(float), BOX_TRIANGLES, part, ("a", "b"))
     assert [(each.triangles, each.holes) for each in mesh_states(mesh)] == [(6, 0), (6, 0)]
+
+
+def test_parts_that_share_edges_are_inside_out_together() -> None:
+    two = np.concatenate([BOX, BOX + np.array([10, 0, 0])]).astype(float)
+    part = np.repeat(np.arange(3, dtype=np.int32), (10, 2, 12))
+    # The second part faces the middle between the boxes, and is a face of the first.
+    first = np.roll(BOX_TRIANGLES, -4, axis=0)
+    assert set(two[first[10:]][..., 0].ravel()) == {1.0}
+
+    def found(own: np.ndarray) -> list[bool]:
+        triangles = np.concatenate([own, BOX_TRIANGLES + 8])
+        return inside_out_parts(TriangleMesh(two, triangles, part, ("a", "b", "c"))).tolist()
+
+    assert found(first) == [False, False, False]
+    assert found(first[:, ::-1]) == [True, True, False]
+    assert found(np.concatenate([first[:10, ::-1], [(0, 0, 1), (0, 0, 1)]])) == [False, False, False]  # open
 
 
 SQUARE = np.array([[(0, 0), (0, 1), (1, 1)], [(0, 0), (1, 1), (1, 0)]], float)

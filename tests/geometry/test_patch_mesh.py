@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from upholster.charts.covered import as_covered
+from upholster.charts.surface_to_cover import as_covered
 from upholster.errors import InputError
 from upholster.geometry import MeshSurface, RationalPatch, Surface, surface_from_spec
 from upholster.geometry.patch_mesh import patch_mesh

@@ -39,6 +39,7 @@ def gain(before: Any, after: Any) -> Any:
     return sums[1] / sums[0]
 
 
+@pytest.mark.slow(reason="large photographs")
 @pytest.mark.parametrize(("kind", "names"), [("vignette", NAMES), ("slope", NAMES[1::2]), ("both", NAMES)])
 def test_most_of_the_light_goes(kind: str, names: tuple[str, ...]) -> None:
     left = []

@@ -35,6 +35,7 @@ def tiles(seen: FloatArray, seed: int) -> PixelArray:
     return np.clip(photo, 0, 255).astype(np.uint8)[:, :, None]
 
 
+@pytest.mark.slow(reason="large photographs")
 @pytest.mark.parametrize("angles", [(15, 0, 0), (0, -20, 3), (-14, 17, -5), (10, 8, 6)])
 def test_the_sides_of_what_is_proposed_run_along_the_joints(angles: tuple[float, float, float]) -> None:
     seen = camera(*angles)
@@ -51,6 +52,7 @@ def test_the_sides_of_what_is_proposed_run_along_the_joints(angles: tuple[float,
     assert area > 0.4 * WIDTH * HEIGHT
 
 
+@pytest.mark.slow(reason="large photographs")
 def test_nothing_is_proposed_where_nothing_is_sure() -> None:
     rng = np.random.default_rng(2)
     assert proposed_corners(tiles(camera(0, 0, 0), 1)) is None  # seen from the front
@@ -59,6 +61,7 @@ def test_nothing_is_proposed_where_nothing_is_sure() -> None:
     assert proposed_corners(tiles(camera(15, 0, 0), 1)[:60, :60]) is None
 
 
+@pytest.mark.slow(reason="large photographs")
 def test_depth_and_channels_make_little_difference() -> None:
     photo = tiles(camera(10, -12, 2), 3)
     one = np.array(proposed_corners(photo))

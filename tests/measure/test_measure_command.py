@@ -51,6 +51,7 @@ def folder(tmp_path_factory, parts):
     return folder
 
 
+@pytest.mark.slow(reason="lays and measures whole quilts")
 def test_a_stream_measures_as_what_it_holds(folder, tmp_path, measured):
     done = run("ring.uph", "--json", str(tmp_path / "ring.json"), cwd=folder)
     assert done.returncode == 0, done.stderr
@@ -76,6 +77,21 @@ def test_the_exemplar_can_be_given(folder, tmp_path):
     assert told["wasserstein_mean"] == pytest.approx(np.mean(told["wasserstein"]))
 
 
+def test_a_sample_is_prepared_as_for_the_stream(folder, monkeypatch):
+    prepared = upholster.read_exemplar(folder / "more.png", crop=(20, 30, 80, 80), resize=64)
+    compared = []
+
+    def measured(surface, quilt, exemplar, **asked):
+        compared.append(exemplar)
+        raise InputError("seen")
+
+    monkeypatch.setattr(upholster.measure, "measure_cover", measured)
+    given = ["--sample", "more.png", "--crop", "20,30,80,80", "--resize", "64"]
+    assert_one_line(run("ring.uph", *given, cwd=folder), "seen")
+    np.testing.assert_array_equal(compared[0], prepared)
+
+
+@pytest.mark.slow(reason="lays and measures whole quilts")
 def test_size_and_direction_that_were_asked_for(folder, tmp_path, parts):
     exemplar, surface, quilt = parts
     asked = ["--sample-size", "2", "--direction", "30", "--json", str(tmp_path / "a.json")]
@@ -137,6 +153,8 @@ def test_an_image_measures_what_it_can(folder, tmp_path):
         (["bad.uph", "--json", "a.json"], "byte"),
         (["ring.uph", "--sample", "grey.png"], "64×64×1"),
         (["ring.uph", "--sample", "more.png"], "128×128×3"),
+        (["ring.uph", "--sample", "more.png"], "--crop, --resize"),
+        (["ring.uph", "--resize", "64"], "resize is for --sample, and none is given"),
         (["ring.uph", "--json", "nowhere/a.json"], "nowhere"),
         (["ring.uph", "--json", "a.txt"], ".json"),
         (["ring.uph", "--threads", "0"], "threads"),

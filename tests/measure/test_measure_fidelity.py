@@ -158,6 +158,7 @@ def test_charts_so_small_that_no_patch_of_some_is_drawn():
     assert np.isfinite(sliced_wasserstein([texture, *small], texture)).all()
 
 
+@pytest.mark.slow(reason="lays and measures whole quilts")
 @pytest.mark.parametrize("direction", [0, 25])
 def test_the_lattice_of_a_surface_is_the_samples_whatever_size_and_turn_texels_have(direction):
     exemplar = tiles(96, 96, period=(12, 24))

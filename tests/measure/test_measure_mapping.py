@@ -126,6 +126,7 @@ def test_sizes_against_the_quilts_own_sources(scale):
     assert 0.01 < expected < 0.2
 
 
+@pytest.mark.slow(reason="lays and measures whole quilts")
 @pytest.mark.parametrize(("spec", "text"), [("torus", "v"), ("cyclide", "30"), ("sphere", "level")])
 def test_fields_keep_what_they_promise(spec, text):
     surface = surface_from_spec(spec)

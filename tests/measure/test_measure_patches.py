@@ -100,6 +100,7 @@ def test_landmarks_are_counted_and_their_distances_measured():
     assert found.nearest_5 == pytest.approx(16 / 64)
 
 
+@pytest.mark.slow(reason="lays and measures whole quilts")
 def test_every_kind_of_surface_has_these_measures():
     exemplar = grains(64, 64)
     for surface, options in [

@@ -32,6 +32,7 @@ def in_space(surface, charts, place=None):
     return Texels(tuple(charts), tuple(arrays))
 
 
+@pytest.mark.slow(reason="lays and measures whole quilts")
 @pytest.mark.parametrize("spec", ["cyclide", "sphere:tiling=octants", "cylinder", "vase"])
 def test_what_is_continuous_on_the_surface_has_no_seams(spec):
     surface = surface_from_spec(spec)
@@ -43,6 +44,7 @@ def test_what_is_continuous_on_the_surface_has_no_seams(spec):
         assert edge_seam_ratio(surface, broken) > whole + 0.2
 
 
+@pytest.mark.slow(reason="lays and measures whole quilts")
 @pytest.mark.parametrize("spec", ["cyclide", "sphere", "vase"])
 def test_even_layouts_have_no_seams_where_fields_tell_the_size(spec):
     surface = surface_from_spec(spec)

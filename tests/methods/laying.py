@@ -7,9 +7,10 @@ import numpy as np
 from plain_laying import SYMMETRIES
 
 from upholster.charts.charted import ChartedSurface
-from upholster.charts.covered import as_covered
 from upholster.charts.subdivision import subdivided
+from upholster.charts.surface_to_cover import as_covered
 from upholster.geometry import MeshSurface, TriangleMesh
+from upholster.methods import lay_plan, prepare
 from upholster.methods.quilt._block_kernels import LayNumbers
 from upholster.methods.quilt._lay_kernels import Ground
 from upholster.methods.quilt.emit import emitted_quilt, label_pieces
@@ -17,7 +18,6 @@ from upholster.methods.quilt.ground import PlacedGround, field_arrays, ground_of
 from upholster.methods.quilt.laying import Drawn, LayPlan, lay_parcel
 from upholster.methods.quilt.method import planned
 from upholster.methods.quilt.quilt_options import QuiltOptions
-from upholster.methods.synthesis import lay_plan, prepare
 from upholster.options import SynthesisOptions
 from upholster.quilt import Chart, Quilt
 from upholster.quilt.warp_field import WarpField

@@ -64,6 +64,7 @@ def same(one: Quilt, other: Quilt) -> bool:
     return np.array_equal(one.placements, other.placements) and all(map(np.array_equal, *layers))
 
 
+@pytest.mark.slow(reason="lays whole quilts on several surfaces")
 @pytest.mark.parametrize("name", ["plane", "tile", "torus"])
 def test_a_guide_leads_light_parts_up(folder: Path, name: str) -> None:
     on, options = PLACES[name]
@@ -123,6 +124,7 @@ def test_labels_lie_where_they_are_asked(folder: Path) -> None:
     assert ((share_on(plain, red).reshape(192, 192) > 0.5) == wanted).mean() < 0.7
 
 
+@pytest.mark.slow(reason="lays whole quilts on several surfaces")
 @pytest.mark.parametrize("name", PLACES)
 def test_each_zone_shows_its_own_sample(folder: Path, name: str) -> None:
     on, options = PLACES[name]

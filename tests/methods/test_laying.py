@@ -10,17 +10,16 @@ from laying import Folded, Run, alike, covered, cylinder, flat_net, folded, hing
 from repeating import repeating
 from tests.charts.meshes import box, sphere
 
-from upholster.charts.covered import as_covered
+from upholster.charts.surface_to_cover import as_covered
 from upholster.charts.unwrap import unwrap
 from upholster.errors import CancelledError, InputError
 from upholster.geometry import MeshSurface, TriangleMesh
 from upholster.measure.cuts import cut_seam_ratio
-from upholster.methods import synthesize
+from upholster.methods import lay_plan, prepare, synthesize
 from upholster.methods.quilt import laying
 from upholster.methods.quilt.match_pyramid import SamplePart, match_pyramid
 from upholster.methods.quilt.method import synthesize_quilt
 from upholster.methods.quilt.quilt_options import QuiltOptions
-from upholster.methods.synthesis import lay_plan, prepare
 from upholster.options import SynthesisOptions
 from upholster.parallel import Stop, cancelled_by
 from upholster.quilt import Quilt, paint

@@ -65,6 +65,7 @@ def assert_same(quilt: Quilt, wanted: Quilt) -> None:
         np.testing.assert_array_equal(own, other)
 
 
+@pytest.mark.slow(reason="lays whole quilts on several surfaces")
 @pytest.mark.parametrize("name", PLACES)
 def test_no_texel_reads_where_the_mask_is_black(name: str) -> None:
     on, options = PLACES[name]
@@ -90,6 +91,7 @@ def test_no_texel_of_a_repeating_sample_reads_there_either() -> None:
         assert shares(synthesize(material, on, **options), used).max() == 0
 
 
+@pytest.mark.slow(reason="lays whole quilts on several surfaces")
 @pytest.mark.parametrize("name", ["plane", "tile", "torus", "chair"])
 def test_a_white_mask_gives_the_same_quilt_as_none(name: str) -> None:
     on, options = PLACES[name]

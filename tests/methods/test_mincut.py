@@ -78,6 +78,7 @@ def weighted_cost(residual, balance, new):
     return total + (residual[3, 1:] * new[1:] * old[:-1]).sum()
 
 
+@pytest.mark.slow(reason="compares with plain Python")
 @pytest.mark.parametrize("seed", range(12))
 def test_weighted_cells_choose_the_cheapest_and_the_fewest_new(seed):
     rng = np.random.default_rng(seed)

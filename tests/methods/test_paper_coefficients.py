@@ -85,6 +85,7 @@ def test_cover_paints_and_streams_what_is_kept(tmp_path):
     np.testing.assert_array_equal(decoder.exemplar(), kept)
 
 
+@pytest.mark.slow(reason="lays whole quilts on several surfaces")
 def test_a_stream_of_method_paper_has_the_papers_profile_and_keeps_it(tmp_path):
     write_image(tmp_path / "sample.png", sample())
     for name, synthesis, options, wanted in (

@@ -9,8 +9,8 @@ import pytest
 from laying import alike
 
 from upholster import read_exemplar
-from upholster.charts.covered import as_covered
 from upholster.charts.subdivision import subdivided, subdivided_in
+from upholster.charts.surface_to_cover import as_covered
 from upholster.measure.cuts import cut_seam_ratio
 from upholster.methods import lay_plan, prepare
 from upholster.methods.quilt import parcels
@@ -120,12 +120,14 @@ def test_one_parcel_drawn_again_is_as_it_was_laid(plan: str, request: pytest.Fix
     )
 
 
+@pytest.mark.slow(reason="lays whole quilts on several surfaces")
 @pytest.mark.parametrize("plan", ["cut", "sized_cut"])
 def test_threads_do_not_change_a_quilt_of_parcels(plan: str, request: pytest.FixtureRequest) -> None:
     found = request.getfixturevalue(plan)
     assert alike(laid_quilt(found, threads=1), laid_quilt(found, threads=3))
 
 
+@pytest.mark.slow(reason="lays whole quilts on several surfaces")
 @pytest.mark.parametrize(("one", "many"), [("whole", "cut"), ("sized", "sized_cut")])
 def test_seams_of_parcels_do_not_show(one: str, many: str, request: pytest.FixtureRequest) -> None:
     whole, cut = request.getfixturevalue(one), request.getfixturevalue(many)

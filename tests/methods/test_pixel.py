@@ -59,6 +59,7 @@ def shown(quilt):
     return [places // 16 for places in quilt.sources()]
 
 
+@pytest.mark.slow(reason="compares with plain Python")
 @pytest.mark.parametrize(
     ("surface", "shape", "levels", "search"),
     [
@@ -133,6 +134,7 @@ def test_a_plane_has_no_frame_and_its_map_paints_what_it_names():
     np.testing.assert_array_equal(paint(quilt, depth).arrays[0], depth[sources[..., 0], sources[..., 1]])
 
 
+@pytest.mark.slow(reason="compares with plain Python")
 @pytest.mark.parametrize("search", SEARCHES)
 @pytest.mark.parametrize("surface", [ring_cyclide(), sphere(), pair()], ids=["cyclide", "sphere", "pair"])
 def test_every_source_lies_in_the_exemplar_and_threads_do_not_matter(surface, search):
@@ -198,6 +200,7 @@ def test_a_periodic_exemplar_goes_on_as_it_is(search):
     np.testing.assert_array_equal(whole[:, 8:], whole[:, :-8])
 
 
+@pytest.mark.slow(reason="compares with plain Python")
 @pytest.mark.parametrize("search", SEARCHES)
 def test_texture_goes_on_across_patches(search):
     exemplar, surface = texture(), ring_cyclide()

@@ -9,7 +9,7 @@ from tests.charts.test_mesh_layout import sheet
 
 from upholster.errors import InputError
 from upholster.geometry import plane, torus
-from upholster.methods import synthesize
+from upholster.methods import prepare, synthesize
 from upholster.methods.quilt.phases import (
     better_tile,
     level_phases,
@@ -17,7 +17,6 @@ from upholster.methods.quilt.phases import (
     stretched_by,
     whole_waves,
 )
-from upholster.methods.synthesis import prepare
 from upholster.options import SynthesisOptions
 from upholster.reports import notes_before, settled_words
 

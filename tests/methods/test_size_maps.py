@@ -6,7 +6,7 @@ from laying import alike, texture
 
 from upholster import synthesize
 from upholster.charts.charted import charted_surface
-from upholster.charts.covered import as_covered
+from upholster.charts.surface_to_cover import as_covered
 from upholster.image import write_image
 from upholster.measure.mapping import _at_samples, _jacobian, mapping
 from upholster.measure.places import surface_samples
@@ -45,6 +45,7 @@ def prepared(**wanted):
     return prepare(SAMPLE, PLANE, options)
 
 
+@pytest.mark.slow(reason="lays whole quilts on several surfaces")
 @pytest.mark.parametrize(("surface", "axis"), [("plane", 0), ("sphere", 2)])
 def test_sizes_are_those_asked_for(surface, axis, tmp_path):
     ramp = np.rint(65535 * np.linspace(0, 1, 64)).astype(np.uint16)

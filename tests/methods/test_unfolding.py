@@ -10,14 +10,14 @@ from laying_kernels import unfold
 from plain_laying import barycentric
 from tests.charts.meshes import sphere
 
-from upholster.charts.covered import as_covered
 from upholster.charts.subdivision import subdivided
+from upholster.charts.surface_to_cover import as_covered
 from upholster.geometry import MeshSurface
+from upholster.methods import prepare
 from upholster.methods.quilt._lay_kernels import Ground
 from upholster.methods.quilt._sheet_kernels import FIT, MOST_SHEETS, SheetScratch
 from upholster.methods.quilt._unfold_kernels import Footprint, UnfoldScratch
 from upholster.methods.quilt.ground import field_arrays, ground_of
-from upholster.methods.synthesis import prepare
 from upholster.options import SynthesisOptions
 
 

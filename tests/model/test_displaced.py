@@ -95,6 +95,7 @@ def flat_texels(heights: Sequence[float], side: int = 16) -> Texels:
     return Texels(charts, tuple(np.full((side, side, 1), height, np.float32) for height in heights))
 
 
+@pytest.mark.slow(reason="builds many models")
 @pytest.mark.parametrize(
     ("surface", "amount", "mid"),
     [

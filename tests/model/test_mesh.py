@@ -53,6 +53,7 @@ CASES: list[tuple[Callable[[], Surface], int, bool]] = [
 ]
 
 
+@pytest.mark.slow(reason="builds many models")
 @pytest.mark.parametrize("quads", [1, 100, 3000])
 @pytest.mark.parametrize(("build", "euler", "closed"), CASES)
 def test_watertight_with_the_right_euler_characteristic(
@@ -69,6 +70,7 @@ def test_watertight_with_the_right_euler_characteristic(
         assert found[2] == 0
 
 
+@pytest.mark.slow(reason="builds many models")
 @pytest.mark.parametrize("quads", [100, 6_000])
 @pytest.mark.parametrize(("build", "euler", "closed"), CASES)
 def test_charts_across_patches_and_of_any_size(

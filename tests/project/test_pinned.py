@@ -8,7 +8,7 @@ import pytest
 
 from upholster import InputError, Project, paint, read_project, save_project
 from upholster.charts.maps import MapGround, parse_map, region
-from upholster.coverings import MOST_PINNED
+from upholster.coverings.pins import MOST_PINNED
 from upholster.errors import FormatError
 from upholster.image import write_image
 from upholster.quilt import Quilt

@@ -44,6 +44,7 @@ LAID = {"execute"}
 PAINTED = {"painted"}
 
 
+@pytest.mark.slow(reason="covers a model again and again")
 @pytest.mark.parametrize(
     ("change", "runs", "stays"),
     [
@@ -69,6 +70,7 @@ def test_what_a_change_runs_again(chair, change, runs, stays):
     assert not ran(chair)  # undone: all of it is known
 
 
+@pytest.mark.slow(reason="covers a model again and again")
 def test_larger_blocks_lie_on_ground_of_larger_triangles(chair):
     finer = chair.change(texels=60_000)
     list(finer.preview())
@@ -77,6 +79,7 @@ def test_larger_blocks_lie_on_ground_of_larger_triangles(chair):
     assert not found & (READ | CHARTS | DIRECTIONS | PHASES | SAMPLE)
 
 
+@pytest.mark.slow(reason="covers a model again and again")
 def test_another_material_on_one_part_leaves_the_others(tmp_path):
     project = Project(
         CHAIR,
@@ -94,6 +97,7 @@ def test_another_material_on_one_part_leaves_the_others(tmp_path):
     assert found.count("execute") == 2  # coarse and final, of one part
 
 
+@pytest.mark.slow(reason="covers a model again and again")
 def test_the_last_look_is_what_is_exported(chair, tmp_path):
     looks = list(chair.change(seed=3).preview(texels=6_000))
     assert [look.is_final for look in looks] == [False, True]

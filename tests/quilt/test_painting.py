@@ -16,6 +16,7 @@ from upholster.quilt.pyramid import halved, most_levels
 from upholster.quilt.warp_field import WarpField
 
 
+@pytest.mark.slow(reason="compares with plain Python")
 @pytest.mark.parametrize(
     ("dtype", "channels", "options"),
     [
@@ -37,6 +38,7 @@ def test_equals_the_plain_twin(dtype, channels, options):
         np.testing.assert_array_equal(painted[index], plain_paint(quilt, exemplar, index))
 
 
+@pytest.mark.slow(reason="compares with plain Python")
 @pytest.mark.parametrize(
     ("dtype", "density"),
     [(np.uint8, 0.125), (np.float32, 0.3), (np.float32, 0.5), (np.float32, 1.7), (np.uint8, 2)],

@@ -88,6 +88,7 @@ def test_diffuse_light_of_the_sky_is_its_integral() -> None:
         assert found == pytest.approx(SKY_BELOW + (SKY_ABOVE - SKY_BELOW) * (0.5 + 0.5 * n[2]), abs=2e-4)
 
 
+@pytest.mark.slow(reason="compares with plain Python")
 @pytest.mark.parametrize("s", [0.5, 2.0, 8.0, 40.0, 300.0])
 def test_mirrored_light_is_the_mean_under_the_lobe(s: float) -> None:
     directions, _ = all_around(300)

@@ -47,6 +47,7 @@ def twin(texture: NDArray[np.float32], u: float, v: float, lod: float, last: int
     return one(low) + (lod - low) * (one(min(low + 1, last)) - one(low))
 
 
+@pytest.mark.slow(reason="compares with plain Python")
 def test_look_up_equals_its_twin() -> None:
     rng = np.random.default_rng(3)
     texture = rng.random((32, 48, 4), np.float32)

@@ -31,6 +31,7 @@ def _no_helpers(monkeypatch):
     monkeypatch.setattr("upholster.warm.jobs_for", lambda uses: [])
 
 
+@pytest.mark.slow(reason="starts processes")
 @pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
 @pytest.mark.parametrize(
     ("arguments", "printed", "stop"),
@@ -80,6 +81,7 @@ def test_it_prints_its_address_answers_there_and_stops(folder, arguments, printe
         process.communicate()
 
 
+@pytest.mark.slow(reason="starts processes")
 def test_processes_take_nothing_from_the_working_directory(folder):
     for name in ("anyio", "pickle", "runpy", "subprocess", "upholster"):
         (folder / f"{name}.py").write_text("raise SystemExit")

@@ -472,6 +472,7 @@ def test_a_mesh_has_a_picture_as_other_surfaces_have():
     assert len(picture) > 5000  # a placeholder's few words are smaller
 
 
+@pytest.mark.slow(reason="starts processes")
 @pytest.mark.parametrize(
     ("draw", "why"), [(sleep_long, "takes too much time"), (mistaken, "ValueError: a mistake of ours")]
 )

@@ -53,6 +53,7 @@ def check_all(rng: Any, quilt: Quilt) -> None:
         check(quilt, code, code.placements, code.labels[:length])
 
 
+@pytest.mark.slow(reason="compares with plain Python")
 @pytest.mark.parametrize("seed", range(20))
 def test_any_quilt(seed: int) -> None:
     rng = np.random.default_rng(seed)

@@ -93,6 +93,7 @@ def keys(placed: Any) -> Any:
     return {str(one) for one in placed}
 
 
+@pytest.mark.slow(reason="reads streams at many lengths")
 @pytest.mark.parametrize(("seed", "bytes_a_step"), [(0, 5), (1, 29), (2, 29), (3, 29)])
 def test_every_prefix_of_placements_shows_the_nearest_of_those_that_have_come(
     seed: int, bytes_a_step: int
@@ -124,6 +125,7 @@ def test_every_prefix_of_placements_shows_the_nearest_of_those_that_have_come(
     assert np.array_equal(decoder.quilt().placements, quilt.placements)
 
 
+@pytest.mark.slow(reason="reads streams at many lengths")
 @pytest.mark.parametrize("seed", range(4))
 def test_of_labels_a_chart_shows_all_or_the_nearest(seed: int) -> None:
     quilt = anything_bent(np.random.default_rng(seed), (32, 40), CHARTS, 25)

@@ -57,6 +57,7 @@ def test_exemplars_of_every_kind_come_back(
     assert same(decoder.quilt(), quilt)
 
 
+@pytest.mark.slow(reason="reads streams at many lengths")
 @pytest.mark.parametrize("name", STREAMS)
 def test_every_prefix_shows_something_and_says_that_it_is_cut(name: Any) -> None:
     data = stream(name)

@@ -132,6 +132,7 @@ def _placements(stream):
     return decoder.quilt().placements
 
 
+@pytest.mark.slow(reason="starts processes")
 def test_what_is_shown_is_what_a_project_makes_and_what_is_saved(page, tmp_path):
     told, looks = page.shown(STATE)
     project = Project(str(CHAIR), Sample(str(WEAVE), "60cm"), synthesis={"texels": 10_000}, seed=3)
@@ -349,6 +350,7 @@ def test_hints_say_what_would_help_a_photo(page):
     assert "error" in page.told("POST", "/hints", {"path": "../x.png"}, status=422)
 
 
+@pytest.mark.slow(reason="starts processes")
 @pytest.mark.skipif(sys.platform == "win32", reason="stops a process")
 def test_a_worker_that_says_nothing_for_long_is_ended(page, monkeypatch):
     revision = page.told("POST", "/state", {"state": LONG | {"seed": 56}})["revision"]

@@ -109,7 +109,7 @@ def _workers(parent: int) -> list[int]:
     return found
 
 
-@pytest.mark.slow
+@pytest.mark.slow(reason="starts processes")
 @pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
 @pytest.mark.parametrize("killed", ["a worker", "the run"])
 def test_what_is_killed_goes_on(alone: dict[str, bytes], tmp_path: Path, killed: str) -> None:

@@ -61,6 +61,7 @@ def _tiles(folder: Path) -> dict[str, bytes]:
     return {file.name: file.read_bytes() for file in folder.glob("*.png")}
 
 
+@pytest.mark.slow(reason="lays and writes tiles several times")
 def test_tiles_are_those_of_the_whole_atlas(
     material: Material, whole: dict[str, bytes], tmp_path: Path
 ) -> None:
@@ -80,6 +81,7 @@ def test_tiles_are_those_of_the_whole_atlas(
     assert {file.suffix for file in tmp_path.iterdir()} == {".png"}
 
 
+@pytest.mark.slow(reason="lays and writes tiles several times")
 def test_an_obj_refers_to_the_tiles(material: Material, whole: dict[str, bytes], tmp_path: Path) -> None:
     (tmp_path / "models").mkdir()
     report = _cover(material, tmp_path / "models" / "x.obj", tmp_path / NAME)
@@ -124,6 +126,7 @@ def test_an_obj_of_a_model_refers_to_the_tiles(material: Material, tmp_path: Pat
             file.unlink()
 
 
+@pytest.mark.slow(reason="lays and writes tiles several times")
 def test_tiles_of_a_stream_are_painted_one_by_one(material: Material, tmp_path: Path) -> None:
     _cover(material, tmp_path / "x.uph", tmp_path / NAME)  # its charts fit tiles
     options = WriteOptions(atlas_size=256, padding=6)
@@ -170,10 +173,11 @@ def _stopping(after: int, names: list[tuple[str, int]]) -> Iterator[Callable[...
             yield Pool(pool)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("upholster.tiles.covering.thread_pool", make)
+        patch.setattr("upholster.tiles.by_tasks.thread_pool", make)
         yield make
 
 
+@pytest.mark.slow(reason="lays and writes tiles several times")
 @pytest.mark.parametrize("after", [5, 38])
 def test_what_is_done_is_not_done_again(
     material: Material, whole: dict[str, bytes], tmp_path: Path, after: int
@@ -204,6 +208,7 @@ def test_what_is_done_is_not_done_again(
     assert not record.parent.exists()
 
 
+@pytest.mark.slow(reason="lays and writes tiles several times")
 def test_a_run_of_other_options_starts_anew(material: Material, tmp_path: Path) -> None:
     with pytest.raises(StoppedError), _stopping(3, []):
         _cover(material, tmp_path / NAME)
@@ -221,6 +226,7 @@ def test_a_run_of_other_options_starts_anew(material: Material, tmp_path: Path) 
     assert names == first * 2
 
 
+@pytest.mark.slow(reason="lays and writes tiles several times")
 def test_tiles_can_be_written_to_a_url(material: Material, whole: dict[str, bytes], tmp_path: Path) -> None:
     fsspec = pytest.importorskip("fsspec")
     report = _cover(material, f"memory://walls/{NAME}")

@@ -153,6 +153,7 @@ def test_streams_cut_anywhere_decode_as_in_python(tmp_path: Any, count: int) -> 
         assert found[n] == in_python(data, cuts), f"stream {n}"
 
 
+@pytest.mark.slow(reason="runs Node on many streams")
 def test_a_plan_cut_behind_any_byte_decodes_as_in_python(tmp_path: Any) -> None:
     """A placement, a node, a chart's labels: each counts only when all of it has come."""
     charts = (Chart(0, 12, 17), Chart(0, 9, 5))
@@ -190,6 +191,7 @@ def test_images_decode_as_frozen(tmp_path: Any) -> None:
     assert [[one["image"] for one in got] for got in found] == [list(want.values()) for want in wanted]
 
 
+@pytest.mark.slow(reason="runs Node on many streams")
 @pytest.mark.parametrize("wavelet", ["9/7", "haar"])
 def test_a_limit_in_coefficients_shows_what_python_shows(tmp_path: Any, wavelet: str) -> None:
     surface, quilt, exemplar = laid("torus", side=48)
@@ -211,6 +213,7 @@ def test_a_limit_in_coefficients_shows_what_python_shows(tmp_path: Any, wavelet:
     assert [(one["exemplar"], one["texels"]) for (one,) in found] == wanted
 
 
+@pytest.mark.slow(reason="runs Node on many streams")
 def test_images_cut_anywhere_decode_as_in_python(tmp_path: Any) -> None:
     rng = np.random.default_rng(2)
     jobs = []
@@ -345,6 +348,7 @@ def _without_words(found: Any) -> Any:
     return [{"error": one["error"]} if "error" in one else one for one in found]
 
 
+@pytest.mark.slow(reason="runs Node on many streams")
 def test_it_keeps_its_promises_under_node() -> None:
     run("--test", HERE / "uph.test.mjs")
 

@@ -143,6 +143,7 @@ def made(tmp_path_factory: Any) -> Any:
     return [(*job, files[n]["counts"], found[n]) for n, job in enumerate(jobs)]
 
 
+@pytest.mark.slow(reason="runs Node on many streams")
 def test_control_nets_are_pythons(made: Any) -> None:
     for surface, _, _, found in made:
         assert len(found["nets"]) == len(surface.patches)
@@ -223,7 +224,7 @@ def test_bounds_hold_and_are_close(made: Any) -> None:
                 assert estimate <= 2 * error + 1e-9 * surface.size
 
 
-@pytest.mark.slow
+@pytest.mark.slow(reason="runs Node on many meshes")
 def test_it_keeps_its_promises_under_node() -> None:
     run("--test", HERE / "mesh.test.mjs")
 

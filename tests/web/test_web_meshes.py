@@ -54,6 +54,7 @@ def in_python(data):
     return {**told, "arrays": digests}
 
 
+@pytest.mark.slow(reason="runs Node on many streams")
 def test_both_decoders_give_the_same_mesh(tmp_path):
     surfaces = [
         cube(3, sides=4),
@@ -77,6 +78,7 @@ def with_surface(data, payload):
     return assembled(parts[:head], parts[head:])
 
 
+@pytest.mark.slow(reason="runs Node on many streams")
 def test_both_decoders_refuse_the_same_meshes(tmp_path):
     rng = np.random.default_rng(4)
     streams = []

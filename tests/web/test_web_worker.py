@@ -28,7 +28,7 @@ def _material(spec: str, texels: int, *, upside: int = 1) -> bytes:
     return encode_stream(surface, quilt, exemplar, maps=maps)
 
 
-@pytest.mark.slow
+@pytest.mark.slow(reason="runs Node on many streams")
 def test_the_worker_keeps_its_promises(tmp_path: Any) -> None:
     (tmp_path / "sphere.uph").write_bytes(_material("sphere", 20_000))
     (tmp_path / "vase.uph").write_bytes(_material("vase", 40_000))

@@ -4,6 +4,7 @@ import csv
 import glob
 import io
 import itertools
+import math
 import os
 import re
 import tomllib
@@ -85,12 +86,14 @@ def read_jobs(path: str | os.PathLike[str]) -> list[Job]:
         raise FormatError(f"{name}: it is not UTF-8 text") from None
     folder = Path(name).parent
     tables = _toml_tables(name, text) if suffix == ".toml" else _csv_tables(name, text)
+    found = [(where, table, *_choices(where, table, folder)) for where, table in tables]
+    if sum(math.prod(len(values) for _, values in lists) for *_, lists in found) > MAX_JOBS:
+        raise InputError(f"{name}: more than {MAX_JOBS:,} jobs; allowed: that many in a file")
     jobs: list[Job] = []
-    for where, table in tables:
-        varied = tuple(table.get("each", ()))
-        for choice in _choices(where, table, folder):
-            if len(jobs) == MAX_JOBS:
-                raise InputError(f"{name}: more than {MAX_JOBS:,} jobs; allowed: that many in a file")
+    for where, table, shared, lists in found:
+        keys, varied = [key for key, _ in lists], tuple(table.get("each", ()))
+        for values in itertools.product(*(values for _, values in lists)):
+            choice = {**shared, **dict(zip(keys, values, strict=True))}
             jobs.append(_job(where, choice, len(jobs) + 1, varied))
     if not jobs:
         raise InputError(f"{name}: it has no jobs; allowed: tables [[jobs]], or lines of a CSV")
@@ -182,25 +185,25 @@ def _csv_tables(name: str, text: str) -> Iterator[tuple[str, dict[str, Any]]]:
         yield f"{name}, line {number}", table
 
 
-def _choices(where: str, table: dict[str, Any], folder: Path) -> Iterator[dict[str, Any]]:
-    """Yield a table for each job that one table makes: sample and surface, and each value of `each`."""
-    table = dict(table)
-    each = table.pop("each", {})
-    samples = list(_files(where, "sample", table.pop("sample", [[]]), folder))
-    surfaces = list(_files(where, "on", table.pop("on", []), folder))
-    projects = list(_files(where, "project", table.pop("project", []), folder))
+def _choices(
+    where: str, table: Mapping[str, Any], folder: Path
+) -> tuple[dict[str, Any], list[tuple[str, list[Any]]]]:
+    """Return the values that all jobs of a table share, and the lists that are combined, by option."""
+    shared = dict(table)
+    each = shared.pop("each", {})
+    samples = list(_files(where, "sample", shared.pop("sample", [[]]), folder))
+    surfaces = list(_files(where, "on", shared.pop("on", []), folder))
+    projects = list(_files(where, "project", shared.pop("project", []), folder))
     if not surfaces and not projects:
         raise InputError(f"{where}: on is missing; allowed: the surface, or a list of them")
-    if [] in samples and "material" not in table and not projects:
+    if [] in samples and "material" not in shared and not projects:
         raise InputError(f"{where}: sample is missing; allowed: an image or a material, or a list of them")
     for key, values in each.items():
         if not isinstance(values, list) or not values:
             raise InputError(f"{where}: each.{key} is {values!r}; allowed: a list of values")
     named = {"project": projects, "on": surfaces}
-    given = {key: values for key, values in named.items() if values}
-    keys = ["sample", *given, *each]
-    for values in itertools.product(samples, *given.values(), *each.values()):
-        yield {**table, **dict(zip(keys, values, strict=True))}
+    given = [(key, values) for key, values in named.items() if values]
+    return shared, [("sample", samples), *given, *each.items()]
 
 
 def _files(where: str, key: str, value: Any, folder: Path) -> Iterator[Any]:

@@ -1,10 +1,14 @@
 """Charts over a surface: their layout, their sizes, where they meet, and the texture's direction on them.
 
-`layout` cuts a surface of patches into charts (`halving` finds the cuts), `chart_seams` finds where charts
-meet, and `unwrap` flattens meshes into islands. `charted` turns every kind of surface into triangles on
-charts (with `tessellation` for patches); all other modules work on these. `directions`, `turns` and
-`mesh_warp_fields` set the texture's direction, `phases` aligns the periods of repeating samples, and
-`subdivision` shortens edges.
+- `layout`: patches cut into charts; `halving`: the cuts; `chart_seams`: where charts meet
+- `surface_to_cover`: reads a surface or a model; `unwrap`: meshes as islands; `mesh_layout`: a chart for each
+- `charted`: every kind of surface as triangles on charts, on which all modules below work;
+  `tessellation`: those of patches; `subdivision`: shorter edges
+- `directions`: the texture's direction; `creases`: edges over which it does not continue
+- `part_directions`, `axis_directions`: directions of a model's parts, and along the axes of CAD faces
+- `turns`, `mesh_warp_fields`: from directions to warp fields
+- `phases`: aligned periods of a sample that repeats; `multigrid`: the solver for directions and phases
+- `maps`: surface maps; `size_map`: the factor of the sample's size at each place
 """
 
 from upholster.charts.layout import uniform_layout

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from upholster.errors import InputError
 from upholster.geometry.mesh_files import ModelFile
 from upholster.types import FloatArray
+from upholster.vectors import unit_vectors
 
 __all__ = ["AXIS_DIRECTIONS", "Round", "axis_direction", "closed_rounds"]
 
@@ -112,8 +113,7 @@ def axis_direction(model: ModelFile, kind: str) -> FloatArray:
             place, way = _longest(centres[mine], mesh.areas[mine])
         places[mine & ~has], ways[mine & ~has] = place, way
     vectors = ways if kind == "along" else np.cross(ways, centres - places)
-    length = np.linalg.norm(vectors, axis=1, keepdims=True)
-    return np.asarray(vectors / np.maximum(length, 1e-12 * mesh.size), np.float64)
+    return unit_vectors(vectors, least=1e-12 * mesh.size)
 
 
 def _one_way(ways: FloatArray) -> FloatArray:

@@ -20,6 +20,7 @@ from upholster.geometry.edge_pairs import edge_pairs, seams_of
 from upholster.quilt.chart import Chart
 from upholster.stages import stage
 from upholster.types import FloatArray, IntArray
+from upholster.vectors import unit_vectors
 
 __all__ = [
     "ChartedSurface",
@@ -118,8 +119,7 @@ class ChartedSurface:
         edge they share.
         """
         corners = self.mesh.corners
-        along = corners[triangle, (edge + 1) % 3] - corners[triangle, edge]
-        along = along / np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-300)
+        along = unit_vectors(corners[triangle, (edge + 1) % 3] - corners[triangle, edge])
         inward = np.cross(self.mesh.flat_normals[triangle], along)
         out: FloatArray = np.stack([along, inward], axis=1) @ self._steps_of(triangle)
         return out

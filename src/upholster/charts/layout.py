@@ -15,6 +15,7 @@ from upholster.types import FloatArray
 __all__ = [
     "LONGEST",
     "TextureScale",
+    "area_of",
     "density_layout",
     "texture_scale",
     "uniform_layout",
@@ -214,7 +215,7 @@ def texture_scale(
     """
     if density is not None and texels is not None:
         raise InputError("density and texels are both given; allowed: at most one of them")
-    area = _checked_area(_area(surface), surface)
+    area = _checked_area(area_of(surface), surface)
     if sample_size is None:
         width = min(surface.size / SHARE, float(np.sqrt(area)) / 2)
     else:
@@ -275,8 +276,11 @@ def _positive(name: str, value: float, unit: str) -> float:
     return float(value)
 
 
-def _area(surface: AnySurface) -> float:
-    """Return the surface's area: from 8 × 8 Gauss points on each patch, or from the triangles on islands."""
+def area_of(surface: AnySurface) -> float:
+    """Return a surface's area in square model units.
+
+    It is computed from 8 × 8 Gauss points on each patch, or from the triangles on a mesh's islands.
+    """
     if isinstance(surface, MeshSurface):
         return float(surface.mesh.areas[surface.island >= 0].sum())
     nodes, weights = np.polynomial.legendre.leggauss(8)

@@ -35,7 +35,7 @@ from upholster.charts._multigrid_kernels import (
 from upholster.parallel import check_cancelled
 from upholster.types import FloatArray, IntArray
 
-__all__ = ["Multigrid", "hermitian", "smallest_eigenvectors", "solve"]
+__all__ = ["Multigrid", "hermitian", "smallest_eigenvectors", "solve", "unit_complex"]
 
 DENSE = 100
 """A level with at most this many unknowns is solved directly."""
@@ -185,7 +185,7 @@ def _smallest(
     limits: tuple[float, int],
 ) -> ComplexArray:
     """Return the vectors of a level, starting from those of the next coarser one."""
-    start = _unit(start, mass, part, len(shift))
+    start = _normalized(start, mass, part, len(shift))
     if depth < len(grid.levels):
         level = grid.levels[depth]
         count = len(grid.rows_at(depth + 1).diagonal)
@@ -200,16 +200,23 @@ def _smallest(
         )
         start = np.where(used, 0, start)
         prolong(level.group, level.phase, found, start)
-        start = _unit(start, mass, part, len(shift))
+        start = _normalized(start, mass, part, len(shift))
     return _descend(grid, depth, mass, part, start, shift, limits)
 
 
-def _unit(x: ComplexArray, mass: FloatArray, part: IntArray, parts: int) -> ComplexArray:
+def _normalized(x: ComplexArray, mass: FloatArray, part: IntArray, parts: int) -> ComplexArray:
     size = _by_part(part, mass, x, x, parts).real
     empty = ~(size > 1e-30 * np.maximum(np.bincount(part, mass, parts), 1e-300))
     x = np.where(empty[part], 1.0 + 0j, x)
     size = _by_part(part, mass, x, x, parts).real
     return x / np.sqrt(size)[part]
+
+
+def unit_complex(z: ComplexArray) -> ComplexArray:
+    """Return complex numbers divided by their magnitudes; 1 for 0."""
+    length = np.sqrt(z.real**2 + z.imag**2)
+    unit: ComplexArray = np.where(length > 0, z / np.where(length > 0, length, 1.0), 1.0)
+    return unit
 
 
 def _by_part(

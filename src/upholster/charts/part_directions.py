@@ -11,6 +11,7 @@ from upholster.errors import InputError
 from upholster.geometry import TriangleMesh
 from upholster.geometry.mesh_files import ModelFile
 from upholster.types import FloatArray
+from upholster.vectors import unit_vectors
 
 __all__ = ["is_by_part", "part_direction", "triangles_by_direction"]
 
@@ -91,11 +92,8 @@ def _vectors(model: ModelFile, direction: str, centres: FloatArray) -> FloatArra
         return _level(model.mesh)
     if found.kind != "vectors" or not callable(found.vectors):
         raise InputError(f"direction {direction!r} is for a part; allowed there: {_ALLOWED}")
-    vectors = np.asarray(found.vectors(centres), np.float64)
-    return np.asarray(vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), 1e-300))
+    return unit_vectors(np.asarray(found.vectors(centres), np.float64))
 
 
 def _level(mesh: TriangleMesh) -> FloatArray:
-    across = np.cross((0.0, 0.0, 1.0), mesh.flat_normals)
-    slope = np.linalg.norm(across, axis=1, keepdims=True)
-    return np.asarray(np.where(slope > _SLOPE, across / np.maximum(slope, _SLOPE), 0.0), np.float64)
+    return unit_vectors(np.cross((0.0, 0.0, 1.0), mesh.flat_normals), least=_SLOPE, instead=0.0)

@@ -19,6 +19,7 @@ from upholster.geometry import TriangleMesh
 from upholster.geometry.edge_pairs import edge_pairs, numbered_edges
 from upholster.parallel import check_cancelled
 from upholster.types import FloatArray, IntArray
+from upholster.vectors import unit_vectors
 
 __all__ = ["Subdivided", "subdivided", "subdivided_in"]
 
@@ -195,17 +196,12 @@ def _halved(
     return middles, np.concatenate([positions, 0.5 * (positions[low] + positions[high])]), joined
 
 
-def _unit(vectors: FloatArray, instead: FloatArray) -> FloatArray:
-    # Normalizes vectors; takes others where they vanish because the ends' vectors cancel.
-    length = np.linalg.norm(vectors, axis=2, keepdims=True)
-    return np.where(length > 1e-3, vectors / np.maximum(length, 1e-3), instead)
-
-
 def _with_middles(pieces: Pieces, middles: IntArray) -> Pieces:
     # Appends the midpoints of the edges to the corners.
     values = pieces.values
     between = 0.5 * (values + np.roll(values, -1, axis=1))
-    between[..., 2:] = _unit(between[..., 2:], values[..., 2:])
+    # Where the vectors of two ends cancel, their midpoint takes that of one end.
+    between[..., 2:] = unit_vectors(between[..., 2:], least=1e-3, instead=values[..., 2:])
     vertices = np.concatenate([pieces.vertices, middles], axis=1)
     return Pieces(vertices, np.concatenate([values, between], axis=1), pieces.parent)
 

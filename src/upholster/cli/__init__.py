@@ -1,6 +1,12 @@
 """The command line.
 
 Heavy imports wait until a command needs them: ``upholster --help`` answers immediately.
+
+- One module for each command: `batch`, `cover`, `fill`, `measure`, `picture`, `prepare`, `studio`, `warm`,
+  `web`; `serve` has `view` as well, `codec` has `encode` and `decode`, `stream` has `refine` and `levels`
+- `upholster info`: `models`, `show_cad`, `show_project`, `show_surface`, and `stream`
+- `command`, `command_options`: a command's checks, and its options from a dataclass
+- `console`: errors, numbers and progress bars on the terminal; `batch_table`: the progress of a batch
 """
 
 import errno

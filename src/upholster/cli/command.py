@@ -16,6 +16,10 @@ _NUMBERS = {"integer": "a whole number", "float": "a number", "number": "a numbe
 """The allowed value, by a word in Typer's message: its versions differ in all other words."""
 
 
+_MEANT = {"--scale": ["--sample-size", "--element-size"]}
+"""Options to suggest for some that do not exist, instead of those with the most similar names."""
+
+
 class Command(TyperCommand):
     """A command that refuses input which Typer would accept silently, or refuse without naming the value."""
 
@@ -37,6 +41,9 @@ class Command(TyperCommand):
         try:
             return super().parse_args(ctx, args)
         except Exception as error:
+            if known := _MEANT.get(getattr(error, "option_name", "")):
+                own = [name for param in self.params for name in param.opts]
+                error.possibilities = [name for name in known if name in own]  # type: ignore[attr-defined]
             wrong: Any = getattr(error, "param", None)
             message = str(getattr(error, "message", ""))
             kind = next((allowed for word, allowed in _NUMBERS.items() if word in message), None)

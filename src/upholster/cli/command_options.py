@@ -105,7 +105,7 @@ def spelled_out(*, without: Collection[str] = ()) -> Callable[[Callable[..., Non
     Parameters
     ----------
     without
-        Panels whose options the command omits.
+        Panels whose options the command omits, or names of options.
     """
 
     def spell_out(command: Callable[..., None]) -> Callable[..., None]:
@@ -114,7 +114,9 @@ def spelled_out(*, without: Collection[str] = ()) -> Callable[[Callable[..., Non
         for parameter in inspect.signature(command).parameters.values():
             kind = parameter.annotation
             if is_dataclass(kind):
-                entries = [entry for entry in fields(kind) if entry.metadata["panel"] not in without]
+                entries = [
+                    entry for entry in fields(kind) if not {entry.name, entry.metadata["panel"]} & {*without}
+                ]
                 kinds[parameter.name] = kind, entries
                 own += [_option(entry) for entry in entries]
             else:

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from upholster.cli.command_options import spelled_out
 from upholster.cli.console import (
     add_row,
     check_suffix,
@@ -16,15 +17,18 @@ from upholster.cli.console import (
     say,
 )
 from upholster.errors import InputError
+from upholster.options import SampleOptions, differing
 from upholster.shown import in_bytes
 
 if TYPE_CHECKING:  # NumPy, which it imports, would slow down --help
     from upholster.limits import Limits
     from upholster.measure import Measures
+    from upholster.types import PixelArray
 
 __all__ = ["measure"]
 
 
+@spelled_out(without=["Maps", "use"])
 def measure(
     result: Annotated[str, typer.Argument(help="A stream, or a flat image.", metavar="STREAM-OR-IMAGE")],
     sample: Annotated[
@@ -33,6 +37,8 @@ def measure(
             metavar="IMAGE", help="The sample that it was made from. Default: the one in the stream."
         ),
     ] = None,
+    *,
+    preparing: SampleOptions,
     tileable: Annotated[
         bool, typer.Option("--tileable", help="The image wraps both ways: measure the seams of its edges.")
     ] = False,
@@ -72,6 +78,8 @@ def measure(
     check_suffix("result", result, (".uph", *IMAGE_SUFFIXES))
     if suffix != ".uph" and sample is None:
         raise InputError(f"--sample is missing; image {result!r} is compared with its sample")
+    if (given := differing(preparing)) and sample is None:
+        raise InputError(f"{', '.join(given)} is for --sample, and none is given; allowed: with it")
     if json is not None:
         check_suffix("output", json, (".json",))
     if suffix == ".uph" and tileable:
@@ -85,15 +93,16 @@ def measure(
     read = [result] if sample is None else [result, sample]
     with progress_bars(quiet, ["measure"]), outputs([] if json is None else [json], inputs=read) as files:
         if suffix == ".uph":
+            original = None if sample is None else _read_sample(sample, preparing)
             found, state = _stream(
-                result, sample, sample_size, direction, crease, threads, limits_of(most_texels)
+                result, original, sample_size, direction, crease, threads, limits_of(most_texels)
             )
         else:
-            found, state = _image(result, sample or "", tileable), ""
+            found, state = _image(result, _read_sample(sample or "", preparing), tileable), ""
         if json is not None:
             asked = {"sample_size": sample_size, "direction": direction, "crease": crease}
             asked = asked if suffix == ".uph" else {}
-            figures = {"result": result, "sample": sample, **asked, **found.to_json()}
+            figures = {"result": result, "sample": sample, **given, **asked, **found.to_json()}
             text = codec.dumps(figures, indent=2)
             files.path(json).write_text(text + "\n", encoding="utf-8")
     if not quiet:
@@ -102,7 +111,7 @@ def measure(
 
 def _stream(
     path: str,
-    sample: str | None,
+    original: "PixelArray | None",
     sample_size: float | None,
     direction: str | None,
     crease: float | None,
@@ -110,13 +119,10 @@ def _stream(
     limits: "Limits | None",
 ) -> "tuple[Measures, str]":
     from upholster.files import read_bytes
-    from upholster.image import read_exemplar
     from upholster.measure import measure_cover
     from upholster.quilt import paint
     from upholster.stream import read_stream
 
-    with noted() as notes:
-        original = None if sample is None else read_exemplar(sample, notes=notes)
     with naming(path):
         decoder = read_stream(read_bytes(path), strict=False, limits=limits)
     surface, quilt, coded = decoder.surface, decoder.quilt(), decoder.exemplar()
@@ -124,7 +130,10 @@ def _stream(
         raise InputError(f"stream {path!r} has no surface")
     if original is not None and original.shape != coded.shape:
         shapes = ["×".join(str(side) for side in image.shape) for image in (original, coded)]
-        raise InputError(f"sample {sample!r} is {shapes[0]}; allowed: the stream's shape, {shapes[1]}")
+        raise InputError(
+            f"--sample is {shapes[0]}; allowed: the stream's shape, {shapes[1]}; give the same --crop, "
+            "--resize and so on as for the stream"
+        )
     state = ""
     if not decoder.complete:
         known = "{:,} of {:,} placements are known".format(*decoder.placements_known)
@@ -145,12 +154,19 @@ def _stream(
     return found, state
 
 
-def _image(path: str, sample: str, tileable: bool) -> "Measures":
-    from upholster.image import read_exemplar, read_image
+def _read_sample(sample: str, preparing: SampleOptions) -> "PixelArray":
+    from upholster.image import read_exemplar
+
+    with noted() as notes:
+        return read_exemplar(sample, notes=notes, **preparing.preparing)
+
+
+def _image(path: str, original: "PixelArray", tileable: bool) -> "Measures":
+    from upholster.image import read_image
     from upholster.measure import measure_image
 
     with noted() as notes:
-        image, original = read_image(path, notes=notes), read_exemplar(sample, notes=notes)
+        image = read_image(path, notes=notes)
     return measure_image(image, original, tileable=tileable)
 
 

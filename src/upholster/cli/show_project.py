@@ -15,7 +15,7 @@ __all__ = ["show_project"]
 
 def show_project(path: str) -> None:
     """Print a project's model, samples, and the settings that are not defaults; one per line."""
-    from upholster.charts.covered import covered_files
+    from upholster.charts.surface_to_cover import covered_files
     from upholster.project import KINDS, read_project
 
     project = read_project(path)

@@ -21,6 +21,7 @@ from upholster.cli.console import (
 from upholster.cli.models import show_model
 from upholster.cli.show_cad import show_cad
 from upholster.cli.show_project import show_project
+from upholster.cli.show_surface import is_surface, show_surface
 from upholster.errors import InputError
 from upholster.formats import CAD_SUFFIXES, LDR_PICTURES, OUTPUTS, PROJECT_SUFFIX, is_model_name, suffixes_of
 from upholster.options import WriteOptions
@@ -106,7 +107,8 @@ def info(
         str,
         typer.Argument(
             help="A stream, or the start of one; or a model: .glb .gltf .obj .ply .stl .off, or .step "
-            ".iges .brep .3dm; or a project, .upholster.json.",
+            ".iges .brep .3dm; or a surface, `torus:R=2,r=0.7`, `nets.json`, `teapot.bpt`; or a project, "
+            ".upholster.json.",
             metavar="FILE",
         ),
     ],
@@ -120,7 +122,7 @@ def info(
         ),
     ] = None,
 ) -> None:
-    """Show the contents of a stream or a project; or a model's parts and their defects."""
+    """Show the contents of a stream or a project; a model's parts and their defects; a surface's patches."""
     if file.lower().endswith(PROJECT_SUFFIX) and unit is None:
         show_project(file)
     elif file.lower().endswith(CAD_SUFFIXES):
@@ -129,6 +131,8 @@ def info(
         show_model(file, unit=unit)
     elif unit is not None:
         raise InputError("--unit is for models: the unit of a stream or a project is fixed")
+    elif is_surface(file):
+        show_surface(file)
     else:
         _show_stream(file, most_texels)
 

@@ -1,4 +1,15 @@
-"""Surfaces: rational Bézier patches, faces, adjacency of edges, builders, files; and triangle meshes."""
+"""Surfaces: rational Bézier patches, faces, adjacency of edges, builders, files; and triangle meshes.
+
+- `patch`: one rational Bézier patch; `bernstein`: its polynomials; `normals`: its normals, poles included
+- `face`: a grid of patches; `joining`: patches to faces; `surface`: faces and how their edges meet
+- `edges`, `overlaps`, `adjacency`, `face_seams`: which edges of patches meet, and where
+- `orientation`: normals outward; `matching_edges`: whether two surfaces are connected in the same way
+- `catalog`: built-in surfaces by name; `parameter_checks`: their parameters
+- `plane`, `sphere`, `cyclide`, `revolution`, `circle`: the builders
+- `surface_files`: control nets from files; `cad`: faces of CAD models
+- `triangle_mesh`: meshes, and their islands; `mesh_files`: models; `patch_mesh`: patches as a mesh
+- `edge_pairs`, `corner_normals`, `rays`: neighbours, normals and hits of triangles; `mesh_state`: faults
+"""
 
 from upholster.geometry.adjacency import BorderInterval, SharedEdge
 from upholster.geometry.catalog import (

@@ -5,6 +5,7 @@ import numpy as np
 from upholster.geometry._mesh_join_kernels import join
 from upholster.geometry.triangle_mesh import TriangleMesh
 from upholster.types import FloatArray, IntArray, frozen_array
+from upholster.vectors import unit_vectors
 
 __all__ = ["CREASE", "corner_normals", "smooth_corners"]
 
@@ -50,19 +51,17 @@ def corner_normals(mesh: TriangleMesh, crease: float = CREASE) -> FloatArray:
     For a smooth part at a vertex it is the mean of the triangles' normals, weighted by their angles there.
     """
     if mesh.normals is not None:
-        return _unit(mesh.normals, mesh)
+        return _normalized(mesh.normals, mesh)
     group = smooth_corners(mesh, crease).ravel()
-    sides = np.roll(mesh.corners, -1, axis=1) - mesh.corners
-    sides /= np.maximum(np.linalg.norm(sides, axis=2, keepdims=True), 1e-300)
+    sides = unit_vectors(np.roll(mesh.corners, -1, axis=1) - mesh.corners)
     cosine = -(sides * np.roll(sides, 1, axis=1)).sum(axis=2)
     weighted = np.arccos(np.clip(cosine, -1, 1))[..., None] * mesh.flat_normals[:, None]
     sums = np.zeros((len(group), 3))
     for axis in range(3):
         sums[:, axis] = np.bincount(group, weighted[..., axis].ravel(), len(group))
-    return _unit(sums[group].reshape(-1, 3, 3), mesh)
+    return _normalized(sums[group].reshape(-1, 3, 3), mesh)
 
 
-def _unit(normals: FloatArray, mesh: TriangleMesh) -> FloatArray:
-    length = np.linalg.norm(normals, axis=2, keepdims=True)
+def _normalized(normals: FloatArray, mesh: TriangleMesh) -> FloatArray:
     flat = np.where(mesh.areas[:, None, None] > 0, mesh.flat_normals[:, None], np.array([0.0, 0.0, 1.0]))
-    return frozen_array(np.where(length > 1e-12, normals / np.maximum(length, 1e-12), flat))
+    return frozen_array(unit_vectors(normals, least=1e-12, instead=flat))

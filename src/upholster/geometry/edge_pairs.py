@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from upholster.geometry._edge_kernels import EdgeScratch, mark_seams, number_edges, pair_sides
 from upholster.types import FloatArray, IntArray
+from upholster.vectors import unit_vectors
 
 __all__ = ["edge_pairs", "numbered_edges", "seams_of"]
 
@@ -134,11 +135,9 @@ def _angles(
     triangle, edge = sides // 3, sides % 3
     corners = [triangles[triangle, (edge + k) % 3] for k in range(3)]
     low, high = (np.where(rising, corners[k], corners[1 - k])[:, :1] for k in (0, 1))
-    axis = positions[high] - positions[low]
-    axis = axis / np.maximum(np.linalg.norm(axis, axis=2, keepdims=True), 1e-300)
+    axis = unit_vectors(positions[high] - positions[low])
     least = np.eye(3)[np.abs(axis[:, 0]).argmin(axis=1)]
-    right = np.cross(axis[:, 0], least)
-    right /= np.maximum(np.linalg.norm(right, axis=1, keepdims=True), 1e-300)
+    right = unit_vectors(np.cross(axis[:, 0], least))
     up = np.cross(axis[:, 0], right)
     away = positions[corners[2]] - positions[low]
     across = np.einsum("eni,ei->en", away, right)

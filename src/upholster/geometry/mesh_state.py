@@ -9,7 +9,7 @@ from upholster.geometry._mesh_state_kernels import count_covers, join_pairs
 from upholster.geometry.triangle_mesh import TriangleMesh
 from upholster.types import FloatArray, IntArray
 
-__all__ = ["PartState", "UvState", "mesh_states", "uv_state"]
+__all__ = ["PartState", "UvState", "inside_out_parts", "mesh_states", "uv_state"]
 
 SLIVER = 50.0
 """A sliver's longest edge is more than this many times its height."""
@@ -64,7 +64,7 @@ class PartState:
     turned_edges
         Number of edges whose two triangles have opposite orientations.
     inside_out
-        Whether it is closed and its triangles face inward.
+        As `inside_out_parts`.
     degenerate, slivers
         Numbers of triangles without area, and of others whose longest edge is more than 50 times their
         height.
@@ -135,8 +135,7 @@ def mesh_states(mesh: TriangleMesh, uv: FloatArray | None = None) -> list[PartSt
     longest, height = _shape(mesh)
     flat = ~(longest < _NO_AREA * height)
     thin = ~flat & (longest > SLIVER * height)
-    a, b, c = mesh.corners.transpose(1, 0, 2) - mesh.box.mean(axis=0)
-    volume = np.bincount(mesh.part, (a * np.cross(b, c)).sum(axis=1), parts)
+    inside_out = inside_out_parts(mesh)
     counts = [
         np.bincount(array, minlength=parts)
         for array in (
@@ -155,7 +154,6 @@ def mesh_states(mesh: TriangleMesh, uv: FloatArray | None = None) -> list[PartSt
     for part, mine in enumerate(groups):
         pieces, loops, borders, crowded, against, degenerate, slivers = (int(each[part]) for each in counts)
         points = mesh.corners[mine].reshape(-1, 3)
-        closed = not borders and not crowded and not against
         out.append(
             PartState(
                 len(mine),
@@ -167,13 +165,33 @@ def mesh_states(mesh: TriangleMesh, uv: FloatArray | None = None) -> list[PartSt
                 borders,
                 crowded,
                 against,
-                bool(closed and volume[part] < 0),
+                bool(inside_out[part]),
                 degenerate,
                 slivers,
                 None if uv is None or not np.isfinite(uv[mine]).all() else uv_state(uv[mine], flat[mine]),
             )
         )
     return out
+
+
+def inside_out_parts(mesh: TriangleMesh) -> NDArray[np.bool_]:
+    """Return for each part of a mesh whether it is closed and its triangles face inward, (parts,).
+
+    Parts that share edges are one body. It is closed if every triangle has neighbours of the same
+    orientation, and faces inward if its volume is negative.
+    """
+    across = np.where(mesh.neighbours < 0, mesh.part[:, None], mesh.part[mesh.neighbours // 3])
+    triangle, edge = np.nonzero(across != mesh.part[:, None])
+    adjacent = np.stack([mesh.part[triangle], across[triangle, edge]], axis=1)
+    body: IntArray = np.arange(len(mesh.parts), dtype=np.int32)
+    join_pairs(adjacent.astype(np.int32), body)
+    is_line = (mesh.triangles == np.roll(mesh.triangles, 1, axis=1)).any(axis=1)  # it has no neighbours
+    at_border = (mesh.neighbours < 0).any(axis=1) & ~is_line
+    is_open = np.bincount(body[mesh.part[at_border]], minlength=len(body)) > 0
+    a, b, c = mesh.corners.transpose(1, 0, 2) - mesh.box.mean(axis=0)
+    volume = np.bincount(body[mesh.part], (a * np.cross(b, c)).sum(axis=1), len(body))
+    found: NDArray[np.bool_] = (~is_open & (volume < 0))[body]
+    return found
 
 
 def uv_state(uv: FloatArray, flat: NDArray[np.bool_] | None = None) -> UvState:

@@ -1,4 +1,14 @@
-"""Images: reading and writing files, colour, resizing."""
+"""Images: reading and writing files, colour, resizing.
+
+- `read`, `write`: image files; `heif`: HEIC and AVIF; `native`: faults of the C libraries
+- `profiles`, `icc`: colour profiles to sRGB; `color`: sRGB and linear light; `numbers`: maps without colours
+- `source`: the exemplar in all forms that users pass; `shipped`: samples in the program
+- `material`: a material; `material_files`, `packages`: its files, in folders and zip files; `roles`: its maps
+- `normal_convention`: OpenGL or DirectX; `masks`: which pixels of a sample are used
+- `preparing`: from a photo to a sample: `rectify`, `perspective`, `even_light`, `resize`
+- `sameness`: whether a sample is one texture; `combined`: several samples in one image
+- `blending`: pieces copied without an edge; `drawing`: text and lines on pictures
+"""
 
 from upholster.image.color import alpha_channel, from_linear, to_linear
 from upholster.image.material import Material

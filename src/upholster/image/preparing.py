@@ -14,6 +14,7 @@ from upholster.image.resize import resize_image
 from upholster.image.roles import COLORS
 from upholster.options import SampleOptions
 from upholster.types import FloatArray, PixelArray
+from upholster.vectors import unit_vectors
 
 __all__ = [
     "MAX_SIDE",
@@ -193,14 +194,11 @@ def _stretched(normals: PixelArray, rectification: Rectification) -> FloatArray:
         ],
         axis=2,
     )
-    length: FloatArray = np.maximum(np.linalg.norm(turned, axis=2, keepdims=True), 1e-6)
-    return turned / length
+    return unit_vectors(turned, least=1e-6)
 
 
 def _from_unit(role: str, unit: PixelArray, like: PixelArray) -> PixelArray:
     """Return numbers 0…1 at the depth of a map; normals are normalized again."""
     if role == "normal":
-        vectors = 2 * unit - 1
-        length = np.linalg.norm(vectors, axis=2, keepdims=True)
-        unit = vectors / np.maximum(length, 1e-6) / 2 + 0.5
+        unit = unit_vectors(2 * unit - 1, least=1e-6) / 2 + 0.5
     return as_depth(unit.astype(np.float32), like.dtype)

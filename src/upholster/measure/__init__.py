@@ -1,4 +1,13 @@
-"""Measures of a synthesis: seams, scale, fidelity to the exemplar, verbatim copies (docs/measures.md)."""
+"""Measures of a synthesis: seams, scale, fidelity to the exemplar, verbatim copies (docs/measures.md).
+
+- `report`: all measures of a result; `samples`, `places`: the data and the places that they work on
+- `seams`, `mesh_seams`, `crossings`: whether seams between charts show
+- `cuts`, `source_cuts`: whether borders of blocks show; `broken`, `joint_ends`: bricks and joints cut there
+- `scale`, `mapping`: the sizes and directions of the texture
+- `fidelity`, `patch_distance`, `structure`: whether the result looks like its exemplar
+- `copies`, `landmarks`: repetition; `trace`: the placement of each texel
+- `solid`: whether triangles can be printed
+"""
 
 from upholster.measure.broken import BrokenElements, broken_elements
 from upholster.measure.copies import Copies, copies

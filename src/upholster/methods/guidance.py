@@ -20,7 +20,7 @@ __all__ = [
     "Guidance",
     "GuidePair",
     "Put",
-    "Shown",
+    "SampleMap",
     "ZoneMaps",
     "guides_on",
     "put_on",
@@ -51,7 +51,7 @@ _BAND = 4
 """Where zones meet, blocks of either zone may reach into the other by their side divided by this number."""
 
 
-Shown = NDArray[np.float32] | IntArray
+SampleMap = NDArray[np.float32] | IntArray
 """A map of the sample's pixels, (H, W): values 0…1, or labels."""
 
 
@@ -74,7 +74,7 @@ class GuidePair:
     """
 
     text: str
-    shown: Shown
+    shown: SampleMap
     wanted: SurfaceMap
     weight: float = 1.0
     is_label: bool = False

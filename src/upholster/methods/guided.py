@@ -21,7 +21,7 @@ from upholster.image.preparing import MAX_SIDE, MIN_SIDE, cut_out, finished, res
 from upholster.image.roles import ROLES
 from upholster.image.source import Sample, read_source, source_parts
 from upholster.lengths import parse_length, read_length
-from upholster.methods.guidance import Guidance, GuidePair, Put, Shown, ZoneMaps
+from upholster.methods.guidance import Guidance, GuidePair, Put, SampleMap, ZoneMaps
 from upholster.methods.quilt.guides import MOST_ZONES
 from upholster.options import SampleOptions, SynthesisOptions
 from upholster.stages import file_stage
@@ -221,12 +221,12 @@ def _other(text: str, what: str, width: int, asked: SynthesisOptions, metres: fl
     return Material(maps, used=is_white(resampled("used", as_map(material.used), **size)))
 
 
-def _widened(shown: Shown, shape: tuple[int, int], own: Rectangle) -> Shown:
+def _widened(shown: SampleMap, shape: tuple[int, int], own: Rectangle) -> SampleMap:
     # A guide of the first sample, extended to the image of all samples. The other samples' pixels get the
     # value of its first pixel; guides do not apply to them.
     out: Any = np.full(shape, shown[0, 0], shown.dtype)
     out[: own[2], : own[3]] = shown
-    found: Shown = out
+    found: SampleMap = out
     return found
 
 
@@ -242,7 +242,7 @@ def _pair(
     if _is_word(text.sample):
         if labels:
             raise InputError(f"labels {str(text)!r}: {text.sample} has no labels; allowed: an image's file")
-        shown: Shown = _own(text, parts)
+        shown: SampleMap = _own(text, parts)
     else:
         pixels = _prepared(text, reading, labels=labels)
         shown = _codes(pixels) if labels else _grey(pixels)

@@ -1,4 +1,10 @@
-"""The textured model: mesh, tangents, atlas and texture coordinates; and the displaced mesh."""
+"""The textured model: mesh, tangents, atlas and texture coordinates; and the displaced mesh.
+
+- `atlas`: all charts in one image; `packing`, `islands`: their places in it; `gutter`: their gutters
+- `normal_atlas`: the atlas of a normal map; `tangents`: the frame of its vectors
+- `mesh_on_charts`: a mesh with places on its charts
+- `displaced`: the displaced mesh; `heights`: its heights; `folds`: finding and undoing its folds
+"""
 
 from upholster.charts.tessellation import Mesh, face_parameters, tessellate
 from upholster.model.atlas import Atlas, build_atlas, build_page, by_chart, page_windows

@@ -15,6 +15,7 @@ from upholster.model.packing import AtlasCell, AtlasLayout
 from upholster.quilt.chart import Chart
 from upholster.quilt.model import Texels
 from upholster.types import FloatArray, PixelArray, frozen_array
+from upholster.vectors import unit_vectors
 
 __all__ = ["build_normal_atlas", "turn_gutters"]
 
@@ -116,11 +117,7 @@ def _frame(surface: Surface, chart: Chart, edge: int, at: FloatArray) -> tuple[F
     rows, columns = (at, fixed) if edge & 1 else (fixed, at)
     face, chart = own_patches(surface, chart)
     _, by_s, by_t = face.derivatives(*face_parameters(chart, rows, columns))
-    up = np.cross(np.cross(by_s, by_t), by_t)
-    tangent, bitangent = (
-        v / np.maximum(np.linalg.norm(v, axis=-1, keepdims=True), 1e-300) for v in (by_t, up)
-    )
-    return tangent, bitangent
+    return unit_vectors(by_t), unit_vectors(np.cross(np.cross(by_s, by_t), by_t))
 
 
 def _turned(samples: PixelArray, angles: FloatArray) -> PixelArray:

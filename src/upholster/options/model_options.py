@@ -43,7 +43,8 @@ class ModelOptions:
         default=None,
         metadata=about(
             _MODEL,
-            "The file's unit, if the file does not state it: mm, cm, m, in, ft.",
+            "The file's unit, if the file does not state it: mm, cm, m, in, ft. In glTF, which is "
+            "in metres, another unit changes only how lengths such as `30cm` are read.",
             metavar="UNIT",
         ),
     )

@@ -53,8 +53,8 @@ class SynthesisOptions:
         default=None,
         metadata=about(
             _SCALE,
-            "Width of the sample in model units, or with a unit if the model has one: `30cm`. Default: a "
-            "sixth of the model's diagonal.",
+            "Width of the whole sample on the model, in model units, or with a unit if the model has one: "
+            "`30cm`. Default: a sixth of the model's diagonal.",
             metavar="LENGTH",
             only="quilt",
         ),
@@ -63,8 +63,9 @@ class SynthesisOptions:
         default=None,
         metadata=about(
             _SCALE,
-            "Size of the element that repeats in the sample, a brick or a plank, instead of --sample-size: "
-            "`21cm`. This is its longer side; if only rows repeat, their distance.",
+            "Size of one brick, plank or tile on the model, not of the whole sample: `21cm`. It sets "
+            "--sample-size: with 4 bricks in the sample's width, to 84cm. This is the element's longer side; "
+            "if only rows repeat, their distance.",
             metavar="LENGTH",
             only="quilt",
         ),
@@ -112,7 +113,8 @@ class SynthesisOptions:
             "SAMPLE: an image of the sample's size, `luminance`, or one of its maps, as `height`. "
             "TARGET: an image over the flat texture or the model's texture coordinates, `colors`, "
             "`part:NAME`, `height`, `slope`, `facing:z`, `curvature`, `occlusion`, `noise`, a ball "
-            "`x,y,z:r`, a .json file of values; a prefix `1-` inverts it, a suffix `>0.5` compares it.",
+            "`x,y,z:r`, a .json file of values; a prefix `1-` inverts it, a suffix `>0.5` compares it; "
+            "`height<0.3 and slope>0.5` joins several.",
             metavar="SAMPLE=TARGET[@WEIGHT]",
             only="quilt",
         ),

@@ -1,4 +1,4 @@
-"""Projects: model, samples and settings; as a `project`, as a file, and as previews while it is changed."""
+"""Projects: model, samples and settings; `project`, its `file`, and a `preview` while it is changed."""
 
 from upholster.project.file import project_of, read_project, save_project, told_of
 from upholster.project.preview import Look, Preview

@@ -13,11 +13,11 @@ from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
-from upholster.charts.covered import CoveredLike, covered_files
 from upholster.charts.directions import is_direction_image, is_stroke_file, stroke_texts
 from upholster.charts.maps import parse_map
 from upholster.charts.size_map import parse_size_map
-from upholster.coverings import MOST_PINNED, Pinned
+from upholster.charts.surface_to_cover import CoveredLike, covered_files
+from upholster.coverings.pins import MOST_PINNED, Pinned
 from upholster.errors import FormatError, InputError, nearest
 from upholster.files import outputs, path_inside, path_text, read_bytes
 from upholster.formats import PROJECT_SUFFIX

@@ -13,7 +13,8 @@ from queue import Empty, SimpleQueue
 from threading import Thread
 from typing import Any
 
-from upholster.coverings import Covering, painted_model
+from upholster.coverings.covering import Covering
+from upholster.coverings.joint_work import painted_model
 from upholster.errors import CancelledError, check_whole
 from upholster.options import WriteOptions
 from upholster.parallel import Stop, cancelled_by, check_running

@@ -6,24 +6,19 @@ from typing import Any
 
 import numpy as np
 
-from upholster.charts.covered import CoveredLike, covered_files
 from upholster.charts.maps import parse_map
-from upholster.coverings import (
-    Covering,
-    Pinned,
-    asked_files,
-    check_not_swapped,
-    check_pinned,
-    check_samples,
-    read_coverings,
-    read_materials,
-    synthesized,
-)
+from upholster.charts.surface_to_cover import CoveredLike, covered_files
+from upholster.coverings.covering import Covering
+from upholster.coverings.joint_work import synthesized
+from upholster.coverings.pins import Pinned, check_pinned
+from upholster.coverings.request import Request, check_not_swapped, check_samples, read_materials
+from upholster.coverings.request_reading import read_coverings
 from upholster.errors import InputError, nearest
 from upholster.image.source import Sample
-from upholster.methods import settled_seed
+from upholster.methods import asked_files, settled_seed
 from upholster.options import ModelOptions, SampleOptions, SynthesisOptions, WriteOptions, chosen
 from upholster.outputs import largest_chart
+from upholster.parallel import check_running
 from upholster.pipeline import cover
 from upholster.project.preview import Preview, Previews
 from upholster.quilt import Quilt
@@ -178,19 +173,10 @@ class Project(Shown):
         """Return another project in which nothing is pinned."""
         return replace(self, pinned=None)
 
-    def coverings(self, notes: list[str] | None = None, progress: Progress | None = None) -> list[Covering]:
-        """Return each sample with its surface, as `cover` uses them; notes are appended to those given."""
-        found = read_coverings(
-            self.sample,
-            self.model,
-            self.materials,
-            self.reading,
-            self.synthesis,
-            pinned=self.pinned,
-            notes=[] if notes is None else notes,
-            progress=progress,
-        )
-        return [replace(each, largest=largest_chart((), self.writing)) for each in found]
+    def coverings(self, progress: Progress | None = None) -> list[Covering]:
+        """Return each sample with its surface, as `cover` uses them."""
+        request = Request(self.sample, self.model, self.materials, self.reading, self.synthesis, self.pinned)
+        return read_coverings(request, largest=largest_chart((), self.writing), progress=progress)
 
     @property
     def samples(self) -> list[Sample]:
@@ -213,6 +199,7 @@ class Project(Shown):
 
     def quilts(self, *, threads: int | None = None, progress: Progress | None = None) -> list[Quilt]:
         """Return the quilt of each sample, as `cover` writes them."""
+        check_running(threads, progress)
         with self.previews.stages.active():
             return synthesized(self.coverings(), seed=self.seed, threads=threads, progress=progress)
 
@@ -238,7 +225,7 @@ class Project(Shown):
         """
 
         def read() -> list[Covering]:
-            return self.coverings(progress=progress)
+            return self.coverings(progress)
 
         return self.previews.begin(read, self.writing, self.seed, texels, threads, progress)
 
@@ -250,6 +237,7 @@ class Project(Shown):
         **running: Any,
     ) -> CoverReport:
         """Write files: `upholster.cover` with this project's settings; `running` has its other arguments."""
+        check_running(None, None, tell)
         if tell is not None:
             for note in self.notes:
                 tell(note)

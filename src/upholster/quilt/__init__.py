@@ -1,7 +1,9 @@
 """The quilt, with everything that a decoder needs: charts, placements, warp fields, and painting.
 
-`model` has the data types; `placement` and `labels` define what shows where; `warp_field` has the 2×2
-matrices over a chart; `painting`, `normal_painting` and `materials` turn a quilt and an exemplar into texels.
+- `model`: the quilt and its texels; `chart`: a grid over a part of a surface
+- `placement`, `labels`: what shows where
+- `warp_field`: the 2×2 matrices over a chart; `displacement`: where its places read in the exemplar
+- `painting`, `normal_painting`, `materials`: from quilt and exemplar to texels; `pyramid`: coarser exemplars
 """
 
 from upholster.quilt.chart import Chart

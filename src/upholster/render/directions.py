@@ -10,6 +10,7 @@ from upholster.render._direction_kernels import DrawnField, trace_lines
 from upholster.render.camera import Camera
 from upholster.render.picture import render
 from upholster.types import FloatArray, IntArray, PixelArray
+from upholster.vectors import unit_vectors
 
 __all__ = ["directions_picture", "going_on"]
 
@@ -112,8 +113,7 @@ def going_on(field: DirectionField) -> IntArray:
     The field starts again there: the line would leave the surface through the edge that it came in by.
     """
     mesh = field.mesh
-    line = np.roll(mesh.corners, -1, axis=1) - mesh.corners
-    line /= np.maximum(np.linalg.norm(line, axis=2, keepdims=True), 1e-300)
+    line = unit_vectors(np.roll(mesh.corners, -1, axis=1) - mesh.corners)
     along = np.einsum("tki,ti->tk", line, field.face_vectors)
     out = np.einsum("tki,ti->tk", np.cross(line, mesh.flat_normals[:, None]), field.face_vectors)
     here = along + 1j * out

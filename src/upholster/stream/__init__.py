@@ -1,4 +1,13 @@
-"""The progressive stream, .uph: a textured surface in one file; any prefix of it is a coarser model."""
+"""The progressive stream, .uph: a textured surface in one file; any prefix of it is a coarser model.
+
+- `writer`, `reader`: streams as bytes; `chunks`: the container; `order`: the order of parts
+- `plan`, `plan_head`: placements and labels; `field_chunks`: warp fields; `layout_chunk`: charts
+- `surface_chunk`: the surface; `seam_code`: its seams; `mesh_code`: a mesh
+- `sample`, `maps`: the sample, and several maps of a material
+- `bit_coder`, `byte_reader`: bits and small fields
+- `budget`: limits of a stream's demands; `prefix`: limits of reading it; `describe`: its contents
+- `surface_swap`: the same stream on another surface
+"""
 
 from upholster.stream.describe import ChunkRow, Description, Readable, describe
 from upholster.stream.reader import StreamDecoder, read_stream

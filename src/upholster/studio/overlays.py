@@ -3,7 +3,7 @@
 import numpy as np
 
 from upholster.charts.charted import ChartedSurface
-from upholster.coverings import Covering
+from upholster.coverings.covering import Covering
 from upholster.errors import InputError
 from upholster.methods import Prepared
 from upholster.types import FloatArray, IntArray

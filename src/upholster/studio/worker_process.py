@@ -22,7 +22,8 @@ from typing import Any
 
 import numpy as np
 
-from upholster.coverings import Covering, settled_values
+from upholster.coverings.covering import Covering
+from upholster.coverings.joint_work import notes_of, settled_values
 from upholster.elements import find_lattice
 from upholster.errors import CancelledError, InputError, UpholsterError
 from upholster.formats import split_name
@@ -158,16 +159,15 @@ class _Work:
 
     def facts(self, project: Project) -> dict[str, Any]:
         """Return facts about model and sample."""
-        notes: list[str] = []
         with self.previews.stages.active():
-            coverings = project.coverings(notes)
+            coverings = project.coverings()
             first = coverings[0]
             model, scale = first.covered.model, first.prepared.scale
             found: dict[str, Any] = {
                 "sample_size": None if scale is None else scale.sample_size,
                 "texels": sum(each.texels for each in coverings),
                 "settled": settled_values(coverings),
-                "notes": notes + [note for each in coverings for note in each.notes()],
+                "notes": notes_of(coverings),
                 "parts": [],
                 "unit": None,
             }
@@ -179,7 +179,7 @@ class _Work:
                 {"name": part.name, "material": part.material, "triangles": int(count)}
                 for part, count in zip(whole.parts, counts, strict=True)
             ]
-            found["unit"] = None if whole.mesh.metres is None else _unit(whole.mesh.metres)
+            found["unit"] = None if whole.mesh.metres is None else _unit_name(whole.mesh.metres)
         return found
 
     def whole_model(self, project: Project) -> Any:
@@ -297,7 +297,7 @@ def _any(project: Project) -> Sample:
     return next(iter(project.materials.values()))
 
 
-def _unit(metres: float) -> str | None:
+def _unit_name(metres: float) -> str | None:
     known = {"mm": 0.001, "cm": 0.01, "dm": 0.1, "m": 1.0, "km": 1000.0, "in": 0.0254, "ft": 0.3048}
     return next((name for name, size in known.items() if abs(size - metres) < 1e-9 * metres), None)
 

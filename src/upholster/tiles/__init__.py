@@ -8,10 +8,10 @@ and a task that paints a tile reads its charts. Finished work is kept when a wor
 killed.
 
 `storage` is that folder, `task_files` the format of its files, `work` the content of tasks, `task_order`
-their order, `covering` the entry points for `upholster.pipeline`. Tasks run on threads (`upholster.parallel`)
+their order, `by_tasks` the entry points for `upholster.pipeline`. Tasks run on threads (`upholster.parallel`)
 or on Dask's workers (`upholster.cluster`).
 """
 
-from upholster.tiles.covering import are_tiles_alone, check_tasks, spread_quilt, task_pool, tiled
+from upholster.tiles.by_tasks import are_tiles_alone, check_tasks, spread_quilt, task_pool, tiled
 
 __all__ = ["are_tiles_alone", "check_tasks", "spread_quilt", "task_pool", "tiled"]

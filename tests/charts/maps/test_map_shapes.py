@@ -129,8 +129,24 @@ def test_inverted_and_compared_maps(ball) -> None:
     np.testing.assert_array_equal(told("1-height>0.25", ball), 1 - plain > np.float32(0.25))
 
 
+def test_maps_joined_by_and_are_the_least_of_their_values(ball) -> None:
+    plain = [told(text, ball) for text in ("1-height", "slope>0.5", "facing:x")]
+    joined = told("1-height and slope>0.5 and facing:x", ball)
+    np.testing.assert_array_equal(joined, np.minimum(plain[0], np.minimum(plain[1], plain[2])))
+    both = parse_map("height>0.3 and slope<0.5")
+    for joined, a, b in zip(
+        region(both, ball),
+        region(parse_map("height>0.3"), ball),
+        region(parse_map("slope<0.5"), ball),
+        strict=True,
+    ):
+        np.testing.assert_array_equal(joined, a & b)
+    with pytest.raises(InputError, match=r"map 'height and slope' has no labels; .* such as height>0.5"):
+        parse_map("height and slope").codes(ball)
+
+
 def test_regions_and_labels_are_those_of_the_values(ball) -> None:
-    for text in ("height>0.3", "1-0,0,1:0.5", "slope<0.5"):
+    for text in ("height>0.3", "1-0,0,1:0.5", "slope<0.5", "slope<0.5 and height>0.3"):
         wanted = parse_map(text)
         values, codes, inside = wanted.values(ball), wanted.codes(ball), region(wanted, ball)
         for value, code, one in zip(values, codes, inside, strict=True):

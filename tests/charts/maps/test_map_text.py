@@ -3,6 +3,8 @@
 import pytest
 
 from upholster.charts.maps import parse_map
+from upholster.charts.maps.shapes import Part
+from upholster.charts.maps.surface_map import Least
 from upholster.errors import InputError
 
 WELL = (
@@ -45,6 +47,18 @@ def test_maps_are_read_alone_inverted_and_compared(text: str) -> None:
     assert parse_map(text) == plain
 
 
+def test_maps_joined_by_and_are_several() -> None:
+    texts = ("1-a.png>0.3", "part:Leg*", "facing:z", "aa.png")
+    joined = parse_map("  and ".join(texts))
+    assert joined.source == Least(tuple(map(parse_map, texts)))
+    assert joined.files == ("a.png", "aa.png")
+    assert joined.named(lambda file: f"x/{file}") == "1-x/a.png>0.3 and part:Leg* and facing:z and x/aa.png"
+    # Names may contain the word.
+    for text in ("salt and pepper.png", "part:Salt and Pepper"):
+        assert not isinstance(parse_map(text).source, Least)
+    assert parse_map("part:Salt and Pepper").source == Part("Salt and Pepper")
+
+
 def test_files_are_told() -> None:
     assert parse_map("1-a/mask.png>0.3").files == ("a/mask.png",)
     assert parse_map("./1-mask.png").files == ("./1-mask.png",)
@@ -75,6 +89,10 @@ def test_files_are_told() -> None:
         ("0,0,1e300:1", "beyond ±1e18"),
         ("x" * 5000, "has 5000 characters; allowed: 4096"),
         (3, "map is a int; allowed"),
+        ("height and slop>0.5", "map is 'slop>0.5'; allowed"),
+        ("height or slope", "map is 'height or slope'; allowed"),
+        ("height and", "map is 'height and'; allowed"),
+        ("height and and slope", "map is 'and slope'; allowed"),
     ],
 )
 def test_what_is_no_map_is_refused_in_one_line(text: str, said: str) -> None:

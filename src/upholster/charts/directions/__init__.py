@@ -4,7 +4,8 @@
 `on_coordinates` images, to vectors on triangles, which `detail` makes small enough. `asked` evaluates a
 direction on the smooth surface that the triangles approximate, `wishes` on each triangle. `frames` has the
 triangles' planes and carries directions from one to the next. `field_solving` finds the smoothest field,
-`singular` the points where it has no direction, and `field` combines them all.
+`singular` the points where it has no direction, and `field` combines them all. `flats` finds flat faces with
+sharp borders, and `held` gives each of them one direction.
 """
 
 from upholster.charts.directions.asked import asked_at_corners

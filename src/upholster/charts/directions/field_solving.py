@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from upholster.charts._multigrid_kernels import ComplexArray, Rows
 from upholster.charts.directions.frames import PlaneFrames, power
-from upholster.charts.multigrid import Multigrid, hermitian, smallest_eigenvectors, solve
+from upholster.charts.multigrid import Multigrid, hermitian, smallest_eigenvectors, solve, unit_complex
 from upholster.types import FloatArray, IntArray
 
 __all__ = ["field_power", "followed", "spread_evenly"]
@@ -156,12 +156,6 @@ def _evened(
     pull = areas / (_EVENING * size) ** 2
     grid = Multigrid(rows._replace(diagonal=rows.diagonal + force + pull))
     for _ in range(_ROUNDS):
-        z = _unit(z)
+        z = unit_complex(z)
         z = solve(grid, force * wish + pull * z, z, tolerance=0.02, most=6)
-    return _unit(z)
-
-
-def _unit(z: ComplexArray) -> ComplexArray:
-    length = np.sqrt(z.real**2 + z.imag**2)
-    unit: ComplexArray = np.where(length > 0, z / np.where(length > 0, length, 1.0), 1.0)
-    return unit
+    return unit_complex(z)

@@ -11,6 +11,7 @@ from upholster.charts.tessellation import face_parameters, own_patches
 from upholster.geometry import Surface
 from upholster.stages import stage
 from upholster.types import FloatArray
+from upholster.vectors import unit_vectors
 
 __all__ = ["default_on_patches", "told_on_patches"]
 
@@ -62,7 +63,7 @@ def default_on_patches(surface: Surface, charted: ChartedSurface) -> str:
         # Along the edge and across it, in each triangle's plane.
         inward = np.cross(mesh.flat_normals[of], tangent)
         one = np.stack([(along[of, k] * axis).sum(axis=1) for axis in (tangent, inward)], axis=1)
-        sides.append(one / np.maximum(np.linalg.norm(one, axis=1), 1e-300)[:, None])
+        sides.append(unit_vectors(one))
     agree = (sides[0] * sides[1]).sum(axis=1) > _AGREED
     return "u" if length[agree].sum() >= _MOST_AGREE * length.sum() else "level"
 

@@ -4,6 +4,7 @@
 `surface_map`. `map_ground` has everything on which a map is evaluated, and iterates over its steps. Each kind
 of map is a `map_source`: `shapes` has maps of place and normal, `map_images` those of pictures and vertex
 colours, `ray_maps` those of edges and hollows (evaluated at `coarse` steps), `noise` and `painted` one each.
+`softened` has maps whose borders are softened.
 """
 
 from upholster.charts.maps.map_ground import MapGround

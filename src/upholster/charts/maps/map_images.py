@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from upholster.charts.maps._map_kernels import look_up
 from upholster.charts.maps.map_ground import AtSteps, MapGround, Steps
-from upholster.charts.maps.map_source import Source
+from upholster.charts.maps.map_source import MapSource
 from upholster.errors import InputError
 from upholster.geometry import Surface
 from upholster.image import alpha_channel, read_image
@@ -23,7 +23,7 @@ any."""
 
 
 @dataclass(frozen=True)
-class Image(Source):
+class Image(MapSource):
     """An image over a flat texture, over each face of patches, or by a model's texture coordinates."""
 
     file: str
@@ -68,7 +68,7 @@ class Image(Source):
 
 
 @dataclass(frozen=True)
-class VertexColors(Source):
+class VertexColors(MapSource):
     """The colours of a model's vertices in its file."""
 
     def values(self, ground: MapGround, _: int | None, /) -> AtSteps:

@@ -4,14 +4,16 @@ from abc import ABC, abstractmethod
 
 from upholster.charts.maps.map_ground import AtSteps, MapGround
 
-__all__ = ["Source"]
+__all__ = ["MapSource"]
 
 
-class Source(ABC):
+class MapSource(ABC):
     """A kind of map with the user's settings. Sources with the same settings are equal."""
 
-    is_binary = False
-    """Whether its only values are 0 and 1."""
+    @property
+    def is_binary(self) -> bool:
+        """Whether its only values are 0 and 1."""
+        return False
 
     @property
     def files(self) -> tuple[str, ...]:

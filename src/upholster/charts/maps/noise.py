@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from upholster.charts.maps._noise_kernels import add_noise
 from upholster.charts.maps.map_ground import AtSteps, MapGround, Steps
-from upholster.charts.maps.map_source import Source
+from upholster.charts.maps.map_source import MapSource
 from upholster.charts.maps.shapes import corners_of, length_on
 from upholster.errors import InputError
 from upholster.lengths import Length
@@ -36,7 +36,7 @@ _SPREAD = 2.5 * 0.3
 
 
 @dataclass(frozen=True)
-class Noise(Source):
+class Noise(MapSource):
     """Smooth blobs of light and dark, about evenly distributed over 0 to 1; a tile's continue over its edges.
 
     Two octaves of gradient noise on a lattice that begins at the lowest corner of the model's box. A sum n

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from upholster.charts.directions.strokes import MOST_STROKES, read_stroke_list, stroke_triangles
 from upholster.charts.maps._map_kernels import nearest_strokes
 from upholster.charts.maps.map_ground import AtSteps, MapGround, Steps
-from upholster.charts.maps.map_source import Source
+from upholster.charts.maps.map_source import MapSource
 from upholster.charts.maps.shapes import corners_of, length_on
 from upholster.errors import InputError
 from upholster.lengths import Length, read_length
@@ -32,7 +32,7 @@ class _Stroke(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Painted(Source):
+class Painted(MapSource):
     """Values of strokes, a list of ``{"at": [x, y, z], "value": 0.7, "radius": "3cm"}`` in a JSON file.
 
     Among the strokes whose radius reaches a step the nearest counts; among equally near ones, the last. A

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from upholster.charts.maps.coarse import CLASSES, SurfacePoints, coarse_cells, spread_over_steps
 from upholster.charts.maps.map_ground import AtSteps, MapGround
-from upholster.charts.maps.map_source import Source
+from upholster.charts.maps.map_source import MapSource
 from upholster.charts.maps.shapes import length_on
 from upholster.geometry import TriangleMesh
 from upholster.lengths import Length
@@ -43,7 +43,7 @@ side."""
 
 
 @dataclass(frozen=True)
-class Curvature(Source):
+class Curvature(MapSource):
     """½ where a surface is flat, towards 1 at edges and ridges, towards 0 in hollows.
 
     The value is ½, plus the share of inward rays that meet the surface from within, minus the share of
@@ -76,7 +76,7 @@ class Curvature(Source):
 
 
 @dataclass(frozen=True)
-class Occlusion(Source):
+class Occlusion(MapSource):
     """1 where a surface is open, 0 where it is hidden: the share of outward rays that meet nothing.
 
     Rays are cosine-weighted about the normal.

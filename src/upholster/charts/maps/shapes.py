@@ -6,17 +6,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.charts.maps.map_ground import AtSteps, MapGround, Steps
-from upholster.charts.maps.map_source import Source
+from upholster.charts.maps.map_source import MapSource
 from upholster.errors import InputError
 from upholster.geometry import TriangleMesh, corner_normals
 from upholster.lengths import Length
 from upholster.types import FloatArray
+from upholster.vectors import unit_vectors
 
 __all__ = ["Ball", "Facing", "Height", "Part", "Slope", "corners_of", "length_on"]
 
 
 @dataclass(frozen=True)
-class Part(Source):
+class Part(MapSource):
     """1 on the parts that a pattern fits, see `ModelFile.fitting`, and 0 elsewhere."""
 
     pattern: str
@@ -35,7 +36,7 @@ class Part(Source):
 
 
 @dataclass(frozen=True)
-class Height(Source):
+class Height(MapSource):
     """0 at the lowest point, 1 at the highest; 0 if the surface is level everywhere."""
 
     def values(self, ground: MapGround, _: int | None, /) -> AtSteps:
@@ -48,17 +49,17 @@ class Height(Source):
 
 
 @dataclass(frozen=True)
-class Slope(Source):
+class Slope(MapSource):
     """0 where the surface is level, 1 where it is upright: the sine of the angle between its normal and z."""
 
     def values(self, ground: MapGround, _: int | None, /) -> AtSteps:
         """Return a function for values."""
         normals = np.array(corner_normals(ground.charted.mesh))
-        return lambda steps: np.linalg.norm(_unit(steps.mean_of(normals))[:, :2], axis=1)
+        return lambda steps: np.linalg.norm(_mean(normals, steps)[:, :2], axis=1)
 
 
 @dataclass(frozen=True)
-class Facing(Source):
+class Facing(MapSource):
     """1 where the normal points along a direction, 0 where it points against it, ½ across."""
 
     direction: tuple[float, float, float]
@@ -68,11 +69,11 @@ class Facing(Source):
         normals = np.array(corner_normals(ground.charted.mesh))
         wanted = np.array(self.direction) / np.abs(self.direction).max()
         wanted /= np.linalg.norm(wanted)
-        return lambda steps: np.clip((1 + (_unit(steps.mean_of(normals)) * wanted).sum(axis=1)) / 2, 0.0, 1.0)
+        return lambda steps: np.clip((1 + (_mean(normals, steps) * wanted).sum(axis=1)) / 2, 0.0, 1.0)
 
 
 @dataclass(frozen=True)
-class Ball(Source):
+class Ball(MapSource):
     """1 within a ball, 0 outside."""
 
     middle: tuple[float, float, float]
@@ -108,7 +109,6 @@ def length_on(ground: MapGround, length: Length, name: str) -> float:
     return length.in_units(ground.charted.mesh.metres, name=f"{name} of a map")
 
 
-def _unit(normals: FloatArray) -> FloatArray:
+def _mean(normals: FloatArray, steps: Steps) -> FloatArray:
     # Where opposite normals cancel halfway, the length stays 0.
-    unit: FloatArray = normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
-    return unit
+    return unit_vectors(steps.mean_of(normals), least=1e-12)

@@ -1,17 +1,18 @@
-"""A surface map: a source, optionally inverted, optionally compared with a number."""
+"""A surface map: a source, optionally inverted or compared with a number; the least of several maps."""
 
+import functools
 from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.charts.maps.map_ground import MapGround, Steps, over_steps
-from upholster.charts.maps.map_source import Source
+from upholster.charts.maps.map_ground import AtSteps, MapGround, Steps, over_steps
+from upholster.charts.maps.map_source import MapSource
 from upholster.errors import InputError
 from upholster.stages import file_stage, keeping
 
-__all__ = ["SurfaceMap", "region"]
+__all__ = ["Least", "SurfaceMap", "region"]
 
 _WHITE = 0xFFFFFF
 
@@ -33,7 +34,7 @@ class SurfaceMap:
     """
 
     text: str
-    source: Source
+    source: MapSource
     is_inverted: bool = False
     above: float | None = None
     below: float | None = None
@@ -45,6 +46,8 @@ class SurfaceMap:
 
     def named(self, name: Callable[[str], str]) -> str:
         """Return its text with its files renamed."""
+        if isinstance(self.source, Least):
+            return " and ".join(each.named(name) for each in self.source.maps)
         text = self.text
         for file in self.files:
             text = text.replace(file, name(file))
@@ -101,6 +104,33 @@ class SurfaceMap:
         return np.where(np.isnan(found), np.float32(np.nan), holds.astype(np.float32))
 
 
+@dataclass(frozen=True)
+class Least(MapSource):
+    """The least of several maps' values, at least two maps; no value where one of them has none."""
+
+    maps: tuple[SurfaceMap, ...]
+
+    @property
+    def is_binary(self) -> bool:
+        """Whether its only values are 0 and 1."""
+        return all(each.is_binary for each in self.maps)
+
+    @property
+    def files(self) -> tuple[str, ...]:
+        """The files that they read."""
+        return tuple(file for each in self.maps for file in each.files)
+
+    def values(self, ground: MapGround, threads: int | None, /) -> AtSteps:
+        """Return a function for values."""
+        at_each = [(each, each.source.values(ground, threads)) for each in self.maps]
+
+        def at(steps: Steps) -> NDArray[np.float32]:
+            found = (each.shaped(np.asarray(own(steps), np.float32)) for each, own in at_each)
+            return functools.reduce(np.minimum, found)
+
+        return at
+
+
 def region(
     wanted: SurfaceMap, ground: MapGround, *, threads: int | None = None
 ) -> tuple[NDArray[np.bool_], ...]:
@@ -114,7 +144,7 @@ def region(
     return tuple(values > 0.5 for values in wanted.values(ground, threads=threads))
 
 
-def _inputs(_: object, read: SurfaceMap | Source, *__: object, **___: object) -> tuple[str, ...]:
+def _inputs(_: object, read: SurfaceMap | MapSource, *__: object, **___: object) -> tuple[str, ...]:
     return read.files
 
 
@@ -125,7 +155,7 @@ def _values(wanted: SurfaceMap, ground: MapGround, *, threads: int | None) -> tu
 
 @file_stage(_inputs)
 def _source_values(
-    source: Source, ground: MapGround, *, threads: int | None
+    source: MapSource, ground: MapGround, *, threads: int | None
 ) -> tuple[NDArray[np.float32], ...]:
     # A separate stage, because the same curvature may be compared with several numbers in turn.
     nothing = np.array(np.nan, np.float32)
@@ -138,9 +168,10 @@ def _codes(wanted: SurfaceMap, ground: MapGround, *, threads: int | None) -> tup
         return tuple(_of_binary(values) for values in wanted.values(ground, threads=threads))
     at = wanted.source.codes(ground)
     if at is None:
+        compared = "height>0.5" if isinstance(wanted.source, Least) else f"{wanted.text}>0.5"
         raise InputError(
             f"map {wanted.text!r} has no labels; allowed: an image, colors, part:, a ball, or a comparison "
-            f"such as {wanted.text}>0.5"
+            f"such as {compared}"
         )
 
     def shaped(steps: Steps) -> NDArray[np.int32]:

@@ -3,16 +3,17 @@
 import math
 import re
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import PurePath
 
 from upholster.charts.directions import NUMBER, is_stroke_file
 from upholster.charts.maps.map_images import Image, VertexColors
-from upholster.charts.maps.map_source import Source
+from upholster.charts.maps.map_source import MapSource
 from upholster.charts.maps.noise import Noise
 from upholster.charts.maps.painted import Painted
 from upholster.charts.maps.ray_maps import Curvature, Occlusion
 from upholster.charts.maps.shapes import Ball, Facing, Height, Part, Slope
-from upholster.charts.maps.surface_map import SurfaceMap
+from upholster.charts.maps.surface_map import Least, SurfaceMap
 from upholster.errors import InputError
 from upholster.image import IMAGE_SUFFIXES
 from upholster.lengths import Length, read_length
@@ -22,8 +23,10 @@ __all__ = ["parse_map"]
 ALLOWED = (
     "an image's file, colors, part:PATTERN, height, slope, facing:z (another axis, -z, or a vector x,y,z), "
     "curvature, occlusion, noise (: and a length may follow), a ball x,y,z:radius, or a .json file of "
-    "strokes; 1- in front of it; >0.5 or <0.5 after it"
+    "strokes; 1- in front of it; >0.5 or <0.5 after it; several joined by and"
 )
+
+_AND = re.compile(r"\s+and\s+")
 
 _COMPARED = re.compile(rf"(.+?)\s*([<>])({NUMBER})", re.DOTALL)
 
@@ -64,6 +67,9 @@ def parse_map(text: str) -> SurfaceMap:
         the end then compares it, so ``1-height>0.8`` is the same as ``height<0.2``. A file whose own name
         begins with ``1-`` is written ``./1-…``.
 
+        ``height<0.25 and slope>0.5``: several of these, joined by ``and``, are the least of their values. If
+        one of the pieces is no map, the whole text is one: the name of a file or a part may contain ``and``.
+
     Returns
     -------
     SurfaceMap
@@ -78,6 +84,19 @@ def parse_map(text: str) -> SurfaceMap:
         raise InputError(f"map is a {type(text).__name__}; allowed: {ALLOWED}")
     if len(text) > _LONGEST:
         raise InputError(f"map {text[:60]!r} … has {len(text)} characters; allowed: {_LONGEST}")
+    pieces = _AND.split(text.strip())
+    if len(pieces) == 1:
+        return _one_map(text)
+    try:
+        return SurfaceMap(text.strip(), Least(tuple(_one_map(piece) for piece in pieces)))
+    except InputError:
+        with suppress(InputError):
+            return _one_map(text)
+        raise
+
+
+def _one_map(text: str) -> SurfaceMap:
+    """Parse a map that is not joined from several."""
     rest, above, below = text.strip(), None, None
     if compared := _COMPARED.fullmatch(rest):
         rest, number = compared[1].strip(), float(compared[3])
@@ -89,7 +108,7 @@ def parse_map(text: str) -> SurfaceMap:
     return SurfaceMap(text.strip(), _source(rest, text), is_inverted, above, below)
 
 
-def _source(rest: str, text: str) -> Source:
+def _source(rest: str, text: str) -> MapSource:
     """Return the source in a text, after its prefix and suffix have been removed."""
     word, colon, argument = rest.partition(":")
     reader = _WORDS.get((word.strip().lower(), bool(colon)))
@@ -108,13 +127,13 @@ def _source(rest: str, text: str) -> Source:
     raise _refused(text)
 
 
-def _part(argument: str, text: str) -> Source:
+def _part(argument: str, text: str) -> MapSource:
     if not argument:
         raise InputError(f"map {text[:60]!r} names no part; allowed: part: and a name or pattern")
     return Part(argument)
 
 
-def _facing(argument: str, text: str) -> Source:
+def _facing(argument: str, text: str) -> MapSource:
     name = argument.lower()
     sign, axis = (-1.0, name[1:].strip()) if name.startswith("-") else (1.0, name)
     if axis in _AXES:
@@ -146,7 +165,7 @@ def _refused(text: str) -> InputError:
     return InputError(f"map is {text[:60]!r}; allowed: {ALLOWED}")
 
 
-_WORDS: dict[tuple[str, bool], Callable[[str, str], Source]] = {
+_WORDS: dict[tuple[str, bool], Callable[[str, str], MapSource]] = {
     ("part", True): _part,
     ("height", False): lambda *_: Height(),
     ("colors", False): lambda *_: VertexColors(),

@@ -1,9 +1,9 @@
 """The phase of a repeating texture over a surface: its place in the period, chosen so that courses close.
 
 A *wave* is one generator of the sample's lattice (`upholster.elements`), in cycles per exemplar pixel. The
-surface is cut into *cells*. *Links* between neighbouring cells give the advance of each wave from one to the
-next. `phase_solving` finds the phases that fit all links best. `phase_cells` makes cells and links, and
-evaluates the wanted phase anywhere.
+surface is cut into *cells*. *Links* between neighbouring cells (`links`) give the advance of each wave from
+one to the next. `phase_solving` finds the phases that fit all links best. `phase_cells` makes cells and
+links, and evaluates the wanted phase anywhere.
 
 References
 ----------

@@ -15,6 +15,7 @@ from upholster.charts.size_map import SizeField
 from upholster.charts.subdivision import subdivided
 from upholster.stages import stage
 from upholster.types import FloatArray, IntArray
+from upholster.vectors import unit_vectors
 
 __all__ = ["TURN", "PhaseField", "phase_field"]
 
@@ -136,7 +137,10 @@ def phase_field(
     total: FloatArray = np.bincount(cell, areas).astype(np.float64)
     middles = mesh.corners.mean(axis=1)
     centres = _mean(cell, areas, middles, total)
-    axes = np.stack([_unit(_mean(cell, areas, of, total)) for of in (down, along)], axis=1) * scale
+    axes = (
+        np.stack([unit_vectors(_mean(cell, areas, of, total), least=1e-12) for of in (down, along)], axis=1)
+        * scale
+    )
     own = np.stack([down, along], axis=1) * scale
     shown = total * scale**2
     if sizes is not None:
@@ -249,9 +253,3 @@ def _mean(cell: IntArray, weights: FloatArray, vectors: FloatArray, total: Float
     sums = [np.bincount(cell, weights * vectors[:, axis], len(total)) for axis in range(3)]
     found: FloatArray = np.stack(sums, axis=1) / total[:, None]
     return found
-
-
-def _unit(vectors: FloatArray) -> FloatArray:
-    length = np.sqrt((vectors**2).sum(axis=1, keepdims=True))
-    unit: FloatArray = vectors / np.maximum(length, 1e-12)
-    return unit

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from upholster.charts._multigrid_kernels import ComplexArray, Rows
-from upholster.charts.multigrid import Multigrid, hermitian, smallest_eigenvectors, solve
+from upholster.charts.multigrid import Multigrid, hermitian, smallest_eigenvectors, solve, unit_complex
 from upholster.charts.phases._kernels import first_members
 from upholster.charts.phases.links import Links, signed
 from upholster.types import FloatArray, IntArray
@@ -185,7 +185,7 @@ def _evened(system: PhaseSystem, psi: ComplexArray) -> ComplexArray:
     rows = system.rows()
     grid = Multigrid(rows._replace(diagonal=rows.diagonal + system.pull))
     for _ in range(_ROUNDS):
-        psi = _unit(psi)
+        psi = unit_complex(psi)
         psi = _as_one(system, solve(grid, system.pull * psi, psi, tolerance=0.02, most=4))
     return psi
 
@@ -201,9 +201,3 @@ def _spread(system: PhaseSystem, psi: ComplexArray) -> ComplexArray:
     rows = hermitian(count, system.first, system.second, weights, system.diagonal * (1 + _TRACE))
     by = solve(Multigrid(rows), right.astype(np.complex128), np.zeros(count, np.complex128), tolerance=1e-3)
     return _as_one(system, psi * unit_phases(by.real / (2 * np.pi)))
-
-
-def _unit(psi: ComplexArray) -> ComplexArray:
-    size = np.sqrt(psi.real**2 + psi.imag**2)
-    unit: ComplexArray = np.where(size > 0, psi / np.where(size > 0, size, 1.0), 1.0)
-    return unit

@@ -9,6 +9,7 @@ from upholster.geometry.cad.exact_face import ExactFace, exact_face
 from upholster.geometry.cad.slivers import without_slivers
 from upholster.occt.records import BodyRecord, FaceRecord
 from upholster.types import FloatArray, IntArray
+from upholster.vectors import unit_vectors
 
 __all__ = ["ExactBody", "exact_body"]
 
@@ -100,4 +101,4 @@ def _own_normals(record: FaceRecord, positions: FloatArray) -> FloatArray:
     """Compute normals at a face's vertices from its triangles."""
     out = np.zeros((len(record.vertices), 3))
     np.add.at(out, record.triangles.ravel(), np.repeat(_crossed(record, positions), 3, axis=0))
-    return np.asarray(out / np.maximum(np.linalg.norm(out, axis=1, keepdims=True), 1e-300), np.float64)
+    return unit_vectors(out)

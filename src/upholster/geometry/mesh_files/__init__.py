@@ -1,12 +1,13 @@
 """Model files: GLB, glTF, OBJ, PLY, STL, OFF and CAD files read as triangle meshes.
 
 - `reading`: `read_model`, for all formats; `model_file`: its result, parts and their names
-- `gltf`: document and buffers of a glTF file; `accessors`: its arrays; `gltf_scene`: its meshes in the scene
+- `gltf`: document and buffers of a glTF file; `accessors`: its arrays; `gltf_scene`: its meshes in the scene;
+  `gltf_nodes`: their placements, and poses of skins
 - `draco`, `meshopt`: compressed geometry
-- `obj`, `ply`, `stl`, `off`: the other formats, each returns a `RawModel`; `text_numbers`: numbers in text
+- `obj`, `ply`, `stl`, `off`: the other formats, `text_numbers`: numbers in text; `raw_model`: their result
 - `cad_model`: CAD files, which `upholster.occt` reads; `units`: units that a user can name
 - `colors`: colours of vertices
-- `polygons`: quadrilaterals and polygons as triangles
+- `polygons`: quadrilaterals and polygons as triangles; `faces`: those of a file, in its order
 """
 
 from upholster.geometry.mesh_files.model_file import GltfPart, ModelFile, ModelPart

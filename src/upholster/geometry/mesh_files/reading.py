@@ -61,7 +61,7 @@ def read_model(
         object or material. By default all parts.
     unit
         The file's unit: "m", "dm", "cm", "mm", "km", "in", "ft". By default the format's: metres in glTF,
-        none in the others.
+        none in the others. A note says if it contradicts glTF's.
     up
         The file's upward axis, "y" or "z"; by default the format's convention.
     deviation
@@ -102,6 +102,11 @@ def read_model(
                 metres = up = None  # it is in millimetres now, with z up
             elif kind.name == "glTF":
                 raw = read_scene(parse_gltf(data, name))
+                if metres not in (None, raw.metres):
+                    raw.notes.append(
+                        f"glTF is in metres by its standard: unit {unit} counts here for lengths such as "
+                        "30cm, and for STL and 3MF; the GLB keeps its numbers, which are metres elsewhere"
+                    )
             else:
                 raw = _READERS[kind.name](data, Path(name).stem)
             chosen = None if parts is None else chosen_parts(raw.parts, parts)

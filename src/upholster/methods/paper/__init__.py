@@ -1,7 +1,7 @@
 """Method "paper": blocks on every patch by the paper's rule, then edge blocks along the shared edges.
 
 `method` has the steps, `matching` the coefficients by which blocks are compared, `strips` the shared edges,
-`coefficients` the threshold of equation 7.
+`layers` the chosen blocks as a quilt, `coefficients` the threshold of equation 7.
 """
 
 from upholster.methods.paper.coefficients import keep_coefficients

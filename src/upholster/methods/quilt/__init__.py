@@ -1,9 +1,12 @@
 """Method "quilt": one texture over a complete charted surface, block by block.
 
-`method` runs the steps. `centres` chooses the blocks' centres and their order, and `ground` holds the surface
-on which blocks are laid. `match_pyramid` and `features` make the values by which blocks are compared.
-`exemplar_structure` measures the size that blocks need. `emit` turns their visible parts into placements and
-labels.
+- `method`: the steps; `quilt_options`: their options
+- `sizes`, `exemplar_structure`: the size of blocks, and the size that a sample needs
+- `centres`: the blocks' centres and their order; `parcels`: large surfaces in parts; `laying`: lays them
+- `ground`: the surface on which blocks are laid; `guides`: what blocks show where
+- `match_pyramid`, `features`: the values by which blocks are compared; `usable`: blocks of a masked sample
+- `phases`: a repeating sample in step; `putting`: pieces that the user places
+- `emit`: the visible parts of blocks as placements and labels
 """
 
 from upholster.methods.quilt.method import synthesize_quilt

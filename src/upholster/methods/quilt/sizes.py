@@ -66,10 +66,8 @@ def turning_of(surface: ChartedSurface, vectors: FloatArray, fold: int) -> float
 
     Parameters
     ----------
-    surface
-        The surface; triangles on no chart are left out.
-    vectors
-        (T, 3, 3), unit vectors at the triangles' corners: the direction of the exemplar's rows.
+    surface, vectors
+        As for `upholster.charts.phases.phase_field`.
     fold
         1, 2 or 4: this many evenly rotated directions count as one.
     """

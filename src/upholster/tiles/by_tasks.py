@@ -5,7 +5,7 @@ from contextlib import AbstractContextManager
 from pathlib import Path
 
 from upholster.cluster import cluster_pool
-from upholster.coverings import Covering
+from upholster.coverings.covering import Covering
 from upholster.errors import InputError, check_whole
 from upholster.export import PagedMesh, write_tiled_obj
 from upholster.files import Outputs

@@ -1,0 +1,281 @@
+"""Set up a synthesis: layout, scale and direction on patches, on a mesh, or of a flat texture."""
+
+from typing import cast
+
+import numpy as np
+
+from upholster.charts.charted import charted_mesh, charted_patches, charted_plane
+from upholster.charts.creases import default_crease
+from upholster.charts.directions import (
+    Direction,
+    default_direction,
+    default_on_patches,
+    direction_field,
+    in_detail,
+    is_direction_image,
+    is_stroke_file,
+    parse_direction,
+    told_on_patches,
+)
+from upholster.charts.layout import LONGEST, TextureScale, density_layout, texture_scale, uniform_layout
+from upholster.charts.maps import MapGround
+from upholster.charts.mesh_layout import mesh_charts
+from upholster.charts.mesh_warp_fields import triangle_frames, warp_fields
+from upholster.charts.size_map import parse_size_map, size_field
+from upholster.charts.turns import chart_turns
+from upholster.elements import find_lattice
+from upholster.errors import InputError
+from upholster.geometry import AnySurface, MeshSurface, Surface
+from upholster.geometry.mesh_files import ModelFile
+from upholster.image.masks import Used
+from upholster.lengths import parse_length
+from upholster.methods.guidance import Guidance
+from upholster.methods.guided import guidance_files
+from upholster.methods.paper.method import PaperOptions
+from upholster.methods.pixel.method import PixelOptions, check_sample
+from upholster.methods.prepared import Prepared
+from upholster.methods.quilt.method import step_level
+from upholster.methods.quilt.quilt_options import QuiltOptions
+from upholster.methods.quilt.sizes import turning_of
+from upholster.methods.quilt.usable import check_level, check_used
+from upholster.methods.seen import Seen
+from upholster.options import SynthesisOptions, settled_options
+from upholster.quilt.chart import MAX_CHART, Chart
+from upholster.quilt.warp_field import WarpField
+from upholster.stages import file_stage
+from upholster.types import PixelArray
+
+__all__ = ["asked_files", "prepare", "sample_width"]
+
+_SURFACE_PHASE, _FLAT_PHASE = 2.0, 0.5
+"""Default cost of being out of phase. It is higher on a surface, where courses do not close by themselves."""
+
+_MOST_OCTAVES = 6
+"""Texels per step are at most 2^6 each way, as in `Quilt.density`."""
+
+
+def asked_files(options: SynthesisOptions) -> list[str]:
+    """Return the files that options name: of strokes, of images of directions and sizes, of guides.
+
+    Raises
+    ------
+    InputError
+        If a text that names a file is malformed.
+    """
+    images = [options.direction.strip()] if is_direction_image(options.direction) else []
+    sizes = () if options.size_map is None else parse_size_map(options.size_map).map.files
+    strokes = [text.strip() for text in options.stroke or () if is_stroke_file(text)]
+    return [*strokes, *images, *sizes, *guidance_files(options)]
+
+
+def _inputs(
+    _made: Prepared, _exemplar: PixelArray, _surface: AnySurface, options: SynthesisOptions, **_more: object
+) -> list[str]:
+    return asked_files(options)
+
+
+@file_stage(_inputs)
+def prepare(
+    exemplar: PixelArray,
+    surface: AnySurface,
+    options: SynthesisOptions,
+    *,
+    largest: int = LONGEST,
+    model: ModelFile | None = None,
+    used: Used | None = None,
+    guidance: Guidance | None = None,
+) -> Prepared:
+    """Set up what `synthesize` will do; parameters are as for `synthesize`.
+
+    On patches no chart of method "quilt" is longer than `largest` texels. `model` is the file that a mesh was
+    read from. Blocks only show `used` pixels, (H, W) bool; None: all. `guidance` steers where they go.
+
+    Raises
+    ------
+    InputError
+        If something is out of range on this surface, or with this exemplar.
+    """
+    check_used(used, options.method)
+    seen = Seen(exemplar, used, guidance)
+    if isinstance(surface, MeshSurface):
+        return _prepare_mesh(seen, surface, options, model)
+    if options.method == "paper":
+        charts = uniform_layout(surface, chart=options.chart)
+        return Prepared(charts, (), None, "", settled_options(options, PaperOptions))
+    if options.method == "pixel":
+        check_sample(exemplar.shape[:2], options.levels)
+        charts = uniform_layout(surface, chart=options.chart)
+        return Prepared(charts, (), None, "", settled_options(options, PixelOptions))
+    if isinstance(options.texels, tuple):
+        return _prepare_flat(seen, surface, _flat_chart(surface, *options.texels), options)
+    scale = _scale(seen, surface, options, None)
+    density = _texels_a_step(scale)
+    steps = scale.density / density
+    charts = density_layout(surface, density=steps, largest=max(1, int(largest / density)))
+    charted = charted_patches(surface, charts)
+    asked = options.direction
+    if asked is None:
+        asked = "smooth" if options.stroke else default_on_patches(surface, charted)
+    wanted = parse_direction(cast(str, asked), patches=True)
+    ground = MapGround(charted, None, surface, False)
+    return _on_charts(seen, ground, options, scale, density, wanted)
+
+
+def _prepare_flat(seen: Seen, surface: AnySurface, chart: Chart, options: SynthesisOptions) -> Prepared:
+    # A flat texture: a step is a pixel, and the sample's rows run along rows.
+    if options.size_map is not None:
+        raise InputError("size_map is given for a flat texture; allowed: on surfaces and models")
+    for name in ("crease", "stroke"):
+        if getattr(options, name) is not None:
+            raise InputError(f"{name} is given for a flat texture; allowed: none, its rows run to the right")
+    charted = charted_plane(chart, tile=options.tileable)
+    vectors = np.broadcast_to((1.0, 0.0, 0.0), (len(charted.chart), 3, 3))
+    ground = MapGround(charted, None, surface, True)
+    phases = seen.wanted_phases(options, _FLAT_PHASE, charted, vectors, 1.0)
+    own = settled_options(options, QuiltOptions, block=seen.wanted_block(options))
+    turns = np.zeros(len(vectors), np.int32)
+    return Prepared(
+        (chart,),
+        (WarpField.identity(),),
+        None,
+        "",
+        own,
+        None,
+        phases[0],
+        turns,
+        charted,
+        vectors,
+        used=seen.used,
+        steering=seen.steering(ground, own.block, phases),
+        again=seen.again(ground),
+        held=seen.held(ground),
+    )
+
+
+def _flat_chart(surface: Surface, width: int, height: int) -> Chart:
+    if len(surface.patches) != 1:
+        raise InputError(
+            f"texels is {width}x{height} on {len(surface.patches)} patches; allowed there: a number"
+        )
+    if not (8 <= width <= MAX_CHART and 8 <= height <= MAX_CHART):
+        raise InputError(f"texels is {width}x{height}; allowed: 8 to {MAX_CHART} each way")
+    return Chart(0, height, width)
+
+
+def _prepare_mesh(
+    seen: Seen, surface: MeshSurface, options: SynthesisOptions, model: ModelFile | None
+) -> Prepared:
+    if options.method != "quilt":
+        raise InputError(f"method is {options.method!r} on a mesh; allowed there: 'quilt'")
+    if isinstance(options.texels, tuple):
+        width, height = options.texels
+        raise InputError(f"texels is {width}x{height} on a mesh; allowed there: a number")
+    scale = _scale(seen, surface, options, surface.mesh.metres)
+    density = _texels_a_step(scale)
+    charted = charted_mesh(surface, mesh_charts(surface, scale.density / density))
+    asked = options.direction
+    if asked is None:
+        asked = "smooth" if options.stroke else default_direction(surface.mesh)
+    ground = MapGround(charted, model, surface, False)
+    return _on_charts(seen, ground, options, scale, density, parse_direction(cast(str, asked)))
+
+
+def _on_charts(
+    seen: Seen,
+    ground: MapGround,
+    options: SynthesisOptions,
+    scale: TextureScale,
+    density: float,
+    direction: Direction,
+) -> Prepared:
+    charted = ground.charted
+    if direction.image is not None:
+        charted = in_detail(charted, None if ground.model is None else ground.model.uv)
+    if isinstance(ground.surface, Surface):
+        direction = told_on_patches(ground.surface, charted, direction)
+    mesh = charted.mesh
+    for part, mask in zip(seen.parts, seen.masks, strict=True):
+        check_level(mask, step_level(part.shape[:2], charted, scale.scale))
+    field = direction_field(
+        mesh,
+        direction,
+        strokes=options.stroke,
+        crease=default_crease(mesh) if options.crease is None else options.crease,
+        lattice=any(lattice is not None for lattice in seen.lattices(options, _SURFACE_PHASE)),
+    )
+    vectors, sizes = field.corner_vectors, None
+    along, down = triangle_frames(mesh, vectors)
+    turns = chart_turns(charted, along, field.fold)
+    turning = turning_of(charted, vectors, field.fold) / scale.scale
+    across = float(np.sqrt(scale.texels)) / scale.density * scale.scale
+    block = seen.block_side(options, across, turning)
+    if options.size_map is not None:
+        wanted, wide = parse_size_map(options.size_map), block / scale.scale
+        sizes, charted, vectors, parent = size_field(wanted, ground, charted, vectors, wide)
+        turns, (along, down) = turns[parent], triangle_frames(charted.mesh, vectors)
+    factors = None if sizes is None else sizes.factors
+    fields = warp_fields(charted, along, down, scale.scale, turns, vectors, factors)
+    phases = seen.wanted_phases(options, _SURFACE_PHASE, charted, vectors, scale.scale, sizes)
+    if any(one is not None for one in phases):
+        block = seen.block_side(options, across, turning, phases)
+    own = settled_options(options, QuiltOptions, block=block)
+    text = "strokes" if options.stroke and options.direction is None else direction.text
+    return Prepared(
+        charted.charts,
+        fields,
+        scale,
+        f"{text}, {field.words}",
+        own,
+        field,
+        phases[0],
+        turns,
+        charted,
+        vectors,
+        density=density,
+        used=seen.used,
+        sizes=sizes,
+        steering=seen.steering(ground, block / scale.scale * scale.density / density, phases),
+        again=seen.again(ground),
+        held=seen.held(ground),
+    )
+
+
+def _texels_a_step(scale: TextureScale) -> float:
+    """Return the texels per step, each way: a step is about a pixel, or a texel if that is larger."""
+    octaves = round(float(np.log2(scale.density / scale.scale)))
+    return 2.0 ** min(max(octaves, 0), _MOST_OCTAVES)
+
+
+def _scale(seen: Seen, surface: AnySurface, options: SynthesisOptions, metres: float | None) -> TextureScale:
+    """Return sizes of texels and sample on a surface whose unit may be known."""
+    return texture_scale(
+        surface,
+        seen.parts[0].shape[1],
+        sample_size=sample_width(seen.parts[0], options, metres),
+        density=options.density,
+        texels=cast(int | None, options.texels),
+        block=seen.wanted_block(options),
+    )
+
+
+def sample_width(exemplar: PixelArray, options: SynthesisOptions, metres: float | None) -> float | None:
+    """Return the sample's width in model units, as requested or from its elements' width; None: neither.
+
+    Raises
+    ------
+    InputError
+        If a length has a unit and the model has none, or a size of elements is given and the sample does not
+        repeat.
+    """
+    if options.sample_size is not None:
+        return parse_length(options.sample_size, metres, name="sample size")
+    if options.element_size is None:
+        return None
+    lattice = find_lattice(exemplar)
+    if lattice is None:
+        raise InputError(
+            f"element size is {options.element_size!r}, but no pattern clearly repeats in the sample; "
+            "allowed: sample size"
+        )
+    length = parse_length(options.element_size, metres, name="element size")
+    return float(length * exemplar.shape[1] / max(lattice.element))
