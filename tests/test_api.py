@@ -105,6 +105,7 @@ def test_callbacks_are_checked_before_a_file_is_read(tmp_path):
             work()
 
 
+@pytest.mark.slow(reason="calls every function with much that is wrong")
 def test_notebooks_show_pictures(made):
     _, _, surface, quilt, texels, stream = made
     decoder = upholster.StreamDecoder()
@@ -121,6 +122,7 @@ def test_notebooks_show_pictures(made):
     assert upholster.view(stream).stream == texels.view().stream == stream
 
 
+@pytest.mark.slow(reason="calls every function with much that is wrong")
 def test_the_viewer_is_one_frame_without_anything_beside_it(made, tmp_path):
     _, exemplar, surface, _, texels, stream = made
     report = upholster.cover(exemplar, surface, tmp_path / "x.uph", synthesis=SMALL)
@@ -310,6 +312,7 @@ ODD = [
 ]  # fmt: skip
 
 
+@pytest.mark.slow(reason="calls every function with much that is wrong")
 @pytest.mark.parametrize(
     "name",
     [

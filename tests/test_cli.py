@@ -314,6 +314,7 @@ def test_without_arguments_it_is_the_help():
     assert bare.stderr == ""
 
 
+@pytest.mark.slow(reason="starts processes")
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="needs a device that is full")
 @pytest.mark.parametrize("command", [["surfaces"], ["--version"]])
 def test_a_full_standard_output_is_one_line(command):
@@ -325,6 +326,7 @@ def test_a_full_standard_output_is_one_line(command):
     assert done.stderr == "upholster: standard output cannot be written: No space left on device\n"
 
 
+@pytest.mark.slow(reason="starts processes")
 def test_a_reader_who_has_enough_is_no_error():
     process = subprocess.Popen(
         [*COMMAND, "surfaces"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True

@@ -83,6 +83,7 @@ def test_the_seed_counts() -> None:
     assert (first != upholster.fill(photo, hole, seed=2)).any()
 
 
+@pytest.mark.slow(reason="covers several models, or one several times")
 @pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32])
 @pytest.mark.parametrize("channels", [1, 2, 3, 4])
 def test_every_kind_of_image(dtype: type, channels: int) -> None:

@@ -113,6 +113,7 @@ REFUSED = [
 ]  # fmt: skip
 
 
+@pytest.mark.slow(reason="covers several models, or one several times")
 @pytest.mark.parametrize(("arguments", "output", "read"), REFUSED, ids=[case[0] for case in REFUSED])
 def test_an_output_that_is_an_input_is_refused(
     folder: Path, command: Any, monkeypatch: pytest.MonkeyPatch, arguments: str, output: str, read: str

@@ -137,6 +137,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.mark.slow(reason="covers several models, or one several times")
 @pytest.mark.parametrize("texels", [6_000, 500_000])
 def test_a_stream_is_painted_at_any_number_of_texels(folder: Path, tmp_path: Path, texels: int) -> None:
     done = refine(folder / "x.uph", [tmp_path / "y.glb", tmp_path / "y.uph"], texels=texels)

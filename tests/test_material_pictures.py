@@ -49,6 +49,7 @@ def stream(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
+@pytest.mark.slow(reason="covers several models, or one several times")
 def test_every_map_is_in_the_picture(tmp_path: Path) -> None:
     chosen = material()
     surface = upholster.surface_from_spec("sphere")
@@ -71,6 +72,7 @@ def test_every_map_is_in_the_picture(tmp_path: Path) -> None:
     np.testing.assert_allclose(flat, picture(**level), atol=2e-3)
 
 
+@pytest.mark.slow(reason="covers several models, or one several times")
 def test_thumbnails_and_refined_pictures_show_the_material(stream: Path, tmp_path: Path) -> None:
     data = stream.read_bytes()
     (tmp_path / "thumbnail.png").write_bytes(draw_thumbnail(io.BytesIO(data)))

@@ -74,6 +74,7 @@ def follows(base: Any, roughness: Any, height: Any) -> None:
     assert np.abs(257 * base[..., 0].astype(int) - height[..., 0]).max() <= 2 * 257
 
 
+@pytest.mark.slow(reason="covers several models, or one several times")
 def test_every_map_is_in_every_output(command: Any, tmp_path: Path) -> None:
     outputs = [tmp_path / name for name in ("m.glb", "m.obj", "m.npz", "m.png")]
     done = command(

@@ -71,6 +71,7 @@ def test_pages_are_numbered() -> None:
     assert [udim_tile(np.array(page)).tolist() for page in (0, 9, 10, 23)] == [[0, 0], [9, 0], [0, 1], [3, 2]]
 
 
+@pytest.mark.slow(reason="covers several models, or one several times")
 @pytest.mark.parametrize("kind", OUTPUTS, ids=lambda kind: f"{kind.only} {kind.prefix}x{kind.suffixes[0]}")
 def test_every_kind_is_meant_by_its_names_and_writes_just_its_files(kind: OutputKind, tmp_path: Path) -> None:
     if ".usdz" in kind.suffixes:

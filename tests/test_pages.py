@@ -145,6 +145,7 @@ def test_a_stream_gives_pages_as_well(folder: Path, tmp_path: Path) -> None:
     assert {path.name for path in tmp_path.iterdir()} == {path.name for path in folder.glob("t*.png")}
 
 
+@pytest.mark.slow(reason="covers several models, or one several times")
 def test_obj_and_ply_of_one_name_share_their_textures(folder: Path, tmp_path: Path) -> None:
     done = refine(folder / "r.uph", [f"{tmp_path}/x.ply", f"{tmp_path}/x.obj"], options=OPTIONS)
     assert set(done.written) == {str(path) for path in tmp_path.iterdir()}

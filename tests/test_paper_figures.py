@@ -32,6 +32,7 @@ def test_one_command_draws_every_figure(tmp_path: Path) -> None:
     assert drawn | told == set(range(1, 14))
 
 
+@pytest.mark.slow(reason="starts processes")
 def test_bad_arguments_are_one_line(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     for arguments in (["paper"], ["paper", tmp_path / "file"], [tmp_path / "none"]):

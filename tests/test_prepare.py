@@ -36,6 +36,7 @@ def test_a_photo_becomes_a_sample(tmp_path: Path) -> None:
     assert pink[:, 528:].sum() == 0
 
 
+@pytest.mark.slow(reason="covers several models, or one several times")
 @pytest.mark.parametrize(
     ("dtype", "channels"), [(np.uint8, 1), (np.uint16, 2), (np.uint16, 3), (np.uint8, 4)]
 )
@@ -80,6 +81,7 @@ def test_what_is_wrong_is_said_in_one_line(tmp_path: Path, case: str) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow(reason="covers several models, or one several times")
 def test_a_note_is_printed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """What a reader has to tell comes out of all commands."""
     from PIL import Image

@@ -15,6 +15,7 @@ EXAMPLES = Path(__file__).parents[1] / "examples"
 SIZE = (160, 120)
 
 
+@pytest.mark.slow(reason="covers several models, or one several times")
 @pytest.mark.parametrize("sample", ["pebbles.png", "bricks_material"])
 def test_it_looks_as_when_it_was_made(tmp_path: Path, sample: str) -> None:
     words = (EXAMPLES / sample, "--on", EXAMPLES / "chair.glb", "--texels", "30k", "--quiet")
@@ -34,6 +35,7 @@ def test_it_looks_as_when_it_was_made(tmp_path: Path, sample: str) -> None:
     assert np.abs(pixels[:120, :160] - pixels[120:, 160:]).mean() > 3
 
 
+@pytest.mark.slow(reason="covers several models, or one several times")
 def test_a_picture_shows_copies_and_parts_that_are_not_covered(tmp_path: Path) -> None:
     glb = Glb()
     glb.add("materials", {"pbrMetallicRoughness": {"baseColorFactor": [1, 0, 0, 1]}})

@@ -39,6 +39,7 @@ def test_options_are_read() -> None:
         options().parse_args(["HEAD", "--only", "no such case"])
 
 
+@pytest.mark.slow(reason="starts processes")
 def test_an_unknown_revision_is_one_line() -> None:
     pytest.importorskip("skimage", reason="the benchmarks' command needs the extra `bench`")
     done = subprocess.run(

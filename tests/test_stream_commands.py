@@ -100,6 +100,7 @@ def test_levels_and_curve_are_pictures(folder, tmp_path):
         assert read_image(tmp_path / name).std() > 5
 
 
+@pytest.mark.slow(reason="covers several models, or one several times")
 def test_images_through_the_codec(folder, tmp_path):
     original = read_image(folder / "sample.png")
     coded, back = tmp_path / "sample.ezw", tmp_path / "back.png"

@@ -63,6 +63,7 @@ def test_the_command_and_the_library_write_the_same(folder: Path) -> None:
     assert is_hidden(read_image(folder / "c.png")).mean() > 0.02
 
 
+@pytest.mark.slow(reason="covers several models, or one several times")
 def test_a_stream_holds_nothing_of_what_is_hidden(folder: Path) -> None:
     done = run_cli("cover", "photo.png", "--use", "mask.png", *FLAT, "-o", "a.uph", "-o", "a.png", cwd=folder)
     assert done.returncode == 0, done.stderr

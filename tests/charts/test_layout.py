@@ -149,6 +149,7 @@ def test_uniform_layout_stays():
         uniform_layout(torus(), chart=4)
 
 
+@pytest.mark.slow(reason="lays quilts on every kind of surface")
 def test_texture_scale_follows_the_wishes():
     square = plane(2.0, 2.0)
     sixth = pytest.approx(square.size / 6)

@@ -267,6 +267,7 @@ def test_strokes_are_followed_and_the_rest_is_smooth():
     assert off(mesh, over_x.face_vectors, strokes[0, 1])[0][middle].max() < 1
 
 
+@pytest.mark.slow(reason="lays quilts on every kind of surface")
 @pytest.mark.parametrize("direction", ["level", "z", "around:y"])
 def test_a_stroke_is_followed_as_far_as_is_told_against_what_else_is_asked(direction):
     mesh = sphere(40)

@@ -24,6 +24,7 @@ def fixed(height=8, width=8, channels=1, kind=0, levels=2, plane=9, fineness=1):
     return struct.pack("<HHBBBBB", height, width, channels, kind, levels, plane, fineness)
 
 
+@pytest.mark.slow(reason="codes many images, or large ones")
 def test_parse_inverts_pack():
     for data in headers():
         header = ImageHeader.parse(data + b"stream")
@@ -33,6 +34,7 @@ def test_parse_inverts_pack():
         assert header.exact == (header.wavelet != "9/7")
 
 
+@pytest.mark.slow(reason="codes many images, or large ones")
 def test_every_cut_header_says_how_many_bytes_are_missing():
     for data in headers():
         for length in range(len(data)):

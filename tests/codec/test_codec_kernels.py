@@ -7,6 +7,7 @@ from hashlib import sha256
 from pathlib import Path
 
 import numpy as np
+import pytest
 from codec_images import coded_parts, decoder_of
 
 from upholster.codec import _model_kernels as model
@@ -116,6 +117,7 @@ def test_streams_stay_the_same():
     assert digests() == DIGESTS
 
 
+@pytest.mark.slow(reason="codes many images, or large ones")
 def test_the_kernels_give_the_same_bytes_as_plain_python_without_overflow():
     # Uncompiled, NumPy warns where a number grows beyond its type.
     program = (

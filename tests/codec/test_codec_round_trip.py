@@ -48,6 +48,7 @@ def test_reversible_wavelets_lose_nothing(image, wavelet, levels):
         np.testing.assert_array_equal(back, image)
 
 
+@pytest.mark.slow(reason="codes many images, or large ones")
 @given(images(), st.one_of(st.none(), st.integers(0, 10)))
 def test_the_ordinary_profile_ends_within_one(image, levels):
     back = round_trip(image, levels=levels)
@@ -69,6 +70,7 @@ def test_larger_and_thin_images_come_back(height, width, channels, lossless):
     assert np.abs(back.astype(int) - image).max() <= (0 if lossless else 1)
 
 
+@pytest.mark.slow(reason="codes many images, or large ones")
 @pytest.mark.parametrize("wavelet", ["9/7", "5/3", "haar"])
 @pytest.mark.parametrize("size", [64, 200, 1000])
 def test_no_more_bytes_than_allowed_and_the_same_as_a_longer_streams_start(wavelet, size):

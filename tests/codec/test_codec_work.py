@@ -40,6 +40,7 @@ def test_bytes_alike_give_no_more_bits_than_go_with_them(byte: int) -> None:
     np.testing.assert_array_equal(at_once.image(), one_by_one.image())
 
 
+@pytest.mark.slow(reason="codes many images, or large ones")
 def test_a_stream_that_tells_very_much_ends_with_zeros_that_make_it_longer() -> None:
     image = woven()
     header, payload = coded_parts(image, wavelet="haar", sample_quality="lossless")

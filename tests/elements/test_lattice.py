@@ -21,6 +21,7 @@ def change_of_basis(lattice, sample):
     return np.rint(change)
 
 
+@pytest.mark.slow(reason="finds lattices at many sizes")
 @pytest.mark.parametrize(
     ("pattern", "seed"),
     [

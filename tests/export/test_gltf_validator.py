@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 from gltf_models import rigged
 from gltf_validation import validated
 from textured import make_model
@@ -41,6 +42,7 @@ def test_retextured_files_are_valid(tmp_path: Path) -> None:
         }
 
 
+@pytest.mark.slow(reason="writes and reads whole models")
 def test_no_errors_and_no_warnings(tmp_path: Path) -> None:
     kinds: list[tuple[Any, dict[str, Any]]] = []
     for texture, channels, dtype in product(

@@ -125,6 +125,7 @@ def woven() -> Any:
     return exemplar, surface, quilt
 
 
+@pytest.mark.slow(reason="writes and reads whole models")
 @pytest.mark.parametrize(
     "options", [{}, {"sample_quality": "lossless"}, {"stream_bytes": 700}, {"wavelet": "haar"}]
 )

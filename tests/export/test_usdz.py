@@ -36,6 +36,7 @@ def chair(tmp_path_factory):
     return folder
 
 
+@pytest.mark.slow(reason="writes and reads whole models")
 def test_a_model_with_several_materials_is_the_same_in_usdz(chair):
     from pxr import UsdGeom, UsdShade
 

@@ -255,6 +255,7 @@ def test_tolerance_is_relative_to_the_size() -> None:
             assert len(Surface([left, moved], tolerance=1e-5).shared) == 1
 
 
+@pytest.mark.slow(reason="thousands of parts")
 def test_many_patches_are_compared_with_few(monkeypatch: pytest.MonkeyPatch) -> None:
     compared: list[int] = []
     points = Edges.points

@@ -339,6 +339,7 @@ def test_many_nodes_and_meshes_are_refused_by_number_and_fewer_are_read_soon(tmp
     assert time.process_time() - begun < 8.0
 
 
+@pytest.mark.slow(reason="thousands of parts")
 def test_a_mesh_that_is_listed_a_thousand_times_is_no_bomb(tmp_path: Path) -> None:
     glb = Glb()
     big = glb.accessor(np.zeros((200_000, 3), np.float32))

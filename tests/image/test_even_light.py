@@ -87,6 +87,7 @@ def test_colours_keep_their_ratios() -> None:
     np.testing.assert_allclose(*shares, atol=1e-5)
 
 
+@pytest.mark.slow(reason="large photographs")
 def test_mean_light_and_depth_and_alpha_are_kept() -> None:
     for dtype in (np.uint8, np.uint16, np.float32):
         pixels = texture("granite", "both", dtype)

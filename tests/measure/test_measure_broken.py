@@ -180,6 +180,7 @@ def test_runs_go_on_beyond_an_edge():
     assert longest_run(cuts, np.ones(2, bool), seams) == 2
 
 
+@pytest.mark.slow(reason="lays and measures whole quilts")
 def test_reports_have_it_where_the_sample_has_a_lattice():
     for exemplar, has in ((tiles(), True), (grains(), False)):
         quilt = synthesize(exemplar, plane(), texels=(96, 96), seed=1)

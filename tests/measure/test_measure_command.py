@@ -68,6 +68,7 @@ def test_a_stream_measures_as_what_it_holds(folder, tmp_path, measured):
     assert 1.5 < measured.scale.spread < 4
 
 
+@pytest.mark.slow(reason="lays and measures whole quilts")
 def test_the_exemplar_can_be_given(folder, tmp_path):
     done = run("ring.uph", "--sample", "sample.png", "--json", str(tmp_path / "a.json"), "-q", cwd=folder)
     assert done.returncode == 0, done.stderr
@@ -118,6 +119,7 @@ def test_wrapped_edges_are_measured_when_asked_for(folder, tmp_path):
     assert json.loads((tmp_path / "a.json").read_text())["wrap"]["ratio"] > 1
 
 
+@pytest.mark.slow(reason="lays and measures whole quilts")
 def test_a_cut_stream_is_measured_and_says_so(folder):
     done = run("cut.uph", cwd=folder)
     assert done.returncode == 0, done.stderr

@@ -25,6 +25,7 @@ def test_an_exemplar_is_itself(make):
     assert found.seams is found.scale is found.copies is None
 
 
+@pytest.mark.slow(reason="lays and measures whole quilts")
 @pytest.mark.parametrize("size", [(32, 32), (65, 47), (600, 700), (40, 4000)])
 def test_large_and_odd_exemplars_are_themselves(size):
     exemplar = grains(*size)

@@ -36,6 +36,7 @@ def test_laying_keeps_stones_whole(monkeypatch):
     assert lengths[0] < 0.7 * lengths[1]
 
 
+@pytest.mark.slow(reason="lays and measures whole quilts")
 def test_reports_have_it_where_there_are_joints():
     sample = stones(side=96, cells=12)[0]
     quilt = synthesize(sample, plane(), texels=(96, 96), seed=1)

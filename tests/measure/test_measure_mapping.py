@@ -51,6 +51,7 @@ def test_a_flat_copy_is_as_asked():
     assert mapping(plane(), quilt).error == pytest.approx(0, abs=1e-9)
 
 
+@pytest.mark.slow(reason="lays and measures whole quilts")
 @pytest.mark.parametrize("symmetry", range(8))
 def test_turns_show_as_directions(symmetry):
     quilt = quilt_of([(32, 32, 64, 64, 40, 40, symmetry)], chart=(64, 64), exemplar=(80, 80))

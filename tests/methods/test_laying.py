@@ -259,6 +259,7 @@ def test_mirrored_blocks_exchange_left_and_right() -> None:
     assert (slopes[1][at & ~mirrored] >= 0).all()
 
 
+@pytest.mark.slow(reason="lays whole quilts on several surfaces")
 def test_evenness_spreads_use_and_variety_avoids_repeats() -> None:
     exemplar, surface = texture(64, 64, passes=4), plane(200, 200)
 

@@ -54,6 +54,7 @@ def test_all_else_is_laid_round_a_piece() -> None:
     assert same[beyond].mean() < 0.05
 
 
+@pytest.mark.slow(reason="lays whole quilts on several surfaces")
 @pytest.mark.parametrize("on", ["torus", "sphere", CHAIR])
 def test_a_picture_shows_where_it_was_put(on: str, tmp_path: Path) -> None:
     sign = np.zeros((48, 64, 4), np.uint8)

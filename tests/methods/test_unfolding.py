@@ -76,6 +76,7 @@ def held(triangles: np.ndarray) -> np.ndarray:
     return np.any([barycentric(p, places).min(axis=1) >= -1e-9 for p in triangles], axis=0)
 
 
+@pytest.mark.slow(reason="lays whole quilts on several surfaces")
 @pytest.mark.parametrize(("make", "scale"), [(plane, 1.0), (cylinder, 0.7), (cone, 1.0), (hinge, 0.7)])
 def test_over_what_is_folded_from_the_plane_the_map_is_the_planes(
     make: Callable[..., Folded], scale: float

@@ -192,6 +192,7 @@ def test_many_texels_do_not_make_many_squares() -> None:
         assert cell.height // len(cell.stencil) == squares
 
 
+@pytest.mark.slow(reason="builds many models")
 def test_what_does_not_fit() -> None:
     surface, charts = scattered(1, 10)
     for gutter in (-1, 257):

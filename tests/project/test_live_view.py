@@ -16,6 +16,7 @@ def project():
     return Project("torus", Sample(str(EXAMPLES / "brick.png")), synthesis={"texels": 20_000})
 
 
+@pytest.mark.slow(reason="covers a model again and again")
 def test_the_view_follows_changes_and_sliders(project):
     pytest.importorskip("ipywidgets")
     view = project.view(height=300)

@@ -55,6 +55,7 @@ def test_a_region_is_laid_once_more_and_all_else_stays(torus: Project, sample: n
     assert beyond == 0
 
 
+@pytest.mark.slow(reason="covers a model again and again")
 def test_a_pinned_region_stays_whatever_seed_and_variety_change(torus: Project, sample: np.ndarray) -> None:
     before = torus.quilts()[0]
     other = torus.pin(HERE).change(seed=5)

@@ -210,6 +210,7 @@ def test_materials_and_models_of_several_files_are_copied_whole(tmp_path):
     assert leg.options.crop == (0, 0, 64, 64)
 
 
+@pytest.mark.slow(reason="covers a model again and again")
 @pytest.mark.parametrize(
     ("told", "message"),
     [
@@ -269,6 +270,7 @@ def test_arrays_and_functions_are_not_saved(tmp_path):
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.slow(reason="covers a model again and again")
 def test_a_samples_size_counts_in_synthesize():
     options = {"texels": 20_000, "seed": 3}
     sized = synthesize(Sample(WEAVE, 1.5), "torus", **options)
@@ -289,6 +291,7 @@ def test_a_preview_ends_however_often_it_is_asked(chair):
             list(failing)
 
 
+@pytest.mark.slow(reason="covers a model again and again")
 def test_what_is_said_last_of_the_samples_size_counts(chair):
     sized = chair.change(sample=Sample(WEAVE, "40cm"))
     assert sized.coverings()[0].asked.sample_size == "40cm"

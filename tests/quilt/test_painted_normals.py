@@ -52,6 +52,7 @@ def one_block(side, symmetry, field=None):
     return quilt_of((Chart(0, side, side),), placed, [labels], (field,) if field else ())
 
 
+@pytest.mark.slow(reason="compares with plain Python")
 @pytest.mark.parametrize("symmetry", range(8))
 @pytest.mark.parametrize("angle", [None, 0, 37, 128, 200])
 def test_they_are_the_normals_of_the_painted_relief(symmetry, angle):

@@ -160,6 +160,7 @@ def test_sources_say_where_a_step_reads(octaves):
             assert (found[..., axis] <= 16 * (size - 1)).all()
 
 
+@pytest.mark.slow(reason="compares with plain Python")
 @pytest.mark.parametrize("half", [False, True])
 @pytest.mark.parametrize("cell", [1, 2, 3, 4, 8])
 def test_owners_are_the_labels_that_weigh_most(cell, half):

@@ -37,6 +37,7 @@ def test_silhouette_of_a_sphere_is_where_it_projects() -> None:
     assert (rows * alpha).sum() / alpha.sum() == pytest.approx(y, abs=0.05)
 
 
+@pytest.mark.slow(reason="compares with plain Python")
 @pytest.mark.parametrize("scale", [1e-6, 1.0, 1e7])
 def test_depth_of_a_sphere(scale: float) -> None:
     model = sphere(scale, (5 * scale, 0, 2 * scale), cells=200)

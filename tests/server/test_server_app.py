@@ -408,6 +408,7 @@ def mistaken(_path):
     raise ValueError("a mistake\nof ours")
 
 
+@pytest.mark.slow(reason="starts processes")
 def test_a_thumbnail_is_a_picture_that_is_remembered(folder, tmp_path, monkeypatch):
     drawn = []
     drawn_by(monkeypatch, lambda path: drawn.append(1) or honest(path))

@@ -104,6 +104,7 @@ class Load:
             line.close()
 
 
+@pytest.mark.slow(reason="starts processes")
 def test_two_hundred_requests_of_twenty_clients(server, folder):
     data = {"big": (folder / "big.uph").read_bytes(), "quilt": (folder / "quilt.uph").stat().st_size}
     first = Load(0, server.port, data)

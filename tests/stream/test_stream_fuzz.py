@@ -12,6 +12,7 @@ from fuzz import fuzz_streams
 from readers import CAD, SOURCES, reader, written
 
 
+@pytest.mark.slow(reason="reads streams at many lengths")
 def test_damaged_streams_are_refused_or_read_in_little_memory() -> None:
     costs = fuzz_streams(np.random.default_rng(1), 100, extremes=False)
     assert costs.seen["refused"] > 40

@@ -67,6 +67,7 @@ def test_boxes_of_one_size_wait_in_the_order_in_which_they_came() -> None:
     check_all(rng, anything(rng, (32, 40), charts, 200, 2))
 
 
+@pytest.mark.slow(reason="compares with plain Python")
 @pytest.mark.parametrize("second", [False, True])
 def test_a_quilt_that_was_laid(second: bool) -> None:
     check_all(np.random.default_rng(1), laid("sphere", second=second)[1])
@@ -95,6 +96,7 @@ def outcome(attempt: Any, refusal: type[Exception]) -> Any:
         return None
 
 
+@pytest.mark.slow(reason="compares with plain Python")
 @pytest.mark.parametrize(("layers", "counts"), [(1, (5, 3)), (2, (5, 3)), (1, (18, 8))])
 def test_any_bytes_are_refused_by_both_or_by_none(layers: int, counts: tuple[int, int]) -> None:
     rng, charts, seen = np.random.default_rng(layers), (Chart(0, 6, 9), Chart(0, 3, 2)), [0, 0]

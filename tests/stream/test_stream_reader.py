@@ -32,6 +32,7 @@ def test_everything_comes_back() -> None:
         assert (a == b).all()
 
 
+@pytest.mark.slow(reason="reads streams at many lengths")
 @given(
     st.sampled_from([np.uint8, np.uint16, np.float32]),
     st.integers(1, 4),
@@ -208,6 +209,7 @@ def test_declared_sizes_are_refused_before_anything_is_made() -> None:
             read_stream(rebuilt(data, lambda c, t=tag, p=payload: [(k, p if k == t else v) for k, v in c]))
 
 
+@pytest.mark.slow(reason="reads streams at many lengths")
 @pytest.mark.parametrize("name", ["plain", "two layers", "maps"])
 def test_quality_hardly_ever_falls_once_placements_are_there(name: Any) -> None:
     data = stream(name)

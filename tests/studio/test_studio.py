@@ -148,6 +148,7 @@ def test_what_is_shown_is_what_a_project_makes_and_what_is_saved(page, tmp_path)
     assert looks[-1][0] == (tmp_path / "chair.uph").read_bytes()
 
 
+@pytest.mark.slow(reason="starts processes")
 def test_the_words_make_the_same(page, tmp_path, monkeypatch):
     state = STATE | {
         "sample": {"source": "shipped/weave.png", "crop": [0, 0, 120, 100], "even_light": True},

@@ -50,6 +50,7 @@ def alone(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
     return _tiles(folder)
 
 
+@pytest.mark.slow(reason="lays and writes tiles several times")
 def test_workers_make_the_same(address: str, alone: dict[str, bytes], tmp_path: Path) -> None:
     # Phases included: bricks repeat.
     report = cover(SAMPLE, "cyclide", [tmp_path / NAME], synthesis=SYNTHESIS, seed=3, scheduler=address)
@@ -58,6 +59,7 @@ def test_workers_make_the_same(address: str, alone: dict[str, bytes], tmp_path: 
     assert _tiles(tmp_path) == alone
 
 
+@pytest.mark.slow(reason="lays and writes tiles several times")
 def test_meshes_go_over_workers(address: str, tmp_path: Path) -> None:
     wanted = {"texels": 50_000, "sample_size": 0.35}
     for name, more in (("alone", {}), ("workers", {"scheduler": address})):

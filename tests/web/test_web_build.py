@@ -64,6 +64,7 @@ def test_the_shipped_files_are_what_the_sources_make(copy: Path) -> None:
     assert done.returncode == 0, done.stderr
 
 
+@pytest.mark.slow(reason="runs Node on many streams")
 def test_a_file_that_differs_is_named(copy: Path) -> None:
     for source in (copy / "web").glob("u*.js"):  # small ones are built in a second
         source.write_text("self.shown = 1 + 1\n")
@@ -167,6 +168,7 @@ def test_the_roles_of_maps_are_pythons() -> None:
             assert (float(found["neutral"]),) == python.neutral, role
 
 
+@pytest.mark.slow(reason="runs Node on many streams")
 def test_functions_are_short() -> None:
     if not (WEB / "node_modules" / "typescript").is_dir():
         _lacking("web/node_modules is missing: run `npm ci` in web/")

@@ -33,6 +33,7 @@ def _cuts(rng: Any, data: Any, count: int) -> Any:
     return [*np.unique(rng.integers(1, len(data), count)).tolist(), len(data)]
 
 
+@pytest.mark.slow(reason="runs Node on many streams")
 def test_another_sample_is_painted_as_in_python(tmp_path: Any) -> None:
     data = (ROOT / "tests" / "vectors" / "quilt.uph").read_bytes()
     decoder = StreamDecoder()
@@ -273,6 +274,7 @@ def test_damaged_streams_are_read_or_refused_as_in_python(tmp_path: Any, count: 
     assert 0.1 * len(jobs) < refused < 0.9 * len(jobs)
 
 
+@pytest.mark.slow(reason="runs Node on many streams")
 def test_surfaces_by_name_are_read_or_refused_as_in_python(tmp_path: Any) -> None:
     rng = np.random.default_rng(4)
     jobs = []

@@ -138,6 +138,7 @@ def test_triangles_without_island_are_shown_too(tmp_path):
     assert found["plain"][1] == 16
 
 
+@pytest.mark.slow(reason="runs Node on many streams")
 @pytest.mark.parametrize("seed", range(2))
 def test_any_triangles_are_shown(tmp_path, seed):
     surface = soup(seed)

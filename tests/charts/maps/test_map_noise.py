@@ -58,6 +58,7 @@ def test_noise_repeats_with_its_period() -> None:
         np.testing.assert_allclose(kernel_noise(points + shift, period), found, atol=1e-9)
 
 
+@pytest.mark.slow(reason="casts rays over surfaces")
 def test_noise_belongs_to_places_in_space_not_to_charts() -> None:
     mesh = sphere(8)
     coarse, fine = on_mesh(mesh, 12), on_mesh(mesh, 17)

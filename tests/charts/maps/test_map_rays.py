@@ -29,6 +29,7 @@ def from_edge(ground) -> np.ndarray:
     return np.sort(np.minimum(places, 2 - places), axis=1)[:, 1]
 
 
+@pytest.mark.slow(reason="casts rays over surfaces")
 def test_edges_are_light_hollows_dark_and_what_is_flat_between(cube, room) -> None:
     for ground, sign in ((cube, 1), (room, -1)):
         found, away = told("curvature:0.3", ground), from_edge(ground)
@@ -44,6 +45,7 @@ def test_edges_are_light_hollows_dark_and_what_is_flat_between(cube, room) -> No
         assert max(ring.std() for ring in rings) < 0.06
 
 
+@pytest.mark.slow(reason="casts rays over surfaces")
 def test_the_reach_is_a_length_or_a_part_of_the_size(cube) -> None:
     size = cube.charted.mesh.size
     np.testing.assert_array_equal(told("curvature", cube), told(f"curvature:{0.03 * size!r}", cube))

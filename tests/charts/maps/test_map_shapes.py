@@ -79,6 +79,7 @@ def test_what_is_level_has_height_nought() -> None:
     assert (parse_map("height").values(on_flat())[0] == 0).all()
 
 
+@pytest.mark.slow(reason="casts rays over surfaces")
 def test_slope_and_facing_follow_the_normal_of_a_torus() -> None:
     ground = on_patches(torus(2.0, 0.8))
     x, y, z = at_steps(ground.charted.mesh.corners, ground).T
