@@ -21,7 +21,7 @@ from upholster.kernel_cache import KernelCache, kernel_name
 from upholster.signatures import type_as_json
 from upholster.warm import TABLE
 
-__all__ = ["USES", "main", "record"]
+__all__ = ["USES", "begin_record", "main"]
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 BRICKS, MATERIAL = EXAMPLES / "bricks.png", EXAMPLES / "bricks_material"
@@ -111,11 +111,11 @@ def _key(function: Any, arguments: Any) -> list[Any]:
     return [kernel_name(function), [type_as_json(kind) for kind in arguments]]
 
 
-def record(path: str, arguments: list[str]) -> None:
-    """Run a command, and write to a file the kernels that it needs; ends the process."""
+def begin_record(path: Path) -> None:
+    """Write to a file, from now on, the kernels that this process needs."""
     gc.disable()  # as in the helpers that will compile
     upholster.warm.jobs_for = lambda *_: []  # which have nothing to do here
-    recorder = Recorder(Path(path))
+    recorder = Recorder(path)
     event.register("numba:compile", recorder)
     load = KernelCache.load_overload
 
@@ -124,6 +124,10 @@ def record(path: str, arguments: list[str]) -> None:
         return load(cache, kinds, target)
 
     KernelCache.load_overload = asked  # type: ignore[assignment, method-assign]  # heard
+
+
+def _record(path: Path, arguments: list[str]) -> None:
+    begin_record(path)
     from upholster.cli import main as command
 
     sys.argv = ["upholster", *arguments]
@@ -180,7 +184,7 @@ def _written(table: dict[str, Any]) -> str:
 def main() -> None:
     """Write the table; or, given a file and a command, what the command needs."""
     if len(sys.argv) > 1:
-        record(sys.argv[1], sys.argv[2:])
+        _record(Path(sys.argv[1]), sys.argv[2:])
     TABLE.write_text(_written(_table()), encoding="utf-8")
 
 
