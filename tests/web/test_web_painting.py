@@ -96,8 +96,8 @@ def _small_stream(seed: int) -> bytes:
 
 
 def test_python_the_worker_and_the_card_paint_the_same_texels(page: Any, streams: Any, tmp_path: Any) -> None:
-    """Three hundred quilts: layers, symmetries, own matrices, warp fields, densities, depths and channels."""
-    made = [_small_stream(seed) for seed in range(300)]
+    """A hundred quilts: layers, symmetries, own matrices, warp fields, densities, depths and channels."""
+    made = [_small_stream(seed) for seed in range(100)]
     python = [in_python(data, [len(data)])[0] for data in made]
     assert in_node(tmp_path, [("small.uph", data, [len(data)]) for data in made]) == [[one] for one in python]
     (streams / "small").write_bytes(b"".join(made))

@@ -82,10 +82,10 @@ def shown(tab: Any, layings: str) -> Any:
     return tab
 
 
-def test_fifty_in_a_row_have_one_worker_and_leave_nothing(shown: Any) -> None:
+def test_twenty_in_a_row_have_one_worker_and_leave_nothing(shown: Any) -> None:
     alive = []
     shown.call("globalThis.models = []")
-    for count in (10, 40):
+    for count in (6, 14):
         shown.call(
             "for (let n = 0; n < argument; n++) {"
             "  if (!(await viewer.replace(streams['bcad'[n % 4]]))) throw new Error('it is not shown');"
