@@ -4,7 +4,6 @@ import re
 import runpy
 import shlex
 import shutil
-import subprocess
 import sys
 from functools import cache
 from pathlib import Path
@@ -12,7 +11,7 @@ from typing import Any
 
 import pytest
 import typer
-from documented import small
+from documented import run_shown
 
 from upholster.cli import app
 
@@ -21,8 +20,7 @@ RECIPES = ROOT / "docs" / "recipes.md"
 GLOBS = ("*.md", "docs/**/*.md", "web/*.md", "web/examples/*.md", "examples/*.md")
 PAGES = sorted({page for pattern in GLOBS for page in ROOT.glob(pattern)})
 LINK = re.compile(r"!?\[(?:[^\[\]]|\[[^\]]*\])*\]\(([^()\s]+(?:\([^()]*\)[^()\s]*)*)\)")
-PATIENCE = 900
-"""Seconds after which a command hangs: the machine may be busy, and kernels not compiled yet."""
+INCLUDE = re.compile(r"^```\{include\} (\S+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
 
 def _text(page: Path) -> str:
@@ -83,6 +81,15 @@ def test_every_relative_link_leads_somewhere() -> None:
     assert [f"{page.relative_to(ROOT)}: {to}" for page, to in links if not _leads_somewhere(page, to)] == []
 
 
+def test_what_pages_include_has_the_words_between_which_it_lies() -> None:
+    blocks = [(page, *found) for page in PAGES for found in INCLUDE.findall(_text(page))]
+    assert blocks
+    for page, path, options in blocks:
+        words = re.findall(r'^:(?:start-after|end-before): "(.*)"$', options, re.MULTILINE)
+        text = _text(page.parent / path)
+        assert [text.count(each) for each in words] == [1, 1], f"{page.relative_to(ROOT)}: {words}"
+
+
 def _recipes() -> dict[str, list[str]]:
     """Return each recipe's commands by its heading."""
     sections = re.split(r"^## +", _text(RECIPES), flags=re.MULTILINE)[1:]
@@ -130,15 +137,9 @@ def test_a_recipe_runs_by_itself_and_writes_what_it_names(
         pytest.importorskip("OCP")
     shutil.copytree(ROOT / "examples", tmp_path / "examples")
     shutil.copytree(ROOT / "docs" / "guides", tmp_path / "docs" / "guides")
-    python = shlex.quote(sys.executable)
-    shell = f'upholster() {{ {python} -m upholster "$@"; }}; python() {{ {python} "$@"; }}; '
     monkeypatch.setenv("PYTHONPATH", str(ROOT / "src"))
     for command in _recipes()[recipe]:
-        done = subprocess.run(
-            ["bash", "-eo", "pipefail", "-c", shell + small(command)],
-            cwd=tmp_path, capture_output=True, text=True, timeout=PATIENCE,
-        )  # fmt: skip
-        assert done.returncode == 0, f"$ {command}\n{done.stdout}{done.stderr}"
+        run_shown(command, tmp_path)
         for name in re.findall(r"(?:-o|--json|--sheet|>) ([\w.]+|'[^']+')(?= |$)", command):
             assert list(tmp_path.glob(name.strip("'").replace("<UDIM>", "1*"))), f"{command}: no {name}"
 

@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from documented import small
+from documented import PATIENCE, run_shown
 
 from upholster.image import read_image, write_image
 
@@ -25,8 +25,6 @@ pytestmark = [
 ROOT = Path(__file__).parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 NOT_COPIED = (".git", ".venv*", ".*_cache", "__pycache__", "node_modules", "build", "dist")
-PATIENCE = 900
-"""Seconds after which a command hangs: the machine may be busy, and kernels not compiled yet."""
 
 
 def _blocks(language: str) -> list[str]:
@@ -72,44 +70,33 @@ def clone(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return clone
 
 
-@pytest.fixture(scope="module")
-def shell(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
-    """Return the environment of a shell, without display, where `upholster` is the one that is tested."""
-    folder = tmp_path_factory.mktemp("bin")
-    script = folder / "upholster"
-    script.write_text(f'#!/bin/sh\nexec {shlex.quote(sys.executable)} -m upholster "$@"\n')
-    script.chmod(0o755)
-    quiet = {
-        name: value
-        for name, value in os.environ.items()
-        if name not in ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER")
-    }
-    return {**quiet, "PATH": f"{folder}:{os.environ['PATH']}", "PYTHONPATH": str(ROOT / "src")}
+@pytest.fixture(autouse=True)
+def no_display(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What is started finds the program that is tested, and no browser to open."""
+    monkeypatch.setenv("PYTHONPATH", str(ROOT / "src"))
+    for name in ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER"):
+        monkeypatch.delenv(name, raising=False)
 
 
-def test_every_command_runs(clone: Path, shell: dict[str, str]) -> None:
+def test_every_command_runs(clone: Path) -> None:
     commands = list(_commands())
     assert sum("upholster" in command for command in commands) >= 5
     for command in commands:
         before = {name: (clone / name).stat().st_mtime_ns for name in os.listdir(clone)}
         if re.match(r"upholster (serve|view|studio) ", command):
-            _serve(command, clone, shell)
+            _serve(command, clone)
             continue
-        done = subprocess.run(
-            ["bash", "-eo", "pipefail", "-c", small(command)],
-            cwd=clone, env=shell, capture_output=True, text=True, timeout=PATIENCE,
-        )  # fmt: skip
-        assert done.returncode == 0, f"$ {command}\n{done.stdout}{done.stderr}"
+        run_shown(command, clone)
         for name in _outputs(command):
             assert (clone / name).stat().st_size > 0, command
             assert (clone / name).stat().st_mtime_ns != before.get(name), f"{command} left {name} as it was"
 
 
-def _serve(command: str, clone: Path, shell: dict[str, str]) -> None:
+def _serve(command: str, clone: Path) -> None:
     """Run a command that serves until Ctrl-C, and look at the page that it names."""
     process = subprocess.Popen(
-        ["bash", "-c", f"exec {command}"],
-        cwd=clone, env=shell, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+        [sys.executable, "-m", *shlex.split(command, comments=True)],
+        cwd=clone, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
     )  # fmt: skip
     assert process.stdout is not None
     try:
@@ -126,11 +113,11 @@ def _serve(command: str, clone: Path, shell: dict[str, str]) -> None:
         process.communicate()
 
 
-def test_the_python_runs(clone: Path, shell: dict[str, str]) -> None:
+def test_the_python_runs(clone: Path) -> None:
     (program,) = _blocks("python")
     done = subprocess.run(
         [sys.executable, "-W", "error", "-c", program],
-        cwd=clone, env=shell, capture_output=True, text=True, timeout=PATIENCE,
+        cwd=clone, capture_output=True, text=True, timeout=PATIENCE,
     )  # fmt: skip
     assert (done.returncode, done.stderr) == (0, ""), done.stderr
     for name in re.findall(r'write\("([^"]+)"', program):

@@ -47,6 +47,16 @@ addEventListener('securitypolicyviolation', (event) => {
 })
 """
 
+VIEWPORT = {"width": 300, "height": 330}
+"""Below about a hundred pixels Chromium draws one frame a second."""
+
+JAGGED = """
+OffscreenCanvas.prototype.getContext = ((get) => function (kind, options) {
+  return get.call(this, kind, kind === 'webgl2' ? { ...options, antialias: false } : options)
+})(OffscreenCanvas.prototype.getContext)
+"""
+"""Edges are not smooth: drawing takes half the time."""
+
 HARMLESS = ("GPU stall due to ReadPixels",)
 """What Chromium warns of where a picture is read back, which tests do all the time."""
 
@@ -207,10 +217,16 @@ def evaluate(page: Any, code: str, argument: Any = None) -> Any:
 
 
 @contextmanager
-def tab(browser: Any, *, faultless: bool = True, **options: Any) -> Any:
-    """A new page; nothing may be wrong with it at the end, unless errors are provoked."""
-    context = browser.new_context(**{"viewport": {"width": 420, "height": 460}, **options})
+def tab(browser: Any, *, faultless: bool = True, smooth: bool = False, **options: Any) -> Any:
+    """A new page; nothing may be wrong with it at the end, unless errors are provoked.
+
+    The processor draws, and takes a microsecond a pixel: pages are small, models do not swing out, and edges
+    are smooth only where a test asks for it.
+    """
+    context = browser.new_context(**{"viewport": VIEWPORT, "reduced_motion": "reduce", **options})
     try:
+        if not smooth:
+            context.add_init_script(JAGGED)
         new = Tab(context.new_page())
         yield new
         if faultless:

@@ -114,4 +114,7 @@ def test_its_page_shows_the_stream(tmp_path: Path, tab: Any) -> None:
     app = Starlette(routes=[Mount("/", StaticFiles(directory=tmp_path / "site", html=True))])
     with browser.serving(app) as address:
         tab.open(f"{address}/").complete().settle_shape()
-        assert tab.call("return [viewer.model.first, viewer.clientHeight]") == [True, 460]
+        assert tab.call("return [viewer.model.first, viewer.clientHeight]") == [
+            True,
+            browser.VIEWPORT["height"],
+        ]

@@ -100,7 +100,8 @@ def _failed(tab: Any, address: str) -> str:
 def whole(chromium: Any, site: Any) -> Any:
     """The texels of the ring that came without trouble."""
     with browser.tab(chromium) as tab:
-        return tab.open(f"{site}/view/ring.uph").complete().texels()
+        tab.open(f"{site}/view/ring.uph").complete().settle_shape()
+        return tab.texels()
 
 
 def test_a_cut_stream_shows_what_there_is_and_says_so(bad: Any, site: Any, streams: Any) -> None:
@@ -160,6 +161,7 @@ def test_a_lost_connection_is_taken_up_where_it_broke(bad: Any, streams: Any, wh
     # The page itself asks for the first bytes, before the scripts are here.
     assert line.asked == ["bytes=0-4095", "", "bytes=9000-", "bytes=9005-", "bytes=21005-"]
     assert sum(line.sent) == total
+    bad.settle_shape()
     assert bad.texels() == whole
     assert bad.note() == ""
     assert bad.settle()["bytes"] == total
@@ -173,6 +175,7 @@ def test_a_server_without_ranges_sends_it_again(bad: Any, streams: Any, whole: A
         line.break_after(bad, 9_000, 20_000)
         bad.complete()
     assert line.sent == [9_000, 20_000, len(browser.ring())]
+    bad.settle_shape()
     assert bad.texels() == whole
     _only(bad, REFUSED)
 

@@ -100,8 +100,9 @@ PAGE = """
 <!doctype html>
 <meta charset="utf-8">
 <link rel="icon" href="data:,">
-<style>upholster-viewer { display: block; height: 400px }</style>
-<upholster-viewer src="ring.uph" background="none" painting="PAINTING"></upholster-viewer>
+<style>upholster-viewer { display: block; height: 300px }</style>
+<upholster-viewer src="ring.uph" background="none"></upholster-viewer>
+<script>document.querySelector('upholster-viewer').setAttribute('painting', location.hash.slice(1))</script>
 <script type="module">import 'upholster/viewer'</script>
 """
 
@@ -109,13 +110,13 @@ PAGE = """
 def test_the_element_built_by_vite_whoever_paints(chromium: Any, site: Path, address: str) -> None:
     """With Vite's own settings. Chromium here has no graphics card, and so has to be told that it paints."""
     pictures = []
+    folder = site / "painted"
+    folder.mkdir()
+    (folder / "index.html").write_text(PAGE)
+    _vite(folder, "--base", "./")
     for painting in ("card", "worker"):
-        folder = site / painting
-        folder.mkdir()
-        (folder / "index.html").write_text(PAGE.replace("PAINTING", painting))
-        _vite(folder, "--base", "./")
         with browser.tab(chromium) as tab:
-            tab.open(f"{address}/{painting}/dist/").complete().settle_shape()
+            tab.open(f"{address}/painted/dist/#{painting}").complete().settle_shape()
             on_card = tab.call("return viewer.model.charts.map(({ textures }) => !textures.color.data)")
             assert set(on_card) == {painting == "card"}
             pictures.append(tab.picture())

@@ -150,7 +150,7 @@ def test_the_sample_table_makes_a_sample_of_a_photo(hand: Hand) -> None:
     box = handle.bounding_box()
     page.mouse.move(box["x"] + 11, box["y"] + 11)
     page.mouse.down()
-    page.mouse.move(box["x"] - 60, box["y"] - 30, steps=3)
+    page.mouse.move(box["x"] - 30, box["y"] - 15, steps=3)
     page.mouse.up()
     handle.press("ArrowLeft")
     page.get_by_label("Length of what the line crosses").fill("21cm")

@@ -30,9 +30,9 @@ def _material(spec: str, texels: int, *, upside: int = 1) -> bytes:
 
 @pytest.mark.slow(reason="runs Node on many streams")
 def test_the_worker_keeps_its_promises(tmp_path: Any) -> None:
-    (tmp_path / "sphere.uph").write_bytes(_material("sphere", 20_000))
-    (tmp_path / "vase.uph").write_bytes(_material("vase", 40_000))
-    (tmp_path / "rough.uph").write_bytes(_material("sphere", 20_000, upside=-1))
+    (tmp_path / "sphere.uph").write_bytes(_material("sphere", 8_000))
+    (tmp_path / "vase.uph").write_bytes(_material("vase", 12_000))
+    (tmp_path / "rough.uph").write_bytes(_material("sphere", 8_000, upside=-1))
     done = subprocess.run(
         [node(), "--test", str(HERE / "worker.test.mjs")],
         env={**os.environ, "STREAMS": str(tmp_path)},
