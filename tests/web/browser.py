@@ -50,6 +50,9 @@ addEventListener('securitypolicyviolation', (event) => {
 VIEWPORT = {"width": 300, "height": 330}
 """Below about a hundred pixels Chromium draws one frame a second."""
 
+SMALL = {"viewport": VIEWPORT, "device_scale_factor": 0.5, "reduced_motion": "reduce"}
+"""The processor draws, a microsecond a pixel: pages have few, and models do not swing out."""
+
 JAGGED = """
 OffscreenCanvas.prototype.getContext = ((get) => function (kind, options) {
   return get.call(this, kind, kind === 'webgl2' ? { ...options, antialias: false } : options)
@@ -217,16 +220,11 @@ def evaluate(page: Any, code: str, argument: Any = None) -> Any:
 
 
 @contextmanager
-def tab(browser: Any, *, faultless: bool = True, smooth: bool = False, **options: Any) -> Any:
-    """A new page; nothing may be wrong with it at the end, unless errors are provoked.
-
-    The processor draws, and takes a microsecond a pixel: pages are small, models do not swing out, and edges
-    are smooth only where a test asks for it.
-    """
-    context = browser.new_context(**{"viewport": VIEWPORT, "reduced_motion": "reduce", **options})
+def tab(browser: Any, *, faultless: bool = True, **options: Any) -> Any:
+    """A new page, small but for `options`; at its end nothing may be wrong, unless errors are provoked."""
+    context = browser.new_context(**{**SMALL, **options})
     try:
-        if not smooth:
-            context.add_init_script(JAGGED)
+        context.add_init_script(JAGGED)
         new = Tab(context.new_page())
         yield new
         if faultless:

@@ -138,7 +138,7 @@ def test_what_is_shown_is_what_a_new_viewer_shows(shown: Any) -> None:
         shown.call("await viewer.replace(streams[argument])", name)
         replaced = shown.texels()
         shown.call("viewer.open(streams[argument])", name)
-        shown.complete().settle()
+        shown.complete().settle_shape()
         assert shown.texels() == replaced
     assert replaced == before
 

@@ -30,7 +30,7 @@ pytestmark = pytest.mark.browser
 @pytest.fixture(scope="module")
 def page(chromium: Any, site: Any) -> Any:
     """The viewer's page with the whole ring, which tests share: under a policy that allows nothing else."""
-    with browser.tab(chromium, viewport=LARGE) as tab:
+    with browser.tab(chromium, viewport=LARGE, device_scale_factor=1) as tab:
         answer = tab.page.goto(f"{site}/view/ring.uph?lab")
         assert "default-src 'none'" in answer.headers["content-security-policy"]
         tab.complete().until("inside.querySelector('.panel')")
