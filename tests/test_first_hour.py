@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from gltf_models import BOX, BOX_TRIANGLES
 
-from upholster import reports, surface_from_spec
+from upholster import notes, surface_from_spec
 from upholster.charts import layout
 from upholster.charts.layout import texture_scale
 from upholster.charts.surface_to_cover import as_covered
@@ -16,9 +16,9 @@ from upholster.errors import InputError
 from upholster.geometry import TriangleMesh
 from upholster.image import read_exemplar, write_image
 from upholster.methods.synthesis import prepare
+from upholster.notes import notes_before
 from upholster.options import SynthesisOptions
 from upholster.pipeline import cover
-from upholster.reports import notes_before
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 
@@ -91,7 +91,7 @@ def test_what_is_soft_or_very_large_is_told_before_the_work(tmp_path, monkeypatc
     stages.clear()
     assert "soft" in run(texels=200_000).notes[0]
     assert [count for _, count in told] == [0]
-    monkeypatch.setattr(reports, "_MANY_TEXELS", 30_000)
+    monkeypatch.setattr(notes, "_MANY_TEXELS", 30_000)
     assert "GB of texels in memory" in run(texels=40_000).notes[0]
 
 
@@ -103,7 +103,7 @@ def test_a_note_says_how_many_texels_an_element_needs(tmp_path, monkeypatch):
         joints = (row % side < side // 6) | (column % side < side // 6)
         write_image(tmp_path / name, np.uint8(np.where(joints[:, :, None], 210, 100) + noise))
     write_image(tmp_path / "noise.png", np.random.default_rng(1).integers(0, 255, (160, 160, 3), np.uint8))
-    monkeypatch.setattr(reports, "sample_notes", lambda _: [])
+    monkeypatch.setattr(notes, "sample_notes", lambda _: [])
 
     surface = surface_from_spec("plane")
     few = SynthesisOptions(texels=2000, sample_size=0.3125)
@@ -202,7 +202,7 @@ def test_texels_follow_the_sample_up_to_a_ceiling_that_is_told(tmp_path, monkeyp
     assert chart.shape[0] == pytest.approx(40 * side / wide, rel=0.02)  # a texel for a pixel
     assert found.notes == []
     monkeypatch.setattr(layout, "MOST_TEXELS", 10_000)
-    monkeypatch.setattr(reports, "MOST_TEXELS", 10_000)
+    monkeypatch.setattr(notes, "MOST_TEXELS", 10_000)
     (note,) = run().notes
     assert "a texel is" in note
     assert "--texels" in note
@@ -216,5 +216,5 @@ def test_a_sample_of_few_stones_is_told(tmp_path):
         pixels = np.clip(np.where(joint, 60, 130) + noise, 0, 255).astype(np.uint8)
         write_image(tmp_path / "stones.png", pixels[:, :, None])
         words = str(tmp_path / "stones.png"), "plane", [str(tmp_path / "x.npz")]
-        notes = cover(*words, synthesis={"texels": 10_000}).notes
-        assert any("tiles across" in note for note in notes) is told
+        told_notes = cover(*words, synthesis={"texels": 10_000}).notes
+        assert any("tiles across" in note for note in told_notes) is told

@@ -20,9 +20,9 @@ from upholster.image.shipped import sample_path
 from upholster.image.source import Sample, Source, source_files
 from upholster.image.write import write_image
 from upholster.methods import settled_seed
+from upholster.notes import sample_notes
 from upholster.options import SampleOptions
 from upholster.parallel import check_running
-from upholster.reports import sample_notes
 from upholster.types import PixelArray, Progress
 
 __all__ = ["FilledReport", "PreparedReport", "fill_files", "prepare_sample"]

@@ -17,8 +17,9 @@ from upholster.methods.quilt.phases import (
     stretched_by,
     whole_waves,
 )
+from upholster.notes import notes_before
 from upholster.options import SynthesisOptions
-from upholster.reports import notes_before, settled_words
+from upholster.reports import settled_words
 
 
 def test_levels_have_the_phases_of_their_pixels_middles():

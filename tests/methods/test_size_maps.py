@@ -14,8 +14,8 @@ from upholster.measure.samples import Window
 from upholster.measure.trace import Trace
 from upholster.methods import coarser, lay_plan, prepare
 from upholster.methods.quilt.method import laid_quilt
+from upholster.notes import notes_before
 from upholster.options import SynthesisOptions
-from upholster.reports import notes_before
 
 SIDE = 128
 SAMPLE = texture(SIDE, SIDE)

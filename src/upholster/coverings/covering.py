@@ -15,9 +15,9 @@ from upholster.image import Material
 from upholster.image.source import source_parts, used_pixels
 from upholster.methods import Guidance, Prepared, coarser, execute, holding, matched_image, prepare
 from upholster.methods.quilt.guides import cropped
+from upholster.notes import notes_before
 from upholster.options import SynthesisOptions, WriteOptions
 from upholster.quilt import Chart, Quilt
-from upholster.reports import notes_before
 from upholster.stream import check_layout
 from upholster.stream.plan import refuse_pixel
 from upholster.textured import TexturedModel
