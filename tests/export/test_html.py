@@ -4,9 +4,8 @@ import base64
 import gzip
 import hashlib
 import html
-import os
 import re
-import shutil
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -18,6 +17,10 @@ import upholster
 from upholster.errors import InputError
 from upholster.export.html import as_printable_ascii, html_page
 from upholster.pipeline import refine
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "web"))
+
+from browser import chromium
 
 VIEWER = """customElements.define('upholster-viewer', class extends HTMLElement {
   open(bytes) {
@@ -163,17 +166,8 @@ def test_texels_alone_make_no_page(tmp_path: Path, woven: Any) -> None:
 
 @pytest.fixture(scope="module")
 def browser() -> Iterator[Any]:
-    chromium = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
-    if chromium is None:
-        if os.environ.get("CI"):
-            pytest.fail("Chromium is not installed, and CI is set")
-        pytest.skip("Chromium is not installed")
-    playwright = pytest.importorskip("playwright.sync_api")
-    with playwright.sync_playwright() as driver:
-        options = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
-        running = driver.chromium.launch(executable_path=chromium, args=options)
+    with chromium() as running:
         yield running
-        running.close()
 
 
 def opened(browser: Any, path: Path, *, before: str = "", **settings: Any) -> tuple[Any, list[str]]:
