@@ -35,7 +35,7 @@ def run_shown(command: str, folder: Path) -> None:
     """Run a command as a reader does who is in a folder, at few texels; it must end with status 0.
 
     What needs no shell runs in this process: to start another and to load kernels takes seconds, each time.
-    `run_cli` takes `warm` its work.
+    `warm` has its own process, because `run_cli` compiles nothing.
     """
     command = small(command)
     words = shlex.split(command, comments=True)

@@ -185,7 +185,7 @@ def test_a_small_element_paints_fewer_texels_and_more_as_it_grows(
     chromium: Any, site: Any, painting: str
 ) -> None:
     with browser.tab(chromium) as tab:
-        tab.page.add_init_script(SMALL)
+        tab.page.add_init_script(NARROW)
         tab.page.add_init_script(TOLD.replace("WISH", painting))
         tab.open(f"{site}/view/ring.uph").complete()
         tab.settle_shape()
@@ -201,7 +201,7 @@ def test_a_small_element_paints_fewer_texels_and_more_as_it_grows(
         assert tab.call(MISSING) == 0
 
 
-SMALL = """
+NARROW = """
 addEventListener('DOMContentLoaded', () => {
   document.querySelector('upholster-viewer').style.cssText = 'width: 50px; height: 55px'
 })

@@ -19,9 +19,6 @@ MOST_DIFFERENCE = 0.08
 LEAST_LIKENESS = 0.94
 """Tolerances of `likeness`: Python's pictures have a key light that throws shadows, and nothing mirrors."""
 
-LARGE = {"width": 420, "height": 460}
-"""In smaller pictures the silhouette is a larger share."""
-
 SHARES = (3, 5, 7, 15, 100)
 
 pytestmark = pytest.mark.browser
@@ -30,7 +27,7 @@ pytestmark = pytest.mark.browser
 @pytest.fixture(scope="module")
 def page(chromium: Any, site: Any) -> Any:
     """The viewer's page with the whole ring, which tests share: under a policy that allows nothing else."""
-    with browser.tab(chromium, viewport=LARGE, device_scale_factor=1) as tab:
+    with browser.tab(chromium, large=True) as tab:
         answer = tab.page.goto(f"{site}/view/ring.uph?lab")
         assert "default-src 'none'" in answer.headers["content-security-policy"]
         tab.complete().until("inside.querySelector('.panel')")
