@@ -474,7 +474,7 @@ def test_it_is_called_what_its_page_says(tab: Any, site: Any) -> None:
     tab.until(f"{canvas}?.startsWith('ring. Arrow keys')")
     tab.call("viewer.alt = 'A ring of bricks'")
     tab.until(f"{canvas}.startsWith('A ring of bricks. Arrow keys')")
-    assert tab.call("return inside.querySelector('[role=status]').textContent").startswith("Loaded")
+    tab.until("inside.querySelector('[role=status]').textContent.startsWith('Loaded')")
 
 
 def test_a_picture_of_surroundings_lights_it(tab: Any, site: Any) -> None:
