@@ -7,7 +7,17 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-__all__ = ["ARGUMENTS", "PAGES", "SIZE", "WEB", "Line", "fresh_page", "open_chromium", "serve_files"]
+__all__ = [
+    "ARGUMENTS",
+    "PAGES",
+    "SIZE",
+    "WEB",
+    "Line",
+    "find_chromium",
+    "fresh_page",
+    "open_chromium",
+    "serve_files",
+]
 
 PAGES = Path(__file__).parent / "web_pages"
 WEB = Path(__file__).parent.parent / "web"
@@ -19,6 +29,7 @@ ARGUMENTS = (
     "--ignore-gpu-blocklist",
     "--no-sandbox",
 )
+"""The processor draws. As root, which machines of CI are, it has no sandbox."""
 
 
 @dataclass
@@ -29,10 +40,19 @@ class Line:
     sent: int = 0
 
 
+def find_chromium() -> str | None:
+    """Return the path of a browser; none: None.
+
+    The first of these has the same engine without a window's parts: it draws the same in less time.
+    """
+    names = ("chromium-headless-shell", "chromium", "chromium-browser", "google-chrome")
+    return next(filter(None, map(shutil.which, names)), None)
+
+
 @contextmanager
 def open_chromium(what: str) -> Iterator[Any]:
     """Start a browser; None, with a message, where something is missing."""
-    browser = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+    browser = find_chromium()
     if browser is None or not (WEB / "node_modules" / "three").is_dir():
         print(f"{what}: skipped; it needs Chromium, and `npm ci` in web/")
         yield None

@@ -30,7 +30,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 import upholster
-from benchmarks.browser import ARGUMENTS
+from benchmarks.browser import ARGUMENTS, find_chromium
 from upholster.image import from_linear
 from upholster.options import WriteOptions
 from upholster.render import Camera, render
@@ -185,14 +185,13 @@ def _three(files: dict[str, Path], poses: list[Pose], camera: Camera) -> _Played
     """Pose both models in three.js, and compare all corners."""
     from playwright.sync_api import sync_playwright
 
-    browser = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
     eye, (_, up, forward) = camera.eye, camera.axes
     sun = 2 * up - camera.axes[0] - forward
     vectors = (("eye", eye), ("target", eye + forward), ("up", up), ("sun", sun))
     place = {name: _y_up(v) for name, v in vectors} | _lens(camera)
     pictures, placed, worst = [], [], 0.0
     with _serving(files) as address, sync_playwright() as playwright:
-        chromium = playwright.chromium.launch(executable_path=browser, args=[*ARGUMENTS])
+        chromium = playwright.chromium.launch(executable_path=find_chromium(), args=[*ARGUMENTS])
         page = chromium.new_page()
         page.goto(f"{address}/pages/player.html")
         page.wait_for_function("globalThis.ready")

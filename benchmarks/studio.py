@@ -5,25 +5,19 @@ size in turn, each when all is there. From the event until the first look, and u
 Where there is no graphics card Chromium draws with the processor, which takes part in the work.
 """
 
-import shutil
 import statistics
 import time
 from contextlib import closing
 from pathlib import Path
 from typing import Any
 
+from benchmarks.browser import ARGUMENTS, find_chromium
 from benchmarks.measure import Results
 
 __all__ = ["studio"]
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 ROUNDS = 7
-_ARGUMENTS = (
-    "--use-angle=swiftshader",
-    "--enable-unsafe-swiftshader",
-    "--ignore-gpu-blocklist",
-    "--no-sandbox",
-)
 
 
 def studio(results: Results) -> None:
@@ -36,7 +30,7 @@ def studio(results: Results) -> None:
     from upholster.server import serving
     from upholster.studio.routes import Studio, make_studio
 
-    path = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+    path = find_chromium()
     if path is None:
         print("studio: Chromium is not installed")
         return
@@ -44,7 +38,7 @@ def studio(results: Results) -> None:
     with closing(Studio(files, None, 10**8)) as session:
         app, entry = make_studio(session)
         with serving(app) as address, sync_playwright() as playwright:
-            browser = playwright.chromium.launch(executable_path=path, args=list(_ARGUMENTS))
+            browser = playwright.chromium.launch(executable_path=path, args=list(ARGUMENTS))
             page = browser.new_page(viewport={"width": 1280, "height": 800})
             page.goto(f"{address}#{entry.token}")
             page.get_by_label("Detail").select_option("1000000")

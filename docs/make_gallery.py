@@ -18,6 +18,8 @@ from typing import Any
 
 from upholster.errors import InputError, UpholsterError, nearest
 
+sys.path.append(str(Path(__file__).resolve().parent.parent))  # where benchmarks are
+
 try:
     from gallery_tools import (
         baseline,

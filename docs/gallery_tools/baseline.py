@@ -1,8 +1,6 @@
 """Figure 11: the paper's baseline, the paper's method and ours, the same samples on the same surfaces."""
 
-import sys
 import time
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -83,9 +81,6 @@ def _fidelity(exemplar: PixelArray, options: dict[str, Any], flat: int) -> list[
     size: dict[str, Any] = {"texels": (flat, flat)} if options["method"] == "quilt" else {"chart": flat}
     made = paint(synthesize(exemplar, plane(), **options, **size, seed=1), exemplar).arrays[0]
     distance = f"SWD {1000 * np.mean(sliced_wasserstein([made], exemplar)):.1f}"
-    root = str(Path(__file__).resolve().parents[2])
-    if root not in sys.path:
-        sys.path.append(root)  # where benchmarks are
     from benchmarks.fidelity_measures import statistics_error
 
     error = statistics_error(made, exemplar)

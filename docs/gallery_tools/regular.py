@@ -1,10 +1,10 @@
 """Figures of repeating samples, before and after; and of photographs that nobody chose."""
 
-import sys
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from benchmarks.lattice_samples import lattice_sample
 from PIL import Image
 
 import upholster
@@ -96,18 +96,11 @@ def _sample(name: str) -> PixelArray:
     # One of the project's own, or a generated lattice.
     if (OWN / f"{name}.png").exists():
         return read(OWN / f"{name}.png")
-    image: PixelArray = _benchmarks("lattice_samples").lattice_sample(name, side=256).image
+    image: PixelArray = lattice_sample(name, side=256).image
     return image
 
 
 def _surface(spec: str) -> Surface:
-    return _benchmarks("lattices").bent_vase() if spec == "net" else surface_from_spec(spec)
+    from benchmarks.lattices import bent_vase  # which needs what its command needs
 
-
-def _benchmarks(module: str) -> Any:
-    root = str(Path(__file__).resolve().parents[2])
-    if root not in sys.path:
-        sys.path.append(root)  # where benchmarks are
-    from importlib import import_module
-
-    return import_module(f"benchmarks.{module}")
+    return bent_vase() if spec == "net" else surface_from_spec(spec)

@@ -1,7 +1,6 @@
 """Pictures of the viewer in a browser: Chromium without display, by Playwright, from a server of our own."""
 
 import io
-import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -11,6 +10,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
+from benchmarks.browser import ARGUMENTS, find_chromium
 from PIL import Image
 
 from gallery_tools.drawing import Panel, compose
@@ -21,12 +21,6 @@ __all__ = ["arriving", "browser_page", "lacking", "lights", "viewer"]
 ARRIVED = (1_000, 5_000, 10_000, 20_000)
 """Bytes of a stream at which it is shown."""
 
-_ARGUMENTS = (
-    "--use-angle=swiftshader",
-    "--enable-unsafe-swiftshader",
-    "--ignore-gpu-blocklist",
-    "--no-sandbox",
-)
 _COVERED = {
     "ring.uph": "bricks.png --on cyclide --texels 4M --sample-size 5 --direction around:z --seed 3",
     "torus.uph": "bricks_material --on torus:R=2,r=0.9 --texels 2M --sample-size 2.5"
@@ -37,17 +31,13 @@ _COVERED = {
 @cache
 def lacking() -> str:
     """Return what browser pictures need and this machine has not; nothing: ''."""
-    if _browser() is None:
+    if find_chromium() is None:
         return "Chromium"
     try:
         import playwright.sync_api  # noqa: F401  # only to see whether it is installed
     except ModuleNotFoundError:
         return "Playwright"
     return ""
-
-
-def _browser() -> str | None:
-    return next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 
 
 def viewer(_exemplars: Exemplars) -> Any:
@@ -219,7 +209,7 @@ def _running() -> Iterator[Any]:
     from playwright.sync_api import sync_playwright
 
     with sync_playwright() as playwright:
-        chromium = playwright.chromium.launch(executable_path=_browser(), args=[*_ARGUMENTS])
+        chromium = playwright.chromium.launch(executable_path=find_chromium(), args=[*ARGUMENTS])
         try:
             yield chromium
         finally:

@@ -3,7 +3,6 @@
 import base64
 import json
 import os
-import shutil
 import sys
 import tempfile
 from collections.abc import Callable
@@ -14,6 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from benchmarks.browser import ARGUMENTS, find_chromium
 from playwright.sync_api import sync_playwright
 from scipy.ndimage import binary_erosion, gaussian_filter
 
@@ -32,14 +32,36 @@ from streams import noise
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
 BRICKS = ROOT / "examples" / "bricks.png"
-NAMES = ("chromium-headless-shell", "chromium", "chromium-browser", "google-chrome")
-"""The first has the same engine without a window's parts: tests take three quarters of the time."""
-ARGUMENTS = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist")
 PATIENCE = 300_000
 """Milliseconds after which what has not come never will: the machine may be busy, and ten times slower."""
 
 SLOWER = float(os.environ.get("UPHOLSTER_TEST_SLOWER_BROWSER", "1"))
-"""By how much pages are slowed down: with 6, too, all tests have to pass."""
+"""By how much pages are slowed down: with 6, too, all tests have to pass. Graphics then are late, too."""
+
+LATE = """
+const COMPLETION_STATUS = 0x91B1
+const begun = new WeakMap() // fences and programs, with the time
+const late = (made) => performance.now() < begun.get(made) + MILLISECONDS
+const { fenceSync, getSyncParameter, linkProgram, getProgramParameter } = WebGL2RenderingContext.prototype
+Object.assign(WebGL2RenderingContext.prototype, {
+  fenceSync (...args) {
+    const fence = fenceSync.apply(this, args)
+    begun.set(fence, performance.now())
+    return fence
+  },
+  linkProgram (program) {
+    begun.set(program, performance.now())
+    linkProgram.call(this, program)
+  },
+  getSyncParameter (fence, name) {
+    return late(fence) ? this.UNSIGNALED : getSyncParameter.call(this, fence, name)
+  },
+  getProgramParameter (program, name) {
+    return (name !== COMPLETION_STATUS || !late(program)) && getProgramParameter.call(this, program, name)
+  }
+})
+""".replace("MILLISECONDS", str(100 * SLOWER))
+"""What is drawn, and programs for it, are ready so much later."""
 
 WATCH = """
 globalThis.violations = []
@@ -75,17 +97,13 @@ HARMLESS = ("GPU stall due to ReadPixels",)
 @contextmanager
 def chromium() -> Any:
     """Debian's Chromium or another, without display, with WebGL2 by the processor."""
-    path = next((found for name in NAMES if (found := shutil.which(name))), None)
+    path = find_chromium()
     if path is None:
         if os.environ.get("CI"):
             pytest.fail("Chromium is not installed, and CI is set")
         pytest.skip("Chromium is not installed")
-    # As root, which machines of CI are, it has no sandbox.
-    root = hasattr(os, "getuid") and os.getuid() == 0
     with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(
-            executable_path=path, args=[*ARGUMENTS, *(["--no-sandbox"] if root else [])]
-        )
+        browser = playwright.chromium.launch(executable_path=path, args=[*ARGUMENTS])
         try:
             yield browser
         finally:
@@ -114,14 +132,15 @@ class Tab:
         if SLOWER != 1:
             session = page.context.new_cdp_session(page)
             session.send("Emulation.setCPUThrottlingRate", {"rate": SLOWER})
+            page.add_init_script(LATE)
         page.add_init_script(WATCH)
         page.on("console", self._heard)
         page.on("pageerror", lambda error: self.problems.append(f"error: {error}"))
 
     def _heard(self, message: Any) -> None:
-        told = f"{message.type}: {message.text}"
-        if message.type in ("error", "warning") and not any(known in told for known in HARMLESS):
-            self.problems.append(told)
+        reported = f"{message.type}: {message.text}"
+        if message.type in ("error", "warning") and not any(known in reported for known in HARMLESS):
+            self.problems.append(reported)
 
     def found_wrong(self) -> list[str]:
         """What is in the console, thrown, or against the content security policy."""
