@@ -27,9 +27,10 @@ EXAMPLES = Path(__file__).parent.parent / "examples"
 BRICKS, MATERIAL = EXAMPLES / "bricks.png", EXAMPLES / "bricks_material"
 CHAIR = EXAMPLES / "chair.glb"
 CURVED, FLAT = "--on cyclide --texels 100k", "--on plane --texels 256x256"
+PICTURE = "-o p.png --size 160x120"
 
 USES = {
-    f"{method} {kind}": f"cover {sample} {where} {options} -o {name}"
+    f"{method} {kind}": f"cover {sample} {where} {options} {name}"
     for method, sample, where, options in (
         ("quilt", BRICKS, CURVED, ""),
         ("quilt material", MATERIAL, CURVED, ""),
@@ -42,10 +43,10 @@ USES = {
         ("pixel material", MATERIAL, "--on cyclide", "--method pixel --chart 32"),
     )
     for kind, name in (
-        ("model", "m.glb"),
-        ("texels", "t.npz"),
-        ("stream", f"{method.replace(' ', '-')}.uph"),
-        ("picture", "p.png"),
+        ("model", "-o m.glb"),
+        ("texels", "-o t.npz"),
+        ("stream", f"-o {method.replace(' ', '-')}.uph"),
+        ("picture", PICTURE),
     )
     if (method.split()[0], kind) != ("pixel", "stream")  # it has none
 } | {
@@ -53,13 +54,13 @@ USES = {
     "--guide luminance=noise --put 20,20,64,64=0,0,0.5 --again height>0.7 -o m.glb",
     "displaced": f"cover {MATERIAL} {CURVED} --displace 0.1 -o m.stl",
     "refine model": "refine quilt.uph -o m.glb",
-    "refine picture": "refine quilt.uph -o p.png",
-    "refine paper": "refine paper.uph -o m.glb -o p.png",
-    "refine material": "refine quilt-material.uph -o m.glb -o p.png",
-    "levels": "levels quilt.uph -o levels.png",
+    "refine picture": f"refine quilt.uph {PICTURE}",
+    "refine paper": f"refine paper.uph -o m.glb {PICTURE}",
+    "refine material": f"refine quilt-material.uph -o m.glb {PICTURE}",
+    "levels": "levels quilt.uph --size 80x64 -o levels.png",
     "info": "info quilt.uph",
     "info model": "info m.glb",
-    "picture": "picture m.glb -o p.png",
+    "picture": f"picture m.glb {PICTURE}",
     "measure": "measure quilt.uph",
     "hints": f"prepare {BRICKS} -o sample.png",
     "prepare": f"prepare {BRICKS} -o sample.png --rectify 9,12 240,20 250,251 5,240",

@@ -21,14 +21,15 @@ python() { PYTHON "$@"; }
 
 
 def small(command: str) -> str:
-    """Return a command at few texels: tests ask whether it runs, not how long it takes."""
-    few = re.sub(r"--texels \d+M", "--texels 200k", command)
-    if re.match(r"(upholster|\S*/upholster) cover", few) and not re.search(
-        "--texels|--method paper|--project", few
-    ):
-        command, mark, comment = few.partition("  #")
-        few = f"{command.rstrip()} --texels 200k{mark}{comment}"
-    return few
+    """Return a command at few texels and pixels: tests ask whether it runs, not how long it takes."""
+    few, mark, comment = re.sub(r"--texels \d+M", "--texels 200k", command).partition("  #")
+    few = few.rstrip()
+    name = re.match(r"(?:\S*/)?upholster (\w+)", few)
+    if name and name[1] == "cover" and not re.search("--texels|--method paper|--project", few):
+        few += " --texels 200k"
+    if name and name[1] in ("cover", "refine") and not re.search(r"--size |--texels \d+x", few):
+        few += " --size 240x180" if re.search(r"-o \w+\.png", few) else ""
+    return few + mark + comment
 
 
 def run_shown(command: str, folder: Path) -> None:

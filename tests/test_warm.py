@@ -90,7 +90,7 @@ def test_versions_side_by_side_keep_their_code_and_old_ones_go(tmp_path, monkeyp
 
 @pytest.mark.slow(reason="compiles kernels in processes")
 @pytest.mark.parametrize("damage", ["empty", "cut", "flipped", "text"])
-def test_damaged_code_is_deleted_compiled_anew_and_told_once(tmp_path, monkeypatch, damage):
+def test_damaged_code_is_deleted_compiled_anew_and_reported_once(tmp_path, monkeypatch, damage):
     _report_damage.cache_clear()
     kinds = (numba.int64, numba.float64)
     for kind in kinds:
@@ -104,11 +104,11 @@ def test_damaged_code_is_deleted_compiled_anew_and_told_once(tmp_path, monkeypat
             {"empty": b"", "cut": whole[:middle], "flipped": flipped, "text": b"no code"}[damage]
         )
     again = _kernel(tmp_path, monkeypatch)
-    with warnings.catch_warnings(record=True) as told:
+    with warnings.catch_warnings(record=True) as reported:
         warnings.simplefilter("always")
         for kind in kinds:
             again.compile((kind,))
-    assert ["damaged; they are compiled again" in str(one.message) for one in told] == [True]
+    assert ["damaged; they are compiled again" in str(one.message) for one in reported] == [True]
     assert again(3) == 1.5
     last = _kernel(tmp_path, monkeypatch)  # mended
     for kind in kinds:
@@ -257,7 +257,11 @@ def test_the_table_has_what_every_use_needs(tmp_path):
         [sys.executable, "-c", EVERY_USE],
         input=json.dumps([arguments.split() for arguments in _together(USES).values()]),
         cwd=tmp_path,
-        env={**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT), *filter(None, sys.path)])},
+        env={
+            **os.environ,
+            "PYTHONPATH": os.pathsep.join([str(ROOT), *filter(None, sys.path)]),
+            "UPHOLSTER_CACHE": str(tmp_path / "cache"),
+        },
         capture_output=True,
         text=True,
     )
