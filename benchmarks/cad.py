@@ -2,8 +2,8 @@
 
 ``python -m benchmarks.cad FOLDER|FILE … [-o OUT] [--sample IMAGE] [--texels N] [--publish]``. Prints a
 table in Markdown; writes cad.csv and a picture of each to OUT. Source and licence are taken from the table
-in the folder's README.md, where there is one. A file that can not be covered is told by name, and the rest
-goes on.
+in the folder's README.md, where there is one. A file that can not be covered is reported by name, and
+the rest goes on.
 """
 
 import argparse

@@ -34,9 +34,9 @@ def crowd(results: Results) -> None:
         server = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
         try:
             assert server.stdout is not None
-            told = re.search(r":(\d+)/", server.stdout.readline())
-            assert told is not None
-            whole, waits = _crowded(int(told[1]))
+            found = re.search(r":(\d+)/", server.stdout.readline())
+            assert found is not None
+            whole, waits = _crowded(int(found[1]))
         finally:
             server.kill()
             server.wait()

@@ -69,7 +69,7 @@ def _cases(folder: Path | None) -> dict[str, tuple[str, str]]:
 
 
 def _sized(project: Project) -> tuple[Project, float]:
-    """Return a project whose sample's width is told, and that width."""
+    """Return a project whose sample's width is given, and that width."""
     scale = project.coverings()[0].prepared.scale
     assert scale is not None  # method "quilt" on a surface
     return project.change(sample_size=scale.sample_size), scale.sample_size

@@ -1,8 +1,8 @@
 """Covered meshes: time, charts, seams, size and direction, over models × one sample each.
 
 ``python -m benchmarks.meshes FOLDER|FILE … [-o OUT] [--sample IMAGE] [--texels N] [--publish]``. Writes
-meshes.csv and a picture of each to OUT. A model that can not be covered is told by name, and the rest goes
-on.
+meshes.csv and a picture of each to OUT. A model that can not be covered is reported by name, and the rest
+goes on.
 
 With ``--strokes N`` the only direction is that of N random strokes, and what is measured is how they are
 followed: see `asked_by_strokes`.

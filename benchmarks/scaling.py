@@ -38,9 +38,13 @@ def main() -> None:
 
 def _run(asked: argparse.Namespace, out: Path) -> dict[str, object]:
     exemplar = upholster.read_exemplar(asked.sample)
-    told = one_pixel_a_texel(upholster.ring_cyclide(6, 2, 3), exemplar, int(asked.texels))
+    found = one_pixel_a_texel(upholster.ring_cyclide(6, 2, 3), exemplar, int(asked.texels))
     words = [sys.executable, "-m", "upholster", "cover", asked.sample, "--on", "cyclide", "--quiet"]
-    words += [f"--texels={int(asked.texels)}", f"--sample-size={told['sample_size']}", "--direction=around:z"]
+    words += [
+        f"--texels={int(asked.texels)}",
+        f"--sample-size={found['sample_size']}",
+        "--direction=around:z",
+    ]
     words += [f"--atlas-size={asked.tile}", f"--report={out / 'report.json'}", "-o", f"{out}/x.<UDIM>.png"]
     words += [f"--workers={asked.workers}"] if asked.workers else ["--threads=1"]
     start = time.perf_counter()
@@ -90,12 +94,12 @@ def workers_of(parent: int) -> list[int]:
 def used(process: int) -> tuple[float, int] | None:
     """Return processor seconds, and the most kB in memory at once, of a process that still runs."""
     try:
-        told = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
+        fields = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
         status = Path(f"/proc/{process}/status").read_text().splitlines()
         most = next(int(line.split()[1]) for line in status if line.startswith("VmHWM:"))
     except (OSError, StopIteration):
         return None
-    return (int(told[11]) + int(told[12])) / _TICK, most
+    return (int(fields[11]) + int(fields[12])) / _TICK, most
 
 
 if __name__ == "__main__":

@@ -66,8 +66,8 @@ def main() -> None:
 def _cover(texels: int, tile: int, address: str) -> tuple[float, dict[str, int], float]:
     """Return processor seconds of all processes, the report's counts, and those of the worker alone."""
     exemplar = upholster.read_exemplar(_SAMPLE)
-    told = one_pixel_a_texel(upholster.ring_cyclide(6, 2, 3), exemplar, texels)
-    wanted = {"texels": texels, "sample_size": told["sample_size"], "direction": "around:z"}
+    found = one_pixel_a_texel(upholster.ring_cyclide(6, 2, 3), exemplar, texels)
+    wanted = {"texels": texels, "sample_size": found["sample_size"], "direction": "around:z"}
     running = {"scheduler": address} if address else {"threads": 1}
     with TemporaryDirectory() as folder:
         here, there = time.process_time(), _workers_seconds()

@@ -75,8 +75,8 @@ def _compare(
     with ProcessPoolExecutor(PROCESSES, get_context("spawn")) as pool:
         for case in cases:
             runs += [(case, side.run(case, where, seed)) for side in sides]
-            told = ["failed" if made.failed else f"{made.seconds:.1f} s" for _, made in runs[-2:]]
-            print(f"{case.name}: {' -> '.join(told)}", file=sys.stderr, flush=True)
+            times = ["failed" if made.failed else f"{made.seconds:.1f} s" for _, made in runs[-2:]]
+            print(f"{case.name}: {' -> '.join(times)}", file=sys.stderr, flush=True)
         # Nothing else runs while the commands are timed.
         looked = list(pool.map(partial(_look, where), runs))
     figures = {case.name: (looked[2 * n][0], looked[2 * n + 1][0]) for n, case in enumerate(cases)}

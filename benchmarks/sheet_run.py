@@ -86,8 +86,8 @@ class Side:
         made, said = self._timed(folder, words)
         if "compiling" in said and not made.failed:
             made, said = self._timed(folder, words)
-        told = {name: value for name, value in asdict(made).items() if name != "folder"}
-        kept.write_text(json.dumps(told), encoding="utf-8")
+        found = {name: value for name, value in asdict(made).items() if name != "folder"}
+        kept.write_text(json.dumps(found), encoding="utf-8")
         return made
 
     def _timed(self, folder: Path, words: list[str]) -> tuple[Made, str]:

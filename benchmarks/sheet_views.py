@@ -1,7 +1,7 @@
 """Pieces of a model or picture as the sample's pixels lie, and where in the sample they come from.
 
-All of it is told from outside: rays are cast at the triangles of a file, squares of its texture are seen from
-straight above, at the size and in the direction that was asked for, and looked for in the sample.
+All of it is measured from outside: rays are cast at the triangles of a file, squares of its texture are seen
+from straight above, at the size and in the direction that was asked for, and looked for in the sample.
 """
 
 from dataclasses import dataclass
@@ -65,7 +65,7 @@ class Found:
     sure
         (V,) whether the sample looks so there.
     telling
-        (V,) whether, besides, size and direction are told by it precisely.
+        (V,) whether, besides, size and direction are given by it precisely.
     """
 
     place: FloatArray

@@ -19,7 +19,7 @@ __all__ = ["web_decoder"]
 
 WEB = Path(__file__).parent.parent / "web"
 PROCESSES = 5
-"""Each starts cold; medians are told."""
+"""Each starts cold; medians are printed."""
 
 
 def web_decoder(results: Results) -> None:

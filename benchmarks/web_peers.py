@@ -66,8 +66,8 @@ class _Times:
 
     def medians(self) -> tuple[float, float, float]:
         """Return those of the first picture, of the event that all is there, and of all on the screen."""
-        first, told, complete = (statistics.median(times) for times in zip(*self.runs, strict=True))
-        return first, told, complete
+        first, textured, complete = (statistics.median(times) for times in zip(*self.runs, strict=True))
+        return first, textured, complete
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

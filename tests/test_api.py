@@ -217,15 +217,15 @@ def test_a_vector_is_a_direction(direction):
     assert upholster.SynthesisOptions(direction=45).direction == "45"
 
 
-def test_no_seed_is_a_fresh_one_that_is_told(made):
+def test_no_seed_is_a_fresh_one_that_is_message(made):
     folder, exemplar, surface, _, _, _ = made
     one, other = (upholster.synthesize(exemplar, surface, seed=None, **SMALL) for _ in range(2))
     assert one.seed != other.seed
     again = upholster.synthesize(exemplar, surface, seed=one.seed, **SMALL)
     assert (again.placements == one.placements).all()
     report = upholster.cover(folder / "x.png", "sphere", [folder / "z.npz"], synthesis=SMALL, seed=None)
-    told = report.to_json()["parameters"]["seed"]
-    assert report.model.quilt.seed == told >= 0
+    reported = report.to_json()["parameters"]["seed"]
+    assert report.model.quilt.seed == reported >= 0
 
 
 @pytest.mark.parametrize("other", ["torus", "sphere:r=2", "sphere:tiling=octants", "plane"])
@@ -321,7 +321,7 @@ ODD = [
         "view", "Material", "RationalPatch", "Surface", "SynthesisOptions", "WriteOptions", "Texels", "Quilt",
     ],
 )  # fmt: skip
-def test_whatever_is_wrong_is_told_in_one_line(made, tmp_path, monkeypatch, name):
+def test_whatever_is_wrong_is_reported_in_one_line(made, tmp_path, monkeypatch, name):
     monkeypatch.chdir(tmp_path)  # some of what is odd is a good name of a file
     folder, exemplar, surface, quilt, texels, _ = made
     target = tmp_path / "a.npz"
@@ -347,14 +347,14 @@ def test_whatever_is_wrong_is_told_in_one_line(made, tmp_path, monkeypatch, name
     for odd in ODD:
         calls = [((*given[:k], odd, *given[k + 1 :]), own) for k in range(len(given))]
         calls += [(given, own | {keyword: odd}) for keyword in named]
-        told = [_told(call, *each) for each in calls]
-        assert all(text is None or 8 < len(text) < 700 for text in told)
-        assert all(text is None or len(text.splitlines()) == 1 for text in told)
-        refused += len([text for text in told if text is not None])
+        reported = [_message(call, *each) for each in calls]
+        assert all(text is None or 8 < len(text) < 700 for text in reported)
+        assert all(text is None or len(text.splitlines()) == 1 for text in reported)
+        refused += len([text for text in reported if text is not None])
     assert refused >= len(ODD) // 2
 
 
-def _told(call, arguments, keywords):
+def _message(call, arguments, keywords):
     """What a call says that is refused; whatever else goes wrong fails the test."""
     try:
         call(*arguments, **keywords)

@@ -203,7 +203,7 @@ def test_a_smaller_deviation_gives_more_triangles(files, model):
         read_model(files / "two.step", deviation="-1mm")
 
 
-def test_up_can_be_told(files, plate):
+def test_up_can_be_set(files, plate):
     z, y = plate.mesh, read_model(files / "plate.brep", up="y").mesh
     np.testing.assert_allclose(y.positions, z.positions[:, [0, 2, 1]] * (1, -1, 1), atol=1e-5)
 
@@ -247,12 +247,12 @@ def test_bad_files_are_one_line(files, tmp_path):
     assert not (tmp_path / "a.glb").exists()
 
 
-def test_progress_is_told_by_face_and_what_stops_it_ends_the_process(files, monkeypatch, tmp_path):
-    told = []
-    read_model(files / "two.step", progress=lambda *one: told.append(one))
-    assert {("faces", 9, 9), ("mesh", 9, 9)} <= set(told)
+def test_progress_is_reported_by_face_and_what_stops_it_ends_the_process(files, monkeypatch, tmp_path):
+    reported = []
+    read_model(files / "two.step", progress=lambda *one: reported.append(one))
+    assert {("faces", 9, 9), ("mesh", 9, 9)} <= set(reported)
     for stage in ("faces", "mesh"):  # body by body, told now and then: a slow machine tells more
-        done = [count for name, count, _ in told if name == stage]
+        done = [count for name, count, _ in reported if name == stage]
         assert done == sorted(done)
     begun, popen = [], subprocess.Popen
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))

@@ -58,22 +58,22 @@ def test_cover_writes_what_it_says(folder, tmp_path):
         assert name in last
     assert " s" in last
     assert not list(tmp_path.glob(".upholster*"))
-    told = json.loads(report.read_text())
-    assert told["parameters"]["seed"] == 7
-    assert told["parameters"]["on"] == "torus:R=3,r=1"
-    assert told["counts"]["charts"] == 16
-    assert told["counts"]["texels"] == 16 * 64 * 64
-    assert told["counts"]["edge blocks"] == 32 * 4
-    assert told["settled"] == {
+    reported = json.loads(report.read_text())
+    assert reported["parameters"]["seed"] == 7
+    assert reported["parameters"]["on"] == "torus:R=3,r=1"
+    assert reported["counts"]["charts"] == 16
+    assert reported["counts"]["texels"] == 16 * 64 * 64
+    assert reported["counts"]["edge blocks"] == 32 * 4
+    assert reported["settled"] == {
         "patches": "16 of degree (2, 2)",
         "texels": "64x64 on each",
         "block": "32 texels",
         "overlap": "8 texels",
         "edge block": "24 texels",
     }
-    assert told["seconds"]["total"] > 0
-    assert told["peak_memory_bytes"] is None or told["peak_memory_bytes"] > 10**7
-    assert told["written"][str(tmp_path / "ring.glb")] == (tmp_path / "ring.glb").stat().st_size
+    assert reported["seconds"]["total"] > 0
+    assert reported["peak_memory_bytes"] is None or reported["peak_memory_bytes"] > 10**7
+    assert reported["written"][str(tmp_path / "ring.glb")] == (tmp_path / "ring.glb").stat().st_size
 
 
 BAD = {
@@ -149,10 +149,10 @@ def test_a_material_is_covered_pixel_by_pixel(tmp_path):
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     assert "search coherent" in done.stdout
-    told = json.loads(report.read_text())
-    assert told["counts"]["texels"] == 6 * 32 * 32
-    assert told["counts"]["maps"] == 5
-    assert told["parameters"]["search"] == "coherent"
+    reported = json.loads(report.read_text())
+    assert reported["counts"]["texels"] == 6 * 32 * 32
+    assert reported["counts"]["maps"] == 5
+    assert reported["parameters"]["search"] == "coherent"
     assert (tmp_path / "a_texture_normal.png").exists()
 
 
@@ -240,7 +240,7 @@ def test_all_missing_options_are_named_at_once_with_an_example(folder):
     assert_one_line(run_cli("cover", folder / "brick.png", "--on", "plane"), "missing: -o/--output FILE;")
 
 
-def test_a_draft_is_small_unless_told_otherwise(folder, tmp_path):
+def test_a_draft_is_small_unless_asked_otherwise(folder, tmp_path):
     for more, texels in (((), 200_000), (("--texels", "20k"), 20_000)):
         words = (folder / "brick.png", "--on", "torus", "-o", tmp_path / "x.npz", "--draft", *more)
         done = run_cli("cover", *words, "--report", tmp_path / "r.json")
@@ -345,9 +345,9 @@ def test_a_log_hears_of_progress_every_few_seconds(folder, tmp_path, monkeypatch
         while said.count("\n") < 4 and time.monotonic() < until:
             time.sleep(0.1)
             said += capsys.readouterr().err
-    told = (said + capsys.readouterr().err).splitlines()
-    assert len(told) > 3
-    assert all(re.fullmatch(r"blocks 7 %, \d+ s", line) for line in told)
+    reported = (said + capsys.readouterr().err).splitlines()
+    assert len(reported) > 3
+    assert all(re.fullmatch(r"blocks 7 %, \d+ s", line) for line in reported)
     with bars(True, None) as report:
         assert report is None
 

@@ -75,14 +75,14 @@ def test_units_are_millimetres_where_the_model_knows_its_own(
     assert lines[1].startswith("thinnest wall 2")
 
 
-def test_an_open_surface_is_written_and_told(tmp_path: Path) -> None:
+def test_an_open_surface_is_written_and_reported(tmp_path: Path) -> None:
     made = model(plane(), displace=0.1)
     assert len(written(tmp_path / "a.stl", made)) > 1000
     (line,) = made.solid_notes()
     assert "which are not a solid" in line
 
 
-def test_few_triangles_are_a_coarser_surface_and_are_told() -> None:
+def test_few_triangles_are_a_coarser_surface_and_are_reported() -> None:
     made = model(sphere(), displace=0.1, displace_by="luminance", triangles=1000)
     assert len(made.displaced.triangles) <= 1000
     rng = np.random.default_rng(1)

@@ -31,28 +31,28 @@ def test_the_citation_is_of_this_version(project: Any) -> None:
     assert _citation("license") == project["license"]
 
 
-def test_the_address_is_the_same_wherever_it_is_told(project: Any) -> None:
+def test_the_address_is_the_same_wherever_it_stands(project: Any) -> None:
     """It is filled in in pyproject.toml; until it is, nobody else tells one."""
     urls = project.get("urls", {})
     address = urls.get("Repository")
     assert _citation("repository-code") == address
-    told = json.loads((ROOT / "web" / "package.json").read_text("utf-8")).get("repository")
+    reported = json.loads((ROOT / "web" / "package.json").read_text("utf-8")).get("repository")
     if address is None:
-        assert (urls, told) == ({}, None)
+        assert (urls, reported) == ({}, None)
         return
     assert set(urls) == {"Repository", "Documentation", "Changelog", "Issues"}
     assert "OWNER" not in "".join(urls.values())
     # The npm package names no host: it has the short form, `github:owner/name`.
-    assert told["url"].partition(":")[2] == "/".join(address.split("/")[-2:])
-    assert told["directory"] == "web"
+    assert reported["url"].partition(":")[2] == "/".join(address.split("/")[-2:])
+    assert reported["directory"] == "web"
 
 
-def test_the_oldest_and_the_newest_python_that_are_told_are_tested(project: Any) -> None:
-    told = [line.rpartition(" ")[2] for line in project["classifiers"] if re.search(r":: 3\.\d+$", line)]
-    assert told == [f"3.{minor}" for minor in range(11, 11 + len(told))]
-    assert project["requires-python"] == f">={told[0]}"
+def test_the_oldest_and_the_newest_python_that_are_named_are_tested(project: Any) -> None:
+    reported = [line.rpartition(" ")[2] for line in project["classifiers"] if re.search(r":: 3\.\d+$", line)]
+    assert reported == [f"3.{minor}" for minor in range(11, 11 + len(reported))]
+    assert project["requires-python"] == f">={reported[0]}"
     tested = re.search(r"^ +python: \[(.*)\]$", (WORKFLOWS / "tests.yml").read_text("utf-8"), re.MULTILINE)
     assert tested
-    assert re.findall(r"[\d.]+", tested[1]) == [told[0], told[-1]]
+    assert re.findall(r"[\d.]+", tested[1]) == [reported[0], reported[-1]]
     page = (ROOT / "docs" / "versions.md").read_text("utf-8")
-    assert f"Python {told[0]} to {told[-1]}" in page
+    assert f"Python {reported[0]} to {reported[-1]}" in page

@@ -233,11 +233,11 @@ def test_a_killed_run_leaves_the_old_file(tmp_path: Path) -> None:
 
 
 def test_all_are_on_the_disk_before_one_is_renamed(tmp_path: Path, monkeypatch: Any) -> None:
-    told: list[str] = []
+    reported: list[str] = []
     fsync, replace = os.fsync, os.replace
-    monkeypatch.setattr(os, "fsync", lambda file: (told.append("flush"), fsync(file)))
-    monkeypatch.setattr(os, "replace", lambda *names: (told.append("rename"), replace(*names)))
+    monkeypatch.setattr(os, "fsync", lambda file: (reported.append("flush"), fsync(file)))
+    monkeypatch.setattr(os, "replace", lambda *names: (reported.append("rename"), replace(*names)))
     with outputs([tmp_path / "a.png", tmp_path / "b.png"]) as files:
         for name in ("a.png", "b.png"):
             files.path(tmp_path / name).write_text(name)
-    assert told == ["flush", "flush", "rename", "rename"]
+    assert reported == ["flush", "flush", "rename", "rename"]

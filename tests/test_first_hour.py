@@ -71,26 +71,26 @@ def test_the_sample_is_a_sixth_of_the_model_wide_whatever_its_pixels(sample, pix
 
 
 @pytest.mark.slow(reason="covers several models, or one several times")
-def test_what_is_soft_or_very_large_is_told_before_the_work(tmp_path, monkeypatch):
+def test_what_is_soft_or_very_large_is_reported_before_the_work(tmp_path, monkeypatch):
     sample = tmp_path / "small.png"
     write_image(sample, np.random.default_rng(1).integers(0, 255, (40, 40, 3), np.uint8))
-    told, stages = [], []
+    reported, stages = [], []
 
     def progress(stage, *_):
         if stage == "blocks":
             stages.append(stage)
 
     def run(**synthesis):
-        told.clear()
+        reported.clear()
         return cover(
             str(sample), "sphere", [str(tmp_path / "x.npz")], synthesis=synthesis,
-            tell=lambda note: told.append((note, len(stages))), progress=progress,
+            tell=lambda note: reported.append((note, len(stages))), progress=progress,
         )  # fmt: skip
 
     assert run(texels=40_000).notes == []
     stages.clear()
     assert "soft" in run(texels=200_000).notes[0]
-    assert [count for _, count in told] == [0]
+    assert [count for _, count in reported] == [0]
     monkeypatch.setattr(notes, "_MANY_TEXELS", 30_000)
     assert "GB of texels in memory" in run(texels=40_000).notes[0]
 
@@ -153,7 +153,7 @@ def test_faces_that_point_inward_are_noted():
         assert len(found) == inward
 
 
-def test_a_sample_that_is_no_texture_is_told(tmp_path):
+def test_a_sample_that_is_no_texture_is_reported(tmp_path):
     pixels = np.random.default_rng(1).integers(0, 60, (64, 64, 3), np.uint8)
     pixels[:32] += 180
     write_image(tmp_path / "sky.png", pixels)
@@ -187,7 +187,7 @@ def test_the_size_of_an_element_stands_for_that_of_the_sample(tmp_path):
         run(element_size=0.1)
 
 
-def test_texels_follow_the_sample_up_to_a_ceiling_that_is_told(tmp_path, monkeypatch):
+def test_texels_follow_the_sample_up_to_a_ceiling_that_is_reported(tmp_path, monkeypatch):
     sample = tmp_path / "small.png"
     write_image(sample, np.random.default_rng(1).integers(0, 255, (40, 40, 3), np.uint8))
 
@@ -208,13 +208,13 @@ def test_texels_follow_the_sample_up_to_a_ceiling_that_is_told(tmp_path, monkeyp
     assert "--texels" in note
 
 
-def test_a_sample_of_few_stones_is_told(tmp_path):
+def test_a_sample_of_few_stones_is_reported(tmp_path):
     rows, columns = np.mgrid[:192, :192]
     noise = np.random.default_rng(1).normal(0, 4, (192, 192))
-    for side, told in ((64, True), (24, False)):
+    for side, reported in ((64, True), (24, False)):
         joint = np.minimum((rows + side // 2) % side, (columns + side // 2) % side) < 4
         pixels = np.clip(np.where(joint, 60, 130) + noise, 0, 255).astype(np.uint8)
         write_image(tmp_path / "stones.png", pixels[:, :, None])
         words = str(tmp_path / "stones.png"), "plane", [str(tmp_path / "x.npz")]
-        told_notes = cover(*words, synthesis={"texels": 10_000}).notes
-        assert any("tiles across" in note for note in told_notes) is told
+        reported_notes = cover(*words, synthesis={"texels": 10_000}).notes
+        assert any("tiles across" in note for note in reported_notes) is reported

@@ -61,6 +61,6 @@ def test_pieces(
     ],
 )  # fmt: skip
 def test_what_is_none_of_them_is_refused(read: object, text: str) -> None:
-    with pytest.raises(InputError, match="allowed") as told:
+    with pytest.raises(InputError, match="allowed") as reported:
         read(text)  # type: ignore[operator]
-    assert len(str(told.value).splitlines()) == 1
+    assert len(str(reported.value).splitlines()) == 1

@@ -77,7 +77,7 @@ def test_textures_are_halved_and_look_alike(tmp_path: Path, maps: int) -> None:
             assert abs(float(one.mean()) - float(other.mean())) < 3
 
 
-def test_textures_are_told_as_what_they_are(tmp_path: Path) -> None:
+def test_textures_are_reported_as_what_they_are(tmp_path: Path) -> None:
     material = Material({"albedo": sample(), "roughness": sample()[:, :, :1].copy()})
     cover(material, "torus", tmp_path / "x.glb", synthesis=ASKED, options=WriteOptions(quads=400))
     document, _ = textures(tmp_path / "x.glb", tmp_path)
@@ -155,8 +155,8 @@ def test_tiles_have_as_many_texels(folder: Path, tmp_path: Path) -> None:
     for name, others in (("alone", ()), ("whole", ("x.npz",))):
         (tmp_path / name).mkdir()
         targets = [tmp_path / name / file for file in ("x.<UDIM>.png", *others)]
-        told = refine(folder / "x.uph", targets, texels=200_000, options=options)
-        assert (told.model is None) == (not others)
+        reported = refine(folder / "x.uph", targets, texels=200_000, options=options)
+        assert (reported.model is None) == (not others)
     alone, whole = (
         {file.name: file.read_bytes() for file in (tmp_path / name).glob("*.png")}
         for name in ("alone", "whole")

@@ -195,7 +195,7 @@ def test_the_right_maps_are_in_the_glb(name: str, tmp_path: Path) -> None:
         threads=1,
     )
     for note in notes:
-        assert any(note in told for told in report.notes), report.notes
+        assert any(note in reported for reported in report.notes), report.notes
     images = glb_images(tmp_path / "wall.glb", tmp_path)
     for channel, value in enumerate(expected):
         assert (images["orm"][..., channel] == value).all()

@@ -85,11 +85,11 @@ def test_every_map_is_in_every_output(command: Any, tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
     assert done.stdout.splitlines()[1].startswith("block ")
     assert done.stdout.splitlines()[1].endswith("maps albedo, normal, roughness, height")
-    told = json.loads((tmp_path / "report.json").read_text())
-    assert told["counts"]["maps"] == 4
-    assert told["settled"]["maps"] == "albedo, normal, roughness, height"
-    assert len(told["written"]) == 2 + 3 + 3 + 1 + 4
-    assert {Path(name).name for name in told["written"]} == {path.name for path in tmp_path.iterdir()} - {
+    reported = json.loads((tmp_path / "report.json").read_text())
+    assert reported["counts"]["maps"] == 4
+    assert reported["settled"]["maps"] == "albedo, normal, roughness, height"
+    assert len(reported["written"]) == 2 + 3 + 3 + 1 + 4
+    assert {Path(name).name for name in reported["written"]} == {path.name for path in tmp_path.iterdir()} - {
         "report.json"
     }
 

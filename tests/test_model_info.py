@@ -37,13 +37,13 @@ def test_names_stand_whole_on_a_line_however_long(
     for n, part in enumerate(names):
         glb.node(name=part, mesh=glb.mesh(part, glb.box() | {"material": n}))
     glb.write(tmp_path / "chair.glb")
-    told = [line.strip() for line in run_cli("info", "chair.glb", cwd=tmp_path).stdout.splitlines()]
+    reported = [line.strip() for line in run_cli("info", "chair.glb", cwd=tmp_path).stdout.splitlines()]
     for part, material in names.items():
-        first = next(n for n, line in enumerate(told) if line.startswith(part))
-        place = " ".join(told[first : first + lines])
+        first = next(n for n, line in enumerate(reported) if line.startswith(part))
+        place = " ".join(reported[first : first + lines])
         assert material in place
         assert all(word in place for word in (part, "12", " m²", " m", "none"))
-        assert all(len(line) <= columns for line in told[first : first + lines])
+        assert all(len(line) <= columns for line in reported[first : first + lines])
 
 
 def test_info_refuses_what_is_no_model(tmp_path: Path) -> None:

@@ -23,7 +23,7 @@ KINDS = (SynthesisOptions, WriteOptions)
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_every_field_is_told_and_stands_in_the_docstring(kind):
+def test_every_field_is_reported_and_stands_in_the_docstring(kind):
     for entry in fields(kind):
         assert entry.metadata["help"].endswith("."), entry.name
         assert f"\n{entry.name}\n    {entry.metadata['help']}" in kind.__doc__
@@ -116,7 +116,7 @@ def test_a_default_that_is_written_is_refused_by_the_other_method(monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("choices", "told"),
+    ("choices", "reported"),
     [
         ({"methd": "paper"}, r"unknown option 'methd'; did you mean 'method'\?"),
         ({"method": "papr"}, r"unknown method 'papr'; did you mean 'paper'\?"),
@@ -160,8 +160,8 @@ def test_a_default_that_is_written_is_refused_by_the_other_method(monkeypatch):
         ({"texels": (64, 64), "direction": "u"}, "direction is given with texels 64x64"),
     ],
 )
-def test_bad_choices_are_refused_in_one_line(choices, told):
-    with pytest.raises(InputError, match=told) as raised:
+def test_bad_choices_are_refused_in_one_line(choices, reported):
+    with pytest.raises(InputError, match=reported) as raised:
         chosen(SynthesisOptions, **choices)
     assert "\n" not in str(raised.value)
 

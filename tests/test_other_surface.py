@@ -58,7 +58,7 @@ def test_a_surface_of_ones_own_and_a_cut_stream(ring: Path, tmp_path: Path) -> N
 
 
 @pytest.mark.parametrize(
-    ("on", "told"),
+    ("on", "reported"),
     [
         ("cyclide:spans=6x4", "cyclide:spans=6x4 does not fit the stream: face 0 has 6x4 patches"),
         ("plane:spans=4x4", "edge 0 of patch 0 meets nothing; allowed: meets edge 2 of patch 12"),
@@ -67,10 +67,10 @@ def test_a_surface_of_ones_own_and_a_cut_stream(ring: Path, tmp_path: Path) -> N
     ],
 )
 def test_what_does_not_fit_is_one_line_and_writes_nothing(
-    ring: Path, tmp_path: Path, on: str, told: str
+    ring: Path, tmp_path: Path, on: str, reported: str
 ) -> None:
     done = run_cli("refine", "ring.uph", "--on", on, "-o", str(tmp_path / "x.glb"), cwd=ring.parent)
-    assert_one_line(done, told)
+    assert_one_line(done, reported)
     assert not list(tmp_path.iterdir())
 
 

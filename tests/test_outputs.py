@@ -99,12 +99,12 @@ def test_every_kind_is_meant_by_its_names_and_writes_just_its_files(kind: Output
 
 
 def test_what_is_written_is_in_the_help_and_the_readme() -> None:
-    (told,) = re.findall(r"^- \*\*Output\*\*: .*$", README, re.MULTILINE)
+    (reported,) = re.findall(r"^- \*\*Output\*\*: .*$", README, re.MULTILINE)
     for kind in OUTPUTS:
         assert kind.words in outputs_in_words()
-        assert kind.prefix in told
+        assert kind.prefix in reported
         if kind.suffixes[0] != ".png":
-            assert all(f"`{suffix}`" in told for suffix in kind.suffixes)
+            assert all(f"`{suffix}`" in reported for suffix in kind.suffixes)
 
 
 @pytest.mark.parametrize("text", ["x.<UDIM>.glb", "<UDIM>/x.png", "a<UDIM>b<UDIM>.png", "atlas:x.<UDIM>.obj"])
@@ -171,7 +171,7 @@ def test_normal_scale_is_checked(value: float) -> None:
 
 
 @pytest.mark.slow(reason="covers several models, or one several times")
-def test_the_share_of_the_page_that_is_told_is_what_triangles_cover(tmp_path: Path) -> None:
+def test_the_share_of_the_page_that_is_reported_is_what_triangles_cover(tmp_path: Path) -> None:
     """Texels counted one by one, of the atlas that is written, against what the report says."""
     target = f"atlas:{tmp_path / 'atlas.png'}"
     report = cover(

@@ -26,10 +26,10 @@ def test_one_command_draws_every_figure(tmp_path: Path) -> None:
     files = sorted((tmp_path / "figures").iterdir())
     assert all(read_image(file).std() > 10 for file in files)
     drawn = {int(number) for file in files for number in re.findall(r"_(\d\d)", file.stem)}
-    told = {int(number) for line in done.stdout.splitlines() if line.startswith("not drawn")
+    reported = {int(number) for line in done.stdout.splitlines() if line.startswith("not drawn")
             for number in re.findall(r"\d+", line)}  # fmt: skip
-    assert told <= {11}  # the paper's baseline
-    assert drawn | told == set(range(1, 14))
+    assert reported <= {11}  # the paper's baseline
+    assert drawn | reported == set(range(1, 14))
 
 
 @pytest.mark.slow(reason="starts processes")

@@ -98,14 +98,14 @@ def test_a_note_is_printed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> N
 
 
 @pytest.mark.slow(reason="covers several models, or one several times")
-def test_what_would_help_is_told_and_helps(tmp_path: Path) -> None:
+def test_what_would_help_is_reported_and_helps(tmp_path: Path) -> None:
     weave = upholster.read_exemplar(BRICKS.with_name("weave.png"))
     seen = Rectification(((0, 0), (256, 40), (256, 216), (0, 256)), 256, 256).apply(weave)
     shaded = seen * np.linspace(1, 0.4, seen.shape[1])[None, :, None]
     write_image(tmp_path / "photo.png", from_linear(shaded.astype(np.float32), "uint8"))
-    told = run_cli("prepare", "photo.png", "-o", "a.png", cwd=tmp_path).stdout
-    assert "--even-light" in told
-    (words,) = re.findall(r"--rectify ((?:[0-9]+,[0-9]+ ){4})", told)
+    reported = run_cli("prepare", "photo.png", "-o", "a.png", cwd=tmp_path).stdout
+    assert "--even-light" in reported
+    (words,) = re.findall(r"--rectify ((?:[0-9]+,[0-9]+ ){4})", reported)
     done = run_cli(
         "prepare", "photo.png", "-o", "b.png", "--even-light", "--rectify", *words.split(), cwd=tmp_path
     )

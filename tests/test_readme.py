@@ -106,8 +106,8 @@ def _serve(command: str, clone: Path) -> None:
         with urllib.request.urlopen(address[0], timeout=PATIENCE) as answer:
             assert answer.status == 200
         process.send_signal(signal.SIGINT)
-        told, _ = process.communicate(timeout=PATIENCE)
-        assert process.returncode == 0, f"$ {command}\n{told}"
+        reported, _ = process.communicate(timeout=PATIENCE)
+        assert process.returncode == 0, f"$ {command}\n{reported}"
     finally:
         process.kill()
         process.communicate()

@@ -112,10 +112,10 @@ def test_every_triangle_shows_its_own_sample(folder: Path, tmp_path: Path) -> No
 
 
 def test_parts_without_a_material_stay_as_they_are(folder: Path, tmp_path: Path) -> None:
-    told: list[str] = []
-    covered(folder, tmp_path / "a.glb", {"oak": "red.png"}, tell=told.append)
+    reported: list[str] = []
+    covered(folder, tmp_path / "a.glb", {"oak": "red.png"}, tell=reported.append)
     assert materials_of(tmp_path / "a.glb") == ["Cloth", "red", "red"]
-    assert any("no material is given for Top: left as in the file" in note for note in told)
+    assert any("no material is given for Top: left as in the file" in note for note in reported)
 
 
 @pytest.mark.slow(reason="covers several models, or one several times")
@@ -128,7 +128,7 @@ def test_the_sample_covers_the_rest(folder: Path, tmp_path: Path) -> None:
     assert materials_of(tmp_path / "b.glb") == ["green", "red", "Oak"]
 
 
-def test_a_pattern_for_which_nothing_is_left_is_told(folder: Path, tmp_path: Path) -> None:
+def test_a_pattern_for_which_nothing_is_left_is_reported(folder: Path, tmp_path: Path) -> None:
     report = covered(folder, tmp_path / "a.glb", {"*": "red.png", "Top": "none.png"})
     assert materials_of(tmp_path / "a.glb") == ["red", "red", "red"]
     assert any("'Top' covers nothing" in note for note in report.notes)
@@ -218,7 +218,7 @@ WRONG: dict[str, tuple[dict[str, Any], dict[str, Any], str]] = {
 
 
 @pytest.mark.parametrize("case", WRONG)
-def test_what_is_wrong_is_told_and_nothing_written(folder: Path, tmp_path: Path, case: str) -> None:
+def test_what_is_wrong_is_reported_and_nothing_written(folder: Path, tmp_path: Path, case: str) -> None:
     materials, more, message = WRONG[case]
     options = dict(more)
     target = options.pop("target", "a.glb")

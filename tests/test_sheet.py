@@ -107,7 +107,7 @@ def test_views_of_a_picture_are_the_same_for_pictures_of_one_size() -> None:
     assert np.array_equal(one[0], flat_views(image)[0])
 
 
-def test_worse_is_told_by_more_than_noise() -> None:
+def test_worse_is_reported_by_more_than_noise() -> None:
     low, one = Measure("{}", "low", 0.1, 0.5), Measure("{}", "one", 0.05)
     assert not low.worse(1.0, 1.5)
     assert low.worse(1.0, 1.6)

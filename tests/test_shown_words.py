@@ -39,16 +39,16 @@ def test_what_does_not_print_is_escaped() -> None:
 def test_files_with_odd_names(tmp_path: Path, example_stream: Any) -> None:
     name = "[bold]x[foo]\x1b[2J.uph"
     (tmp_path / name).write_bytes(example_stream)
-    told = run_cli("info", name, cwd=tmp_path)
-    assert told.returncode == 0, told.stderr
-    assert told.stdout.startswith(r"[bold]x[foo]\x1b[2J.uph: ")
-    told = run_cli("refine", name, "-o", "[red]y[foo]\x1b[2J.png", cwd=tmp_path)
-    assert told.returncode == 0, told.stderr
-    assert r"wrote [red]y[foo]\x1b[2J.png" in told.stdout
+    reported = run_cli("info", name, cwd=tmp_path)
+    assert reported.returncode == 0, reported.stderr
+    assert reported.stdout.startswith(r"[bold]x[foo]\x1b[2J.uph: ")
+    reported = run_cli("refine", name, "-o", "[red]y[foo]\x1b[2J.png", cwd=tmp_path)
+    assert reported.returncode == 0, reported.stderr
+    assert r"wrote [red]y[foo]\x1b[2J.png" in reported.stdout
     (tmp_path / name).write_bytes(b"no stream")
-    told = run_cli("info", name, cwd=tmp_path)
-    assert told.returncode == 2
-    for text in (told.stdout, told.stderr):
+    reported = run_cli("info", name, cwd=tmp_path)
+    assert reported.returncode == 2
+    for text in (reported.stdout, reported.stderr):
         assert "\x1b" not in text
 
 
@@ -58,10 +58,10 @@ def test_a_model_with_odd_names(tmp_path: Path) -> None:
     primitive["material"] = 0
     glb.node(name=EVIL, mesh=glb.mesh(EVIL, primitive))
     glb.write(tmp_path / "odd.glb")
-    told = run_cli("info", "odd.glb", cwd=tmp_path)
-    assert told.returncode == 0, told.stderr
-    assert "\x1b" not in told.stdout
-    assert r"\x1b]0;mine" in told.stdout.replace(" ", "")
+    reported = run_cli("info", "odd.glb", cwd=tmp_path)
+    assert reported.returncode == 0, reported.stderr
+    assert "\x1b" not in reported.stdout
+    assert r"\x1b]0;mine" in reported.stdout.replace(" ", "")
 
 
 @pytest.mark.slow(reason="starts processes")
@@ -86,12 +86,12 @@ def test_an_unforeseen_fault_is_one_line(
     monkeypatch.setattr(cli, "app", broken)
     monkeypatch.setattr("os._exit", ended.append)
     cli.main()
-    (told,) = capsys.readouterr().err.splitlines()
+    (reported,) = capsys.readouterr().err.splitlines()
     (file,) = tmp_path.glob("upholster-fault-*.txt")
     assert ended == [1]
-    assert "report it" in told
-    assert str(file) in told
-    assert "ZeroDivisionError: what nobody thought of" in told
+    assert "report it" in reported
+    assert str(file) in reported
+    assert "ZeroDivisionError: what nobody thought of" in reported
     assert "in broken" in file.read_text()
 
 

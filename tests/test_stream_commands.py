@@ -271,8 +271,8 @@ def test_a_limit_in_coefficients_comes_with_all_placements_and_no_more_of_the_sa
 
 
 def test_shares_are_never_rounded_up_to_all():
-    told = {0.03: "3 %", 0.0701: "7 %", 0.1502: "15 %", 0.684: "68 %", 0.9999: "99.9 %", 1.0: "100 %"}
-    assert {share: share_text(share) for share in told} == told
+    reported = {0.03: "3 %", 0.0701: "7 %", 0.1502: "15 %", 0.684: "68 %", 0.9999: "99.9 %", 1.0: "100 %"}
+    assert {share: share_text(share) for share in reported} == reported
 
 
 def test_levels_picture_shows_as_many_models_as_levels(parts):

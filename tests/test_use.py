@@ -42,8 +42,8 @@ def test_the_command_and_the_library_write_the_same(folder: Path) -> None:
         "cover", "photo.png", "--use", "mask.png", *FLAT, "-o", "a.png", "--report", "a.json", cwd=folder
     )
     assert done.returncode == 0, done.stderr
-    told = json.loads((folder / "a.json").read_text())
-    assert told["parameters"]["use"] == "mask.png"
+    reported = json.loads((folder / "a.json").read_text())
+    assert reported["parameters"]["use"] == "mask.png"
     assert not is_hidden(read_image(folder / "a.png")).any()
     use = str(folder / "mask.png")
     upholster.cover(
@@ -80,9 +80,9 @@ def test_a_project_keeps_its_mask(folder: Path, tmp_path: Path) -> None:
     place = tmp_path / "other" / "x.upholster.json"
     copied = save_project(project, place)
     assert {Path(file).name for file in copied} == {"photo.png", "mask.png"}
-    told = json.loads(place.read_text())
-    assert told["sample"] == {"source": "photo.png", "use": "mask.png", "crop": [0, 0, 200, 200]}
-    assert set(told["files"]) == {"photo.png", "mask.png"}
+    reported = json.loads(place.read_text())
+    assert reported["sample"] == {"source": "photo.png", "use": "mask.png", "crop": [0, 0, 200, 200]}
+    assert set(reported["files"]) == {"photo.png", "mask.png"}
     again = read_project(place)
     assert again.sample is not None
     assert again.sample.options.use == str(place.parent / "mask.png")
@@ -101,13 +101,13 @@ def test_a_project_keeps_its_mask(folder: Path, tmp_path: Path) -> None:
 def test_a_project_reaches_no_mask_outside_its_folder(folder: Path) -> None:
     place = folder / "in" / "x.upholster.json"
     place.parent.mkdir()
-    told = {"upholster": 1, "model": "plane", "sample": {"source": "p.png", "use": "../mask.png"}}
-    place.write_text(json.dumps(told))
+    reported = {"upholster": 1, "model": "plane", "sample": {"source": "p.png", "use": "../mask.png"}}
+    place.write_text(json.dumps(reported))
     (place.parent / "p.png").write_bytes((folder / "photo.png").read_bytes())
     done = run_cli("cover", "--project", place, "-o", "x.png", cwd=folder)
     assert_one_line(done, "mask.png")
-    told["sample"]["use"] = "alpha"  # type: ignore[index]  # that is no file
-    place.write_text(json.dumps(told))
+    reported["sample"]["use"] = "alpha"  # type: ignore[index]  # that is no file
+    place.write_text(json.dumps(reported))
     assert read_project(place).files() == [str(place.parent / "p.png")]
 
 

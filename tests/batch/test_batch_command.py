@@ -42,7 +42,7 @@ def scheduler() -> Iterator[str]:
 
 
 @pytest.mark.slow(reason="covers several models by commands")
-def test_jobs_are_done_once_and_what_fails_is_told(tmp_path: Path, scheduler: str) -> None:
+def test_jobs_are_done_once_and_what_fails_is_reported(tmp_path: Path, scheduler: str) -> None:
     (tmp_path / "jobs.toml").write_text(
         f'texels = "96x96"\n[[jobs]]\nsample = ["{SAMPLE}", "missing.png"]\non = "plane"\n'
         'output = "out/{sample}.png"\n'
@@ -119,9 +119,9 @@ def test_jobs_take_projects(tmp_path: Path, scheduler: str) -> None:
     first = json.loads((tmp_path / "batch.json").read_text())["results"][0]
     assert set(first["inputs"]) == {"flat.upholster.json", "weave.png"}
     # A project may be a stranger's, too.
-    told = json.loads((tmp_path / "flat.upholster.json").read_text())
-    told["sample"]["source"] = str(SAMPLE)
-    (tmp_path / "flat.upholster.json").write_text(json.dumps(told))
+    reported = json.loads((tmp_path / "flat.upholster.json").read_text())
+    reported["sample"]["source"] = str(SAMPLE)
+    (tmp_path / "flat.upholster.json").write_text(json.dumps(reported))
     assert_one_line(run_cli(*words, cwd=tmp_path), "it refers to")
     assert run_cli(*words, *ALLOWED, cwd=tmp_path).returncode == 0  # the sample's folder is allowed
 
@@ -143,9 +143,9 @@ def _begun(folder: Path) -> subprocess.Popen[str]:
     return process
 
 
-def _said(told: str) -> list[str]:
+def _said(reported: str) -> list[str]:
     """Return the lines that are no progress; a busy machine has some of these."""
-    return [line for line in told.splitlines() if "0 failed" not in line]
+    return [line for line in reported.splitlines() if "0 failed" not in line]
 
 
 def _workers(process: subprocess.Popen[str]) -> list[int]:
@@ -166,8 +166,8 @@ def test_jobs_of_a_worker_that_dies_are_done_by_another(tmp_path: Path) -> None:
     process = _begun(tmp_path)
     for worker in _workers(process):
         os.kill(worker, signal.SIGKILL)
-    told = process.communicate(timeout=600)
-    assert process.returncode == 0, told
+    reported = process.communicate(timeout=600)
+    assert process.returncode == 0, reported
     assert {path.name for path in tmp_path.glob("*.png")} == {f"{seed}.png" for seed in range(1, 7)}
 
 
@@ -177,11 +177,11 @@ def test_what_is_done_when_it_is_stopped_stays_done(tmp_path: Path) -> None:
     process = _begun(tmp_path)
     workers = _workers(process)
     os.killpg(process.pid, signal.SIGINT)
-    _, told = process.communicate(timeout=600)
+    _, reported = process.communicate(timeout=600)
     assert process.returncode in (0, 130)  # 0: all were done before the signal came
     if process.returncode == 130:
-        assert "jobs are done, and stay done" in told
-        assert len(_said(told)) == 1, told
+        assert "jobs are done, and stay done" in reported
+        assert len(_said(reported)) == 1, reported
     while any(Path(f"/proc/{worker}").exists() for worker in workers):
         time.sleep(0.05)
     assert not list(tmp_path.glob(".upholster*"))

@@ -7,7 +7,7 @@ from upholster.charts.directions import (
     default_on_patches,
     direction_field,
     parse_direction,
-    told_on_patches,
+    vectors_on_patches,
 )
 from upholster.charts.mesh_warp_fields import triangle_frames, warp_fields
 from upholster.charts.turns import chart_turns
@@ -22,7 +22,7 @@ def laid(
     """Return a surface on charts, and the warp fields of a direction, by default of the one that suits it."""
     charted = charted_patches(surface, charts)
     asked = default_on_patches(surface, charted) if text is None else text
-    wanted = told_on_patches(surface, charted, parse_direction(asked, patches=True))
+    wanted = vectors_on_patches(surface, charted, parse_direction(asked, patches=True))
     field = direction_field(charted.mesh, wanted)
     along, down = triangle_frames(charted.mesh, field.corner_vectors)
     turns = chart_turns(charted, along, field.fold)

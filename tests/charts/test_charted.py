@@ -5,7 +5,7 @@ import pytest
 
 from upholster.charts.chart_seams import find_seams
 from upholster.charts.charted import ChartedSurface, charted_patches, charted_plane, charted_surface
-from upholster.charts.directions import parse_direction, told_on_patches
+from upholster.charts.directions import parse_direction, vectors_on_patches
 from upholster.charts.layout import density_layout
 from upholster.charts.subdivision import subdivided
 from upholster.charts.tessellation import face_parameters
@@ -141,14 +141,14 @@ def test_steps_lie_on_a_chart_where_its_triangles_do() -> None:
 @pytest.mark.parametrize("spec", ["cyclide", "sphere", "vase", "cone"])
 def test_u_and_v_are_the_surfaces_derivatives(spec: str, kind: str) -> None:
     surface, charted = charted_at(spec)
-    told = told_on_patches(surface, charted, parse_direction(kind, patches=True))
-    assert isinstance(told.vectors, np.ndarray)
+    reported = vectors_on_patches(surface, charted, parse_direction(kind, patches=True))
+    assert isinstance(reported.vectors, np.ndarray)
     _, by_s, by_t = exact(surface, charted)
     wanted = by_t if kind == "u" else by_s
     size = np.linalg.norm(wanted, axis=2)
     sound = size > 1e-6 * size.max()
-    cosine = (told.vectors * wanted).sum(axis=2) / np.maximum(
-        size * np.linalg.norm(told.vectors, axis=2), 1e-30
+    cosine = (reported.vectors * wanted).sum(axis=2) / np.maximum(
+        size * np.linalg.norm(reported.vectors, axis=2), 1e-30
     )
     # Where derivatives jump, a corner has those of its own patches.
     assert np.mean(cosine[sound] > 1 - 1e-9) > 0.97

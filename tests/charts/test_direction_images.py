@@ -5,10 +5,10 @@ import pytest
 from meshes import height_field, on_charts
 
 from upholster.charts.charted import charted_patches
-from upholster.charts.directions import direction_field, in_detail, parse_direction, told_on_patches
+from upholster.charts.directions import direction_field, in_detail, parse_direction, vectors_on_patches
 from upholster.charts.directions.asked import asked_at_corners
 from upholster.charts.directions.direction_image import read_direction_image
-from upholster.charts.directions.on_coordinates import told_on_coordinates
+from upholster.charts.directions.on_coordinates import vectors_on_coordinates
 from upholster.charts.layout import density_layout
 from upholster.charts.unwrap import unwrap
 from upholster.errors import InputError
@@ -107,9 +107,9 @@ def test_on_patches_it_lies_over_each_face(tmp_path):
     assert np.linalg.norm(np.diff(charted.mesh.corners, axis=1), axis=2).max() <= 0.0201 * 2**0.5
     for x, y in ((1, 0), (0, 1), (0.6, 0.8)):
         direction = parse_direction(everywhere(tmp_path / "one.png", x, y), patches=True)
-        told = told_on_patches(surface, charted, direction)
-        field = direction_field(charted.mesh, told)
-        along = told_on_patches(surface, charted, parse_direction("u", patches=True)).vectors[:, 0]
+        reported = vectors_on_patches(surface, charted, direction)
+        field = direction_field(charted.mesh, reported)
+        along = vectors_on_patches(surface, charted, parse_direction("u", patches=True)).vectors[:, 0]
         along /= np.linalg.norm(along, axis=1, keepdims=True)
         wanted = x * along + y * np.cross(charted.mesh.flat_normals, along)
         np.testing.assert_allclose((field.face_vectors * wanted).sum(axis=1), 1, atol=1e-3)
@@ -128,7 +128,7 @@ def test_detail_keeps_coordinates_and_places(tmp_path):
     uv = mesh.uv.copy()
     uv[0, 2] = np.nan
     fine = in_detail(charted, uv)
-    field = told_on_coordinates(fine.mesh, parse_direction(everywhere(tmp_path / "one.png", 1, 0)))
+    field = vectors_on_coordinates(fine.mesh, parse_direction(everywhere(tmp_path / "one.png", 1, 0)))
     without = np.linalg.norm(field.vectors, axis=2).max(axis=1) == 0
     first = np.linalg.norm(mesh.corners[0, [1, 2, 1]] - mesh.corners[0, [0, 0, 2]], axis=1).max()
     assert fine.mesh.areas[without].sum() == pytest.approx(mesh.areas[0])

@@ -163,7 +163,7 @@ def test_a_sheet_gets_the_plane_field_and_the_lid_of_a_box_runs_along_x():
         (sphere(3), "z", {"crease": 200}, "crease"),
     ],
 )
-def test_what_is_wrong_is_told_in_a_line(mesh, direction, options, words):
+def test_what_is_wrong_is_reported_in_a_line(mesh, direction, options, words):
     with pytest.raises(InputError, match=words):
         direction_field(mesh, direction, **options)
 
@@ -269,7 +269,7 @@ def test_strokes_are_followed_and_the_rest_is_smooth():
 
 @pytest.mark.slow(reason="lays quilts on every kind of surface")
 @pytest.mark.parametrize("direction", ["level", "z", "around:y"])
-def test_a_stroke_is_followed_as_far_as_is_told_against_what_else_is_asked(direction):
+def test_a_stroke_is_followed_as_far_as_is_asked_against_what_else_is_asked(direction):
     mesh = sphere(40)
     at, along = np.array([[0.6, -0.6, 0.53], [0.1, 1.0, 1.0]])
     at = at / np.linalg.norm(at)
@@ -305,7 +305,7 @@ def test_strokes_are_read_from_texts_files_and_arrays(tmp_path):
         ("0,0,7:1,0,0", "from the surface"),
     ],
 )
-def test_wrong_strokes_are_told_in_a_line(written, words):
+def test_wrong_strokes_are_reported_in_a_line(written, words):
     with pytest.raises(InputError, match=words):
         direction_field(sphere(4), strokes=written)
 
@@ -316,7 +316,7 @@ def test_a_stroke_at_right_angles_to_the_surface_is_refused():
 
 
 @pytest.mark.parametrize("text", ["{", '{"at": 1}', "[1]", '[{"at": [0, 0, 1]}]', "[[[0, 0, 1], [1, 0]]]"])
-def test_wrong_files_of_strokes_are_told_in_a_line(tmp_path, text):
+def test_wrong_files_of_strokes_are_reported_in_a_line(tmp_path, text):
     path = tmp_path / "strokes.json"
     path.write_text(text)
     with pytest.raises(InputError, match=r"strokes\.json"):
@@ -360,7 +360,7 @@ def test_lines_become_strokes_a_hundredth_of_the_model_apart(tmp_path):
         ("abc", "not finite numbers"),
     ],
 )
-def test_wrong_lines_are_told_in_a_line(tmp_path, line, words):
+def test_wrong_lines_are_reported_in_a_line(tmp_path, line, words):
     path = tmp_path / "lines.json"
     path.write_text(json.dumps([{"line": line}]))
     with pytest.raises(InputError, match=rf"strokes .*lines\.json: .*{words}"):

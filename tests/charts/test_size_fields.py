@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from upholster.charts.charted import ChartedSurface, charted_patches
-from upholster.charts.directions import parse_direction, told_on_patches
+from upholster.charts.directions import parse_direction, vectors_on_patches
 from upholster.charts.layout import density_layout
 from upholster.charts.maps import MapGround
 from upholster.charts.mesh_warp_fields import triangle_frames, warp_fields
@@ -16,7 +16,7 @@ from upholster.image import write_image
 
 PLANE = surface_from_spec("plane")
 CHARTED = charted_patches(PLANE, density_layout(PLANE, density=200.0, largest=1000))
-VECTORS = told_on_patches(PLANE, CHARTED, parse_direction("u", patches=True)).vectors
+VECTORS = vectors_on_patches(PLANE, CHARTED, parse_direction("u", patches=True)).vectors
 BLOCK = 0.1
 
 
@@ -120,7 +120,7 @@ def test_phases_of_one_size_are_those_of_a_sample_so_large():
         ("colour=1,2", "map is 'colour'"),
     ],
 )
-def test_wrong_texts_are_told_in_a_line(text, words):
+def test_wrong_texts_are_reported_in_a_line(text, words):
     with pytest.raises(InputError, match=words):
         parse_size_map(text)
 

@@ -157,7 +157,7 @@ def test_threads_do_not_change_the_result(monkeypatch: pytest.MonkeyPatch) -> No
     np.testing.assert_array_equal(first.parameters, second.parameters)
 
 
-def test_odd_triangles_are_covered_or_told() -> None:
+def test_odd_triangles_are_covered_or_reported() -> None:
     mesh = plane()
     middle = mesh.positions[mesh.triangles[0, :2]].mean(axis=0)
     positions = np.concatenate([mesh.positions, [middle], [[5, 5, 5], [5, 6, 5], [6, 5, 5]]])

@@ -96,7 +96,7 @@ def test_distances_are_euclids_within_a_tenth():
     assert np.abs(found / 3 - exact).max() <= 0.1 * exact.max()
 
 
-def test_long_lines_are_told_from_short_ones():
+def test_long_lines_are_distinguished_from_short_ones():
     ridges = np.zeros((30, 30))
     ridges[5, 2:28] = 2.0  # long
     ridges[12, 4:9] = 2.0  # short

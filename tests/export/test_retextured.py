@@ -137,8 +137,8 @@ def test_tangents_run_along_u_also_where_a_node_is_mirrored(tmp_path: Path) -> N
         uv = np.stack([(mesh.corners * right[:, None]).sum(2), -(mesh.corners * up[:, None]).sum(2)], axis=2)
         maps = {"normal": FLAT} if bumpy else {}
         notes = write_retextured_glb(tmp_path / "out.glb", model, [Cover(uv, CHECKER, maps=maps)])
-        told = () if bumpy else ("tangents of 1 part are recomputed for the new texture coordinates",)
-        assert notes == told
+        reported = () if bumpy else ("tangents of 1 part are recomputed for the new texture coordinates",)
+        assert notes == reported
         new = Opened(tmp_path / "out.glb")
         (now,) = new.primitives()
         tangent = new.values(now["attributes"]["TANGENT"])

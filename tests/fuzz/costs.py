@@ -92,10 +92,10 @@ class Costs:
         self.memory = max(self.memory, memory)
         self.seconds_a_byte = max(self.seconds_a_byte, seconds / max(1, len(data)))
 
-    def _keep(self, data: bytes, why: str, told: str = "") -> None:
+    def _keep(self, data: bytes, why: str, reported: str = "") -> None:
         path = Path(tempfile.gettempdir()) / f"fuzz_{why}.{self.kind}"
         path.write_bytes(data)
-        print(f"{self.kind}: {why} ({len(data)} bytes{told}): {path}", flush=True)
+        print(f"{self.kind}: {why} ({len(data)} bytes{reported}): {path}", flush=True)
 
     def __str__(self) -> str:
         seen = ", ".join(f"{count:,} {what}" for what, count in sorted(self.seen.items()))

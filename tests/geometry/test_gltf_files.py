@@ -193,7 +193,7 @@ def test_buffers_may_be_files_or_data(tmp_path: Path) -> None:
         is_closed_cube(read_model(tmp_path / "cube.gltf").mesh)
 
 
-def test_instances_are_read_once_and_sizes_told(tmp_path: Path) -> None:
+def test_instances_are_read_once_and_sizes_reported(tmp_path: Path) -> None:
     glb = Glb()
     mesh = glb.mesh("cube", glb.box())
     inner = glb.node(root=False, name="Inner", mesh=mesh, translation=[1, 0, 0])

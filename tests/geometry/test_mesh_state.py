@@ -36,7 +36,7 @@ def test_faults_are_counted() -> None:
     assert state(BOX_TRIANGLES[[0, 1, 2, 3]]).components == 2
 
 
-def test_parts_are_told_apart_and_share_their_border() -> None:
+def test_parts_are_distinguished_and_share_their_border() -> None:
     part = np.repeat(np.arange(2, dtype=np.int32), 6)
     mesh = TriangleMesh(BOX.astype(float), BOX_TRIANGLES, part, ("a", "b"))
     assert [(each.triangles, each.holes) for each in mesh_states(mesh)] == [(6, 0), (6, 0)]

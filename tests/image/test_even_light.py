@@ -128,7 +128,7 @@ def test_of_a_material_the_albedo_alone(tmp_path: Path) -> None:
         np.testing.assert_array_equal(plain[role], even[role])
 
 
-def test_the_range_of_light_is_told() -> None:
+def test_the_range_of_light_is_reported() -> None:
     rng = np.random.default_rng(3)
     even = rng.integers(60, 200, (96, 128, 3)).astype(np.uint8)
     assert light_range(even) < UNEVEN

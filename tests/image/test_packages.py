@@ -147,7 +147,7 @@ def test_maps_are_named_by_hand(tmp_path: Path) -> None:
         read_source(Sample(tmp_path / "wall.png", options={"normal": "dx"}))
 
 
-def test_what_is_not_used_is_told(tmp_path: Path) -> None:
+def test_what_is_not_used_is_reported(tmp_path: Path) -> None:
     names = {"albedo": 3, "Cavity": 1, "Specular": 3, "Roughness": 3, "Gloss": 1, "Bump": 1}
     for n, (name, channels) in enumerate(names.items()):
         write_image(tmp_path / f"x_4K_{name}.png", image(n, channels))

@@ -159,7 +159,9 @@ def without_libraries(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.parametrize("suffix", ["jpg", "tif"])
-def test_what_is_not_applied_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, suffix: str) -> None:
+def test_what_is_not_applied_is_reported(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, suffix: str
+) -> None:
     path = tmp_path / f"x.{suffix}"
     Image.fromarray(inked(), mode="CMYK").save(path, icc_profile=INKS)
     without_libraries(monkeypatch)
@@ -205,7 +207,7 @@ def test_a_table_at_16_bits(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
         table_profile(b"RGB ", lambda rgb: (0, 0, 0), 3)[:-200],
     ],
 )
-def test_a_damaged_profile_is_left_and_told(tmp_path: Path, data: bytes) -> None:
+def test_a_damaged_profile_is_left_and_reported(tmp_path: Path, data: bytes) -> None:
     pixels = RNG.integers(0, 256, (40, 40, 3), dtype=np.uint8)
     notes: list[str] = []
     found = read_exemplar(saved(tmp_path / "x.tif", pixels, data), notes=notes)

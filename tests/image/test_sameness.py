@@ -19,7 +19,7 @@ def test_textures_are_one(path: Path) -> None:
     assert differing_region(pixels.astype(np.uint16) * 257) is None
 
 
-def test_what_is_no_texture_is_told() -> None:
+def test_what_is_no_texture_is_reported() -> None:
     pixels = read_image(EXAMPLES / "pebbles.png")
     height, width = pixels.shape[:2]
     sky, framed, thing = pixels.copy(), pixels.copy(), pixels.copy()

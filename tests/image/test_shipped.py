@@ -74,9 +74,11 @@ def test_files_stay_what_they_are(tmp_path: Path) -> None:
 @pytest.mark.parametrize("read", [sample_path, read_source, upholster.read_exemplar, Sample])
 def test_an_unknown_name_is_refused_with_those_that_there_are(read: type) -> None:
     for name in ("brickz", "", "../examples/bricks", "bricks.png"):
-        with pytest.raises(InputError, match="brick, bricks, granite, grass, gravel, pebbles, weave") as told:
+        with pytest.raises(
+            InputError, match="brick, bricks, granite, grass, gravel, pebbles, weave"
+        ) as reported:
             read(f"sample:{name}")
-        assert repr(name) in str(told.value)
+        assert repr(name) in str(reported.value)
     with pytest.raises(InputError, match="did you mean 'granite'"):
         read("sample:granit")
 

@@ -58,11 +58,11 @@ def test_a_stream_measures_as_what_it_holds(folder, tmp_path, measured):
     assert all(len(line) <= 80 for line in done.stdout.splitlines())
     for name in ("chart edges", "block borders", "texel area", "Wasserstein", "repeats", "longest verbatim"):
         assert name in done.stdout
-    told = json.loads((tmp_path / "ring.json").read_text())
-    assert told.pop("result") == "ring.uph"
-    assert told.pop("sample") is None
-    assert told.pop("sample_size") is told.pop("direction") is told.pop("crease") is None
-    assert told == json.loads(json.dumps(measured.to_json()))
+    reported = json.loads((tmp_path / "ring.json").read_text())
+    assert reported.pop("result") == "ring.uph"
+    assert reported.pop("sample") is None
+    assert reported.pop("sample_size") is reported.pop("direction") is reported.pop("crease") is None
+    assert reported == json.loads(json.dumps(measured.to_json()))
     assert measured.seams.edges < 1.5
     assert measured.copies.ratio > 1 - 2 / 24
     assert 1.5 < measured.scale.spread < 4
@@ -73,9 +73,9 @@ def test_the_exemplar_can_be_given(folder, tmp_path):
     done = run("ring.uph", "--sample", "sample.png", "--json", str(tmp_path / "a.json"), "-q", cwd=folder)
     assert done.returncode == 0, done.stderr
     assert done.stdout == ""
-    told = json.loads((tmp_path / "a.json").read_text())
-    assert told["sample"] == "sample.png"
-    assert told["wasserstein_mean"] == pytest.approx(np.mean(told["wasserstein"]))
+    reported = json.loads((tmp_path / "a.json").read_text())
+    assert reported["sample"] == "sample.png"
+    assert reported["wasserstein_mean"] == pytest.approx(np.mean(reported["wasserstein"]))
 
 
 def test_a_sample_is_prepared_as_for_the_stream(folder, monkeypatch):
@@ -98,14 +98,14 @@ def test_size_and_direction_that_were_asked_for(folder, tmp_path, parts):
     asked = ["--sample-size", "2", "--direction", "30", "--json", str(tmp_path / "a.json")]
     done = run("ring.uph", *asked, cwd=folder)
     assert done.returncode == 0, done.stderr
-    told = json.loads((tmp_path / "a.json").read_text())
+    reported = json.loads((tmp_path / "a.json").read_text())
     expected = mapping(
         surface, quilt, scale=exemplar.shape[1] / 2, direction=parse_direction("30", patches=True)
     )
-    assert told["mapping"] == dataclasses.asdict(expected)
-    assert (told["sample_size"], told["direction"]) == (2, "30")
+    assert reported["mapping"] == dataclasses.asdict(expected)
+    assert (reported["sample_size"], reported["direction"]) == (2, "30")
     # Method "paper": a texel is a pixel, along the patch's parameters.
-    assert told["mapping"]["angle_95"] == pytest.approx(30, abs=2)
+    assert reported["mapping"]["angle_95"] == pytest.approx(30, abs=2)
     for name in ("texture size", "direction within"):
         assert name in done.stdout
     assert all(len(line) <= 80 for line in done.stdout.splitlines())
@@ -130,9 +130,9 @@ def test_an_image_measures_what_it_can(folder, tmp_path):
     done = run("more.png", "--sample", "sample.png", "--json", str(tmp_path / "a.json"), cwd=folder)
     assert done.returncode == 0, done.stderr
     assert "seam" not in done.stdout
-    told = json.loads((tmp_path / "a.json").read_text())
-    assert told["seams"] is told["scale"] is told["copies"] is None
-    assert len(told["wasserstein"]) == 4
+    reported = json.loads((tmp_path / "a.json").read_text())
+    assert reported["seams"] is reported["scale"] is reported["copies"] is None
+    assert len(reported["wasserstein"]) == 4
 
 
 @pytest.mark.parametrize(

@@ -32,13 +32,15 @@ def test_a_solid_is_closed_and_has_its_volume() -> None:
 
 
 @pytest.mark.parametrize(
-    ("faces", "faults", "told"),
+    ("faces", "faults", "reported"),
     [
         (slice(1, None), (3, 0, 0), "3 edges with a triangle on one side only"),
         ([0, 1, 2, 3, 3], (0, 3, 0), "3 edges with more than two triangles"),
     ],
 )
-def test_what_is_open_or_crowded_is_told(faces: object, faults: tuple[int, int, int], told: str) -> None:
+def test_what_is_open_or_crowded_is_reported(
+    faces: object, faults: tuple[int, int, int], reported: str
+) -> None:
     positions, triangles = tetrahedron()
     found = check_solid(positions, triangles[faces])  # type: ignore[index]
     assert (found.borders, found.crowded, found.turned) == faults
@@ -46,10 +48,10 @@ def test_what_is_open_or_crowded_is_told(faces: object, faults: tuple[int, int, 
     assert found.manifold in (False, None)
     assert (found.volume, found.wall) == (None, None)
     (line,) = solid_lines(found, None)
-    assert line.endswith(f"triangles, which are not a solid: {told}")
+    assert line.endswith(f"triangles, which are not a solid: {reported}")
 
 
-def test_a_triangle_that_is_inside_out_is_told() -> None:
+def test_a_triangle_that_is_inside_out_is_reported() -> None:
     positions, triangles = tetrahedron()
     turned = triangles.copy()
     turned[0] = turned[0, ::-1]
@@ -75,7 +77,7 @@ def test_the_thinnest_wall_is_found() -> None:
     assert any(line.startswith("thinnest wall 0.03") and " mm at (" in line for line in lines)
 
 
-def test_walls_that_pass_through_each_other_are_told() -> None:
+def test_walls_that_pass_through_each_other_are_reported() -> None:
     positions, triangles = shell(1.0, 0.99)
     ball = len(positions) // 2
     through = positions.copy()

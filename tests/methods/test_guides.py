@@ -282,12 +282,12 @@ BAD: dict[str, tuple[dict[str, Any], str]] = {
 
 
 @pytest.mark.parametrize("name", BAD)
-def test_what_is_wrong_is_told(folder: Path, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
+def test_what_is_wrong_is_reported(folder: Path, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
     monkeypatch.chdir(folder)
     wanted, words = BAD[name]
-    with pytest.raises(InputError, match=words) as told:
+    with pytest.raises(InputError, match=words) as reported:
         synthesize("sample.png", "torus", **{"texels": 4000, **wanted} if "method" not in wanted else wanted)
-    assert len(str(told.value).splitlines()) == 1
+    assert len(str(reported.value).splitlines()) == 1
 
 
 @pytest.mark.parametrize("reading", [{"resize": 64}, {"rectify": ((0, 0), (99, 0), (99, 99), (0, 99))}])

@@ -71,14 +71,14 @@ def test_sheets_are_numbered_as_they_are_seen(bent: Run) -> None:
     away = np.empty(seen.shape)
     label_cells(canvases, bent.laid.own.view(np.uint8), chart, 2, away, seen)
     away[::5] = -1.0  # not told
-    told = (seen >= 0) & (away >= 0)
+    reported = (seen >= 0) & (away >= 0)
     ranks = np.full(len(bent.laid.fits), -1, np.int32)
     labels, keys = np.empty(seen.shape, np.int32), np.empty(seen.size, np.int64)
     count = list_sheets(seen, away, bent.laid.firsts, ranks, labels, keys)
-    _, first = np.unique(seen[told], return_index=True)
-    np.testing.assert_array_equal(keys[:count], seen[told][np.sort(first)])
-    np.testing.assert_array_equal(keys[labels[told]], seen[told])
-    assert (labels[~told] == -1).all()
+    _, first = np.unique(seen[reported], return_index=True)
+    np.testing.assert_array_equal(keys[:count], seen[reported][np.sort(first)])
+    np.testing.assert_array_equal(keys[labels[reported]], seen[reported])
+    assert (labels[~reported] == -1).all()
     assert (ranks == -1).all()
 
 

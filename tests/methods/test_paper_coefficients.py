@@ -107,7 +107,7 @@ def test_a_stream_of_method_paper_has_the_papers_profile_and_keeps_it(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("choices", "told"),
+    ("choices", "reported"),
     [
         ({"method": "paper", "threshold": -1.0}, "threshold is -1; allowed: 0 or more"),
         ({"method": "paper", "threshold": float("nan")}, "threshold is nan"),
@@ -118,8 +118,8 @@ def test_a_stream_of_method_paper_has_the_papers_profile_and_keeps_it(tmp_path):
         ({"coefficients": 0.2}, "coefficients belongs to method 'paper'"),
     ],
 )
-def test_wrong_values_are_refused(choices, told):
-    with pytest.raises(InputError, match=told):
+def test_wrong_values_are_refused(choices, reported):
+    with pytest.raises(InputError, match=reported):
         SynthesisOptions(**choices)
 
 

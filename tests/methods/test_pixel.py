@@ -230,12 +230,12 @@ def test_charts_of_one_texel_and_a_patch_that_meets_itself():
 
 
 def test_bad_samples_are_refused_before_work():
-    for shape, levels, told in (
+    for shape, levels, reported in (
         ((39, 64), 3, "sample is 64x39 pixels; allowed with 3 levels: 40 or more each way"),
         ((64, 513), 3, "sample is 513x64 pixels; allowed: up to 512 each way"),
         ((64, 64), 4, "allowed with 4 levels: 80"),
     ):
-        with pytest.raises(InputError, match=told):
+        with pytest.raises(InputError, match=reported):
             synthesize(texture(*shape), plane(), method="pixel", levels=levels)
     with pytest.raises(InputError, match="seed is -1"):
         synthesize(texture(), plane(), method="pixel", chart=8, seed=-1)
@@ -249,12 +249,12 @@ def test_a_stream_is_refused_with_its_size(tmp_path):
 
 
 def test_progress_counts_all_texels():
-    told = []
+    reported = []
     synthesize(
-        texture(), sphere(), method="pixel", chart=16, progress=lambda *line: told.append(line), threads=2
+        texture(), sphere(), method="pixel", chart=16, progress=lambda *line: reported.append(line), threads=2
     )
-    assert {stage for stage, _, _ in told} == {"texels"}
-    done = [count for _, count, _ in told]
+    assert {stage for stage, _, _ in reported} == {"texels"}
+    done = [count for _, count, _ in reported]
     assert done == sorted(done)
     # Levels of 16², 8², 4² texels twice each, and 2² on the coarsest, in raster order and once again.
-    assert told[-1][1:] == (2 * 6 * (256 + 64 + 16 + 4),) * 2
+    assert reported[-1][1:] == (2 * 6 * (256 + 64 + 16 + 4),) * 2

@@ -89,7 +89,7 @@ def test_rows_on_a_mesh_are_whole():
     assert broken(synthesize(exemplar, surface, phase=0.0, **asked), lattice, 12) > 10
 
 
-def test_a_tile_that_stretches_rows_is_told_a_better_size():
+def test_a_tile_that_stretches_rows_is_offered_a_better_size():
     exemplar, lattice = repeating(96, 96, [(1 / 12.4, 0), (0, 1 / 10.7)])
     height, width = better_tile(lattice.waves, 64, 64)
     assert stretched_by(lattice.waves, height, width) < 0.003 < 0.01 < stretched_by(lattice.waves, 64, 64)

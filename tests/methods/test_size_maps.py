@@ -79,7 +79,7 @@ def test_once_everywhere_is_as_without_a_map():
     assert alike(*(laid_quilt(lay_plan(each, SAMPLE, seed=1), threads=1) for each in (without, once)))
 
 
-def test_what_blocks_cannot_follow_is_told():
+def test_what_blocks_cannot_follow_is_reported():
     def notes(text):
         return [note for note in notes_before(PLANE, prepared(size_map=text), SAMPLE, 1) if "size" in note]
 

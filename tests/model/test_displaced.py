@@ -310,7 +310,7 @@ def test_vertices_show_the_map_where_it_is_followed() -> None:
     assert np.abs(found.positions[:, 2] / 0.3 - expected).max() < 0.03
 
 
-def test_an_open_surface_is_told_and_stays_in_one_piece() -> None:
+def test_an_open_surface_is_reported_and_stays_in_one_piece() -> None:
     surface = plane()
     texels = height_map(surface, waves, 5000)
     found = displaced(mesh_of(surface, texels, 100), texels, amount=0.1, triangles=5000)

@@ -105,17 +105,17 @@ def test_a_file_holds_what_is_pinned(torus: Project, sample: np.ndarray, tmp_pat
     own = own.pin(f"{tmp_path}/mask.png>0.7").change(seed=3).pin(HERE).change(seed=4)
     file = tmp_path / "kept" / "t.upholster.json"
     save_project(own, file)
-    told = json.loads(file.read_text())
-    assert told["pinned"]["regions"] == ["mask.png>0.7", HERE]
-    assert told["pinned"]["before"]["synthesis"]["guide"] == ["luminance=mask.png"]
-    assert set(told["files"]) == {"sample.png", "mask.png"}
+    reported = json.loads(file.read_text())
+    assert reported["pinned"]["regions"] == ["mask.png>0.7", HERE]
+    assert reported["pinned"]["before"]["synthesis"]["guide"] == ["luminance=mask.png"]
+    assert set(reported["files"]) == {"sample.png", "mask.png"}
     found = read_project(file)
     np.testing.assert_array_equal(found.quilts()[0].placements, own.quilts()[0].placements)
-    told["pinned"]["regions"] = ["../mask.png"]
-    file.write_text(json.dumps(told))
+    reported["pinned"]["regions"] = ["../mask.png"]
+    file.write_text(json.dumps(reported))
     with pytest.raises(InputError, match=r"mask\.png"):
         read_project(file)
     for wrong in ({"regions": []}, {"regions": "x"}, {"regions": [HERE], "more": 1}, []):
-        file.write_text(json.dumps(told | {"pinned": wrong}))
+        file.write_text(json.dumps(reported | {"pinned": wrong}))
         with pytest.raises(FormatError, match="pinned"):
             read_project(file)

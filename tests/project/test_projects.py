@@ -153,7 +153,7 @@ def test_the_paper_has_one_look():
     ],
     ids=str,
 )
-def test_wrong_changes_are_told(chair, choices, message):
+def test_wrong_changes_are_reported(chair, choices, message):
     with pytest.raises(InputError, match=message):
         chair.change(**choices)
     with pytest.raises(InputError, match="texels is"):
@@ -212,7 +212,7 @@ def test_materials_and_models_of_several_files_are_copied_whole(tmp_path):
 
 @pytest.mark.slow(reason="covers a model again and again")
 @pytest.mark.parametrize(
-    ("told", "message"),
+    ("reported", "message"),
     [
         ({"model": "../other.glb"}, "refers to '../other.glb'; allowed: files in the folder .* --allow DIR"),
         ({"sample": {"source": "/etc/passwd"}}, "refers to '/etc/passwd'"),
@@ -231,9 +231,9 @@ def test_materials_and_models_of_several_files_are_copied_whole(tmp_path):
     ],
     ids=lambda value: "" if isinstance(value, str) else str(value),
 )
-def test_wrong_files_are_one_line(tmp_path, told, message):
+def test_wrong_files_are_one_line(tmp_path, reported, message):
     file, _ = saved(tmp_path)
-    file.write_text(json.dumps(json.loads(file.read_text()) | told))
+    file.write_text(json.dumps(json.loads(file.read_text()) | reported))
     with pytest.raises((InputError, FormatError), match=message) as caught:
         read_project(file)
     assert str(caught.value).startswith(str(file))
@@ -253,8 +253,8 @@ def test_folders_that_are_allowed_may_hold_files(tmp_path):
     file, _ = saved(tmp_path)
     (tmp_path / "other").mkdir()
     (file.parent / "weave.png").rename(tmp_path / "other" / "weave.png")
-    told = json.loads(file.read_text()) | {"sample": {"source": "../other/weave.png"}}
-    file.write_text(json.dumps(told))
+    reported = json.loads(file.read_text()) | {"sample": {"source": "../other/weave.png"}}
+    file.write_text(json.dumps(reported))
     with pytest.raises(InputError, match="refers to"):
         read_project(file)
     assert read_project(file, allow=[tmp_path / "other"]).sample is not None
@@ -274,9 +274,9 @@ def test_arrays_and_functions_are_not_saved(tmp_path):
 def test_a_samples_size_counts_in_synthesize():
     options = {"texels": 20_000, "seed": 3}
     sized = synthesize(Sample(WEAVE, 1.5), "torus", **options)
-    told = synthesize(WEAVE, "torus", sample_size=1.5, **options)
+    reported = synthesize(WEAVE, "torus", sample_size=1.5, **options)
     other = synthesize(WEAVE, "torus", sample_size=1.0, **options)
-    assert (sized.placements["source_row"] == told.placements["source_row"]).all()
+    assert (sized.placements["source_row"] == reported.placements["source_row"]).all()
     assert len(sized.placements) != len(other.placements)
 
 
@@ -318,9 +318,9 @@ def test_a_file_of_strokes_counts_as_it_is_and_lies_in_the_folder(tmp_path, chai
     assert project.coverings()[0].asked.stroke == ("0.0,0.0,0.5:1.0,0.0,0.0",)
     saved_one = tmp_path / "a" / "x.upholster.json"
     assert read_project(saved_one).synthesis.stroke == ("0.0,0.0,0.5:0.0,1.0,0.0",)
-    told = json.loads(saved_one.read_text())
-    told["synthesis"]["stroke"] = ["../strokes.json"]
-    saved_one.write_text(json.dumps(told))
+    reported = json.loads(saved_one.read_text())
+    reported["synthesis"]["stroke"] = ["../strokes.json"]
+    saved_one.write_text(json.dumps(reported))
     with pytest.raises(InputError, match=r"refers to '\.\./strokes.json'"):
         read_project(saved_one)
 
@@ -342,12 +342,12 @@ def test_an_image_of_directions_counts_as_it_is_and_lies_in_the_folder(tmp_path)
     project = project.change(sample=Sample(str(EXAMPLES / "bricks.png")))
     saved_one = tmp_path / "a" / "x.upholster.json"
     assert str(saved_one.parent / "rows.png") in save_project(project, saved_one)
-    told = json.loads(saved_one.read_text())
-    assert told["synthesis"]["direction"] == "rows.png"
-    assert "rows.png" in told["files"]
+    reported = json.loads(saved_one.read_text())
+    assert reported["synthesis"]["direction"] == "rows.png"
+    assert "rows.png" in reported["files"]
     assert read_project(saved_one).synthesis.direction == str(saved_one.parent / "rows.png")
-    told["synthesis"]["direction"] = "../rows.png"
-    saved_one.write_text(json.dumps(told))
+    reported["synthesis"]["direction"] = "../rows.png"
+    saved_one.write_text(json.dumps(reported))
     with pytest.raises(InputError, match=r"refers to '\.\./rows.png'"):
         read_project(saved_one)
 
@@ -368,12 +368,12 @@ def test_an_image_of_sizes_counts_as_it_is_and_lies_in_the_folder(tmp_path):
     assert most() == 0.5
     saved_one = tmp_path / "a" / "x.upholster.json"
     save_project(project, saved_one)
-    told = json.loads(saved_one.read_text())
-    assert told["synthesis"]["size_map"] == "1-sizes.png=0.5,2.0"
-    assert "sizes.png" in told["files"]
+    reported = json.loads(saved_one.read_text())
+    assert reported["synthesis"]["size_map"] == "1-sizes.png=0.5,2.0"
+    assert "sizes.png" in reported["files"]
     assert read_project(saved_one).synthesis.size_map == f"1-{saved_one.parent / 'sizes.png'}=0.5,2.0"
-    told["synthesis"]["size_map"] = "../sizes.png=1,2"
-    saved_one.write_text(json.dumps(told))
+    reported["synthesis"]["size_map"] = "../sizes.png=1,2"
+    saved_one.write_text(json.dumps(reported))
     with pytest.raises(InputError, match=r"refers to '\.\./sizes.png'"):
         read_project(saved_one)
 

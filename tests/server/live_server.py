@@ -32,8 +32,8 @@ class Client(SimpleNamespace):
                 connection.putheader(name.replace("_", "-"), value)
             connection.endheaders()
             answer = connection.getresponse()
-            told = {name.lower(): value for name, value in answer.getheaders()}
-            return answer.status, told, answer.read()
+            reported = {name.lower(): value for name, value in answer.getheaders()}
+            return answer.status, reported, answer.read()
         finally:
             connection.close()
 

@@ -18,8 +18,8 @@ from live_server import PATIENCE, wait_until
 from upholster import server
 from upholster.server import open_in_browser
 
-# Where the cache is empty, kernels are compiled, and the user is told.
-TOLD = "compiling "
+# Where the cache is empty, kernels are compiled, and the user reads so.
+REPORTED = "compiling "
 COMMAND = [sys.executable, "-m", "upholster"]
 QUIET = {
     name: value for name, value in os.environ.items() if name not in ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER")
@@ -73,7 +73,7 @@ def test_it_prints_its_address_answers_there_and_stops(folder, arguments, printe
         process.send_signal(stop)
         output, errors = process.communicate(timeout=PATIENCE)
         assert (process.returncode, output) == (0, "")
-        assert all(line.startswith(TOLD) for line in errors.splitlines())
+        assert all(line.startswith(REPORTED) for line in errors.splitlines())
         idle.close()
         busy.close()
     finally:

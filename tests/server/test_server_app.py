@@ -490,9 +490,9 @@ def test_a_picture_that_fails_is_given_up_and_that_is_remembered(folder, monkeyp
         assert given_up[1]["cache-control"] == "no-store"
         assert given_up[2].startswith(b"\x89PNG")
         assert client.get("/thumbnails/quilt.uph.png")[::2] == given_up[::2]
-        told = capsys.readouterr().err
-        assert told.count("\n") == told.count("upholster: picture of 'quilt.uph' failed: ") == 1
-        assert why in told
+        reported = capsys.readouterr().err
+        assert reported.count("\n") == reported.count("upholster: picture of 'quilt.uph' failed: ") == 1
+        assert why in reported
         monkeypatch.setattr(thumbnails, "draw_file", thumbnail_drawing.draw_file)
         monkeypatch.setattr(thumbnails, "_MOST_SECONDS", PATIENCE)
         if draw is mistaken:

@@ -47,7 +47,7 @@ def test_new_files_appear_and_deleted_ones_go(folder):
     assert catalogue.entries() == []
 
 
-def test_files_of_one_name_are_told_apart(folder, tmp_path):
+def test_files_of_one_name_are_distinguished(folder, tmp_path):
     other = tmp_path / "other" / "given"
     other.mkdir(parents=True)
     stream = (folder / "quilt.uph").read_bytes()

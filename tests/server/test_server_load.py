@@ -135,5 +135,5 @@ def test_two_hundred_requests_of_twenty_clients(server, folder):
     server.send_signal(signal.SIGINT)
     output, errors = server.communicate(timeout=PATIENCE)
     assert (server.returncode, output) == (0, "")
-    # Where the cache is empty, kernels are compiled, and the user is told.
+    # Where the cache is empty, kernels are compiled, and the user reads so.
     assert [line for line in errors.splitlines() if not line.startswith("compiling ")] == []

@@ -87,14 +87,14 @@ def test_one_line_carries_streams_scripts_pages_and_heads(folder, paces):
 
         def sent(path, method="GET", **headers):
             pace.counts.clear()
-            _, told, body = client.get(path, method, **headers)
+            _, reported, body = client.get(path, method, **headers)
             assert max(pace.counts) <= 1280
-            return sum(pace.counts) - len(body), told
+            return sum(pace.counts) - len(body), reported
 
         for path in ("/assets/uph-worker.js", "/streams/big.uph", "/"):
-            head, told = sent(path)
+            head, reported = sent(path)
             # The date and the line of the status come from the server beneath.
-            assert head >= sum(len(name) + len(text) + 4 for name, text in told.items()) - 100
+            assert head >= sum(len(name) + len(text) + 4 for name, text in reported.items()) - 100
             assert 0 < head < 2000
         assert 0 < sent("/streams/big.uph", "HEAD")[0] < 2000
         taken = []

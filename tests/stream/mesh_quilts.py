@@ -140,7 +140,7 @@ def sheets(rng: Any, charts: Any, shape: Any, blocks: Any, fields: Any = ()) -> 
     return Quilt(tuple(charts), shape, placed, quilt.labels, tuple(fields))
 
 
-def told(surface: Any, step: Any, unit: Any) -> Any:
+def in_steps(surface: Any, step: Any, unit: Any) -> Any:
     """The triangles of a surface in whole steps, each from its least corner on, in order."""
     mesh, low = surface.mesh, surface.mesh.box[0]
     p = np.rint((mesh.corners - low) / step)

@@ -1,4 +1,4 @@
-"""Sections 5.1 and 5.2 of SPEC.md in plain Python: bits told by one counter, numbers, and a file's bytes."""
+"""Sections 5.1 and 5.2 of SPEC.md in plain Python: bits coded by one counter, numbers, and a file's bytes."""
 
 from collections import defaultdict
 from typing import Any
@@ -27,7 +27,7 @@ class PlainCoder:
         self.code = (self.code << 8 | (byte or 0)) & MASK
         self.unknown = (self.unknown << 8 | (255 if byte is None else 0)) & MASK
 
-    def told(self, name: Any) -> Any:
+    def bit(self, name: Any) -> Any:
         counter = self.counters[name]
         chance = max(16, min(65520, counter[0] >> 4))
         span = self.high - self.low
@@ -51,23 +51,23 @@ class PlainCoder:
         return bit
 
     def number(self, k: Any, c: Any) -> Any:
-        if not self.told(("zero", k, c)):
+        if not self.bit(("zero", k, c)):
             return 0
         length = 0
-        while length < 34 and self.told(("longer", k, c, length)):
+        while length < 34 and self.bit(("longer", k, c, length)):
             length += 1
-        negative = self.told(("sign", k, c))
+        negative = self.bit(("sign", k, c))
         node = value = 1
         for b in range(length):
-            x = self.told(("digit", k, length, node if b < 6 else 0))
+            x = self.bit(("digit", k, length, node if b < 6 else 0))
             node, value = 2 * node + x, 2 * value + x
         return -value if negative else value
 
     def plain(self, name: Any, bits: Any) -> Any:
-        """Return a number of so many bits, highest first; the one of weight 2^k is told(name, k)."""
+        """Return a number of so many bits, highest first; the one of weight 2^k is bit((name, k))."""
         value = 0
         for k in range(bits - 1, -1, -1):
-            value += self.told((name, k)) << k
+            value += self.bit((name, k)) << k
         return value
 
 

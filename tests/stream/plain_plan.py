@@ -55,16 +55,18 @@ def decode(head: Any, placements: Any, labels: Any, charts: Any, exemplar: Any) 
 
     Placements are dictionaries, in the order of their numbers. `charts` and `exemplar` are (height, width).
     """
-    told = Head(head, charts)
-    found = _placements(told, placements, exemplar)
-    known = sum(map(len, found.values())) == sum(map(sum, told.counts))
+    header = Head(head, charts)
+    found = _placements(header, placements, exemplar)
+    known = sum(map(len, found.values())) == sum(map(sum, header.counts))
     coder, out = PlainCoder(labels), []
     for chart in range(len(charts)):
         try:
-            maps = [known and _labels(told, found, layer, chart, coder) for layer in range(len(told.grids))]
+            maps = [
+                known and _labels(header, found, layer, chart, coder) for layer in range(len(header.grids))
+            ]
         except EndError:
             known = False
-        out.append((_numbered(found, chart), maps if known else _unlabelled(told, found, chart, exemplar)))
+        out.append((_numbered(found, chart), maps if known else _unlabelled(header, found, chart, exemplar)))
     return out
 
 
@@ -72,31 +74,31 @@ def _numbered(found: Any, chart: Any) -> Any:
     return [one for layer in (0, 1) for one in found.get((layer, chart), [])]
 
 
-def _unlabelled(told: Any, found: Any, chart: Any, exemplar: Any) -> Any:
+def _unlabelled(header: Any, found: Any, chart: Any, exemplar: Any) -> Any:
     """What a chart shows while not all of its labels are known. None: one placement in its middle."""
     if not found[0, chart]:
         return None
-    first, *others = (grids[chart] for grids in told.grids)
+    first, *others = (grids[chart] for grids in header.grids)
     return [
         _nearest(first, found[0, chart], 0),
         *([[-1] * grid.columns for _ in range(grid.rows)] for grid in others),
     ]
 
 
-def _placements(told: Any, data: Any, exemplar: Any) -> Any:
+def _placements(header: Any, data: Any, exemplar: Any) -> Any:
     """Return the known placements by layer and chart, in the order of their cells."""
     coder, lines, found = PlainCoder(data), {}, {}
 
     def wait(box: Any) -> None:
         r0, r1, c0, c1 = box.place
-        steps = (r1 - r0) * (c1 - c0) * told.grids[box.layer][box.chart].cell ** 2
+        steps = (r1 - r0) * (c1 - c0) * header.grids[box.layer][box.chart].cell ** 2
         lines.setdefault((box.layer, -steps.bit_length()), []).append(box)
 
-    for layer, grids in enumerate(told.grids):
+    for layer, grids in enumerate(header.grids):
         for chart, grid in enumerate(grids):
             found[layer, chart] = []
-            if told.counts[layer][chart]:
-                wait(Box(layer, chart, (0, grid.rows, 0, grid.columns), told.counts[layer][chart]))
+            if header.counts[layer][chart]:
+                wait(Box(layer, chart, (0, grid.rows, 0, grid.columns), header.counts[layer][chart]))
     try:
         while lines:
             first = min(lines)
@@ -104,7 +106,7 @@ def _placements(told: Any, data: Any, exemplar: Any) -> Any:
             if not lines[first]:
                 del lines[first]
             new = box.known is None
-            box.known = box.known or _placement(coder, box, told, exemplar)
+            box.known = box.known or _placement(coder, box, header, exemplar)
             halves = _cut(coder, box) if box.n > 1 else []
             if new:  # what a box tells counts when all of it is determined
                 found[box.layer, box.chart].append(box.known)
@@ -115,9 +117,9 @@ def _placements(told: Any, data: Any, exemplar: Any) -> Any:
     return {key: sorted(some, key=lambda one: one["cell"]) for key, some in found.items()}
 
 
-def _placement(coder: Any, box: Any, told: Any, exemplar: Any) -> Any:
+def _placement(coder: Any, box: Any, header: Any, exemplar: Any) -> Any:
     r0, r1, c0, c1 = box.place
-    grid = told.grids[box.layer][box.chart]
+    grid = header.grids[box.layer][box.chart]
     c = min(box.n, 4)
     row = (r0 + r1 - 1) // 2 + coder.number(0, c)
     assert r0 <= row < r1
@@ -125,13 +127,13 @@ def _placement(coder: Any, box: Any, told: Any, exemplar: Any) -> Any:
     assert c0 <= column < c1
     bits = 1
     for _ in range(3):
-        bits = 2 * bits + coder.told(("quarter", bits))
+        bits = 2 * bits + coder.bit(("quarter", bits))
     offset, source = [0] * 4, [0] * 2
-    for k in range(4) if coder.told("has") else ():
-        offset[k] = 2**told.b * coder.number(2 + k, 0)
+    for k in range(4) if coder.bit("has") else ():
+        offset[k] = 2**header.b * coder.number(2 + k, 0)
         assert abs(offset[k]) <= 2**18
     for i, size in enumerate(exemplar):
-        source[i] = coder.plain(("bit", i), ((16 * size - 1) >> told.a).bit_length()) << told.a
+        source[i] = coder.plain(("bit", i), ((16 * size - 1) >> header.a).bit_length()) << header.a
         assert source[i] < 16 * size
     return {
         "cell": (row, column), "row": grid.centre(row), "column": grid.centre(column), "layer": box.layer,
@@ -167,8 +169,8 @@ def _nearest(grid: Any, placed: Any, first: Any) -> Any:
     return out
 
 
-def _labels(told: Any, found: Any, layer: Any, chart: Any, coder: Any) -> Any:
-    grid, placed = told.grids[layer][chart], found[layer, chart]
+def _labels(header: Any, found: Any, layer: Any, chart: Any, coder: Any) -> Any:
+    grid, placed = header.grids[layer][chart], found[layer, chart]
     first = len(found[0, chart]) if layer else 0
     known = [[-layer] * grid.columns for _ in range(grid.rows)]
     if len(placed) == 1 - layer:
@@ -192,14 +194,14 @@ def _label(coder: Any, grid: Any, nearest: Any, known: Any, place: Any, named: A
     right, below = nearest[i][min(j + 2, grid.columns - 1)], nearest[min(i + 2, grid.rows - 1)][j]
     equal = (w == n, w == nw, n == ne, n == nw, v == w, v == n, right == w, below == n)
     context = sum(2**k for k, each in enumerate(equal) if each)
-    if layer and coder.told(("is", 6, context)):
+    if layer and coder.bit(("is", 6, context)):
         return -1
     asked = []
     for k, candidate in enumerate((w, n, v, ne, right, below)):
         if candidate < 0 or candidate in asked:
             continue
         asked.append(candidate)
-        if coder.told(("is", k, context)):
+        if coder.bit(("is", k, context)):
             return candidate
     x = coder.plain("plain", (count - 1).bit_length())
     assert x < count

@@ -51,7 +51,7 @@ def test_images_of_a_wider_range_are_not_written(largest: float) -> None:
         codec.encode(image)
 
 
-def test_limits_that_are_not_told_go_with_the_texels() -> None:
+def test_limits_that_are_not_given_go_with_the_texels() -> None:
     assert (Limits().texels, Limits().samples, Limits().charts) == (2**28, 12_800_000, 2**18)
     small = Limits(texels=2**22)
     assert (small.samples, small.charts, small.triangles) == (2**22, 2**14, 2**19)

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from mesh_quilts import charts_of, cube, grid, icosphere, sheets, soup, told
+from mesh_quilts import charts_of, cube, grid, icosphere, in_steps, sheets, soup
 from streams import noise, same
 from tests.charts.meshes import on_charts
 
@@ -56,7 +56,7 @@ def seams(surface):
 def check_same(surface, back, precision):
     low, high = surface.mesh.box
     step = float((high - low).max()) / (2**precision.bits - 1) or 1.0
-    assert (told(surface, step, precision.step) == told(back, step, precision.step)).all()
+    assert (in_steps(surface, step, precision.step) == in_steps(back, step, precision.step)).all()
     assert back.mesh.parts == surface.mesh.parts
     assert back.name == surface.name
     assert back.mesh.metres == surface.mesh.metres

@@ -29,14 +29,14 @@ def test_parts_tell_all_and_the_steps_of_all_cells() -> None:
     _, quilt, _ = laid(side=128)
     plan = encode_plan(quilt)
     parts = plan_parts(plan, None)
-    told = {tag: [part for part in parts if part.chunks[0][0] == tag] for tag in "PM"}
-    assert min(len(some) for some in told.values()) > 1
+    reported = {tag: [part for part in parts if part.chunks[0][0] == tag] for tag in "PM"}
+    assert min(len(some) for some in reported.values()) > 1
     for tag, data in (("P", plan.placements), ("M", plan.labels)):
-        assert b"".join(part.chunks[0][1] for part in told[tag]) == data
-    assert parts == told["P"] + told["M"]
+        assert b"".join(part.chunks[0][1] for part in reported[tag]) == data
+    assert parts == reported["P"] + reported["M"]
     steps = sum(one.cell**2 * one.labels.size for maps in quilt.labels for one in maps)
     assert abs(sum(part.steps for part in parts) - steps) < 1
-    assert 0 < sum(part.steps for part in told["M"]) < 0.3 * steps
+    assert 0 < sum(part.steps for part in reported["M"]) < 0.3 * steps
 
 
 def test_finer_nodes_come_between_placements_and_labels() -> None:

@@ -29,8 +29,8 @@ def check(quilt: Quilt, code: PlanCode, placements: bytes, labels: bytes) -> Qui
     if labels:
         decoder.feed_labels(labels)
     now, sizes = decoder.quilt(), [(chart.height, chart.width) for chart in quilt.charts]
-    told = plain_plan.decode(code.head, placements, labels, sizes, quilt.exemplar_shape)
-    for n, (placed, maps) in enumerate(told):
+    reported = plain_plan.decode(code.head, placements, labels, sizes, quilt.exemplar_shape)
+    for n, (placed, maps) in enumerate(reported):
         mine = now.on_chart(n)
         if maps is None:
             assert np.array_equal(mine, bare_placement(n, sizes[n], quilt.exemplar_shape))
@@ -117,10 +117,10 @@ def test_any_bytes_are_refused_by_both_or_by_none(layers: int, counts: tuple[int
         def plain(data: Any = data, labels: Any = labels) -> Any:
             return plain_plan.decode(head, data, labels, sizes, (9, 13))
 
-        told, wanted = outcome(ours, FormatError), outcome(plain, AssertionError)
-        assert (told is None) == (wanted is None)
-        seen[told is None] += 1
-        for maps, (_, rows) in zip(told or (), wanted or (), strict=True):
+        reported, wanted = outcome(ours, FormatError), outcome(plain, AssertionError)
+        assert (reported is None) == (wanted is None)
+        seen[reported is None] += 1
+        for maps, (_, rows) in zip(reported or (), wanted or (), strict=True):
             assert rows is None or maps == rows
     assert min(seen) > 20
 
@@ -138,9 +138,9 @@ def test_any_nodes_are_refused_by_both_or_by_none() -> None:
         def plain(data: Any = data) -> Any:
             return [[list(node) for node in row] for row in plain_field.nodes(data, [(6, 8)])[0]]
 
-        told = outcome(ours, FormatError)
-        assert told == outcome(plain, AssertionError)
-        seen[told is None] += 1
+        reported = outcome(ours, FormatError)
+        assert reported == outcome(plain, AssertionError)
+        seen[reported is None] += 1
     assert min(seen) > 20
 
 
@@ -162,8 +162,8 @@ def test_nodes_of_warp_fields(seed: Any) -> None:
     for length in (len(code.nodes), 0, 1, *rng.integers(0, len(code.nodes), 9)):
         decoder = FieldDecoder(ByteReader(code.head), charts)
         decoder.feed(code.nodes[:length])
-        told = plain_field.nodes(code.nodes[:length], shapes)
-        for n, nodes in zip(warped, told, strict=True):
+        reported = plain_field.nodes(code.nodes[:length], shapes)
+        for n, nodes in zip(warped, reported, strict=True):
             np.testing.assert_array_equal(np.array(nodes), decoder.fields[n].nodes)
             if length == len(code.nodes):
                 np.testing.assert_array_equal(np.array(nodes), fields[n].nodes)
@@ -171,16 +171,16 @@ def test_nodes_of_warp_fields(seed: Any) -> None:
 
 def shapes_of(head: bytes, charts: Any) -> Any:
     """What a head tells of nodes: rows and columns of each chart that has any."""
-    told, shapes = PlainBytes(head), []
-    kinds, margin = told.byte(), told.byte()
-    each = [told.byte() if kinds == 3 else kinds for _ in charts]
+    reported, shapes = PlainBytes(head), []
+    kinds, margin = reported.byte(), reported.byte()
+    each = [reported.byte() if kinds == 3 else kinds for _ in charts]
     for kind, chart in zip(each, charts, strict=True):
         if kind == 1:
             shapes.append((2 * margin - (-chart.height // 32) + 1, 2 * margin - (-chart.width // 32) + 1))
         if kind == 2:
-            told.varint()
-            shapes.append((told.varint(), told.varint()))
-    told.end()
+            reported.varint()
+            shapes.append((reported.varint(), reported.varint()))
+    reported.end()
     return shapes
 
 

@@ -174,7 +174,7 @@ def test_large_charts_have_placements_before_small_ones() -> None:
     assert come == [1, 2, 0]
 
 
-def test_labels_that_can_only_be_one_thing_are_not_told() -> None:
+def test_labels_that_can_only_be_one_thing_are_not_reported() -> None:
     placed = np.zeros(2, PLACEMENT)
     placed["chart"], placed["row"], placed["column"] = [0, 1], 32, 32
     maps = (LabelMap(4, np.zeros((4, 4), np.int32)), LabelMap(4, np.full((4, 4), -1, np.int32)))

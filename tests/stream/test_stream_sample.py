@@ -40,7 +40,7 @@ def test_a_sample_is_coded_once_and_gives_the_same_bytes(
 
 
 @pytest.mark.parametrize("quality", [24, 38.0, "lossless"])
-def test_every_map_ends_at_the_quality_that_is_told(quality: Any) -> None:
+def test_every_map_ends_at_the_quality_that_is_named(quality: Any) -> None:
     surface, quilt, exemplar = laid("torus")
     maps = {"normal": exemplar[::-1], "height": exemplar[..., 1:2]}
     reached: dict[str, float] = {}

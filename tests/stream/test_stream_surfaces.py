@@ -54,9 +54,9 @@ def test_a_built_in_surface_takes_its_parameters_and_is_rebuilt_exactly(spec: An
 
 
 def test_every_surface_has_its_number_of_the_format_for_good() -> None:
-    (told,) = re.findall(r"`kind` u8: (.*), 9 a mesh\.", SPEC)
+    (reported,) = re.findall(r"`kind` u8: (.*), 9 a mesh\.", SPEC)
     numbers = {name: kind.number for name, kind in SURFACES.items() if kind.number is not None}
-    assert ", ".join(f"{number} {name}" for name, number in numbers.items()) == told
+    assert ", ".join(f"{number} {name}" for name, number in numbers.items()) == reported
     assert sorted([*numbers.values(), 9]) == list(range(1, len(numbers) + 2))
     for name, number in numbers.items():
         assert pack_surface(surface_from_spec(name))[0] == number
@@ -125,7 +125,7 @@ def test_nets_that_float32_would_tear_are_kept_exactly() -> None:
 
 
 @pytest.mark.parametrize("spec", [*SPECS, "cyclide:a=6,c=2,mu=6", "torus"])
-def test_what_edges_of_faces_share_is_told_and_not_found_again(spec: Any) -> None:
+def test_what_edges_of_faces_share_is_passed_on_and_not_found_again(spec: Any) -> None:
     surface = surface_from_spec(spec)
     again = back(surface)
     assert "face_shared" in vars(again)
@@ -134,13 +134,13 @@ def test_what_edges_of_faces_share_is_told_and_not_found_again(spec: Any) -> Non
     assert back(nets).face_shared == nets.face_shared
 
 
-def test_parts_of_edges_that_meet_are_told_to_a_billionth() -> None:
+def test_parts_of_edges_that_meet_are_found_to_a_billionth() -> None:
     ring = surface_from_spec("torus").patches
     surface = Surface([*ring[1:5], *ring[0].split(s=0.5), *ring[5].split(t=0.3), *ring[6:]], "cut", 1e-8)
-    told = back(surface).face_shared
-    assert len(told) == len(surface.face_shared)
+    reported = back(surface).face_shared
+    assert len(reported) == len(surface.face_shared)
     partial = 0
-    for here, there in zip(surface.face_shared, told, strict=True):
+    for here, there in zip(surface.face_shared, reported, strict=True):
         assert (here.face, here.edge, here.other_face, here.other_edge) == (
             there.face,
             there.edge,
@@ -161,9 +161,9 @@ def test_intervals_that_overlap_by_the_tolerance_are_trimmed() -> None:
 
     # Two narrow sheets below a wide one overlap by less than the tolerance.
     surface = Surface([sheet(0, 2, 0), sheet(0, 1.004, -1), sheet(0.998, 1.002, -1)], "loose", 0.005)
-    told = [one for one in back(surface).face_shared if one.face == 0]
-    assert [one.other_face for one in told] == [1, 2]
-    assert told[0].stop == told[1].start
+    reported = [one for one in back(surface).face_shared if one.face == 0]
+    assert [one.other_face for one in reported] == [1, 2]
+    assert reported[0].stop == reported[1].start
 
 
 def test_a_changed_surface_is_not_taken_for_the_built_in_one() -> None:

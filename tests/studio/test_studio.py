@@ -67,7 +67,7 @@ class Page:
             answer = connection.getresponse()
             return answer.status, dict(answer.getheaders()), answer.read()
 
-    def told(self, method, path, body=None, status=200, **headers):
+    def answer(self, method, path, body=None, status=200, **headers):
         found, _, data = self.ask(method, path, body, **headers)
         assert found == status, data
         return json.loads(data) if data else None
@@ -80,7 +80,7 @@ class Page:
         self.cookie = headers["set-cookie"].split(";")[0]
 
     def looks(self, revision):
-        """Return the streams of all looks, and the stages that were told."""
+        """Return the streams of all looks, and the stages that were reported."""
         found, stages, after = [], [], 0
         while True:
             status, headers, data = self.ask("GET", f"/looks/{revision}?after={after}")
@@ -95,9 +95,9 @@ class Page:
                 assert status == 204, data
 
     def shown(self, state):
-        """Show a state; return what was told, and its looks."""
-        told = self.told("POST", "/state", {"state": state})
-        return told, self.looks(told["revision"])[0]
+        """Show a state; return the answer, and its looks."""
+        answer = self.answer("POST", "/state", {"state": state})
+        return answer, self.looks(answer["revision"])[0]
 
 
 def _parted(data):
@@ -122,7 +122,7 @@ def opened(files=(), save_to=None, most_bytes=10**7):
 def page(tmp_path_factory):
     with opened(save_to=str(tmp_path_factory.mktemp("kept"))) as found:
         found.enter()
-        found.told("GET", "/session")
+        found.answer("GET", "/session")
         yield found
 
 
@@ -134,11 +134,13 @@ def _placements(stream):
 
 @pytest.mark.slow(reason="starts processes")
 def test_what_is_shown_is_what_a_project_makes_and_what_is_saved(page, tmp_path):
-    told, looks = page.shown(STATE)
+    answer, looks = page.shown(STATE)
     project = Project(str(CHAIR), Sample(str(WEAVE), "60cm"), synthesis={"texels": 10_000}, seed=3)
     (quilt,) = project.quilts()
     np.testing.assert_array_equal(_placements(looks[-1][0]), quilt.placements)
-    saved = page.told("POST", "/save", {"revision": told["revision"], "targets": ["chair.glb", "chair.uph"]})
+    saved = page.answer(
+        "POST", "/save", {"revision": answer["revision"], "targets": ["chair.glb", "chair.uph"]}
+    )
     project.cover([str(tmp_path / "chair.glb"), str(tmp_path / "chair.uph")])
     for one in saved["files"]:
         status, headers, data = page.ask("GET", f"/saved/{saved['id']}/{one['name']}")
@@ -156,12 +158,12 @@ def test_the_words_make_the_same(page, tmp_path, monkeypatch):
         "writing": {"view": [10, 20], "texture": "png"},
         "reading": {"part": ["Seat", "Leg 1"]},
     }
-    told, _ = page.shown(state)
-    saved = page.told("POST", "/save", {"revision": told["revision"], "targets": ["chair.glb"]})
+    answer, _ = page.shown(state)
+    saved = page.answer("POST", "/save", {"revision": answer["revision"], "targets": ["chair.glb"]})
     data = page.ask("GET", f"/saved/{saved['id']}/chair.glb")[2]
     for file in (WEAVE, CHAIR):
         (tmp_path / file.name).write_bytes(file.read_bytes())
-    words = shlex.split(told["command"])
+    words = shlex.split(answer["command"])
     assert words[:2] == ["upholster", "cover"]
     done = run_cli(*words[1:], cwd=tmp_path)
     assert done.returncode == 0, done.stderr
@@ -169,7 +171,7 @@ def test_the_words_make_the_same(page, tmp_path, monkeypatch):
     assert made.read_bytes() == data
     made.unlink()
     monkeypatch.chdir(tmp_path)
-    exec(told["python"], {})
+    exec(answer["python"], {})
     assert made.read_bytes() == data
 
 
@@ -182,16 +184,16 @@ def test_an_earlier_state_gives_the_same_looks_again(page):
 
 
 def test_parts_have_samples_of_their_own_and_a_ray_finds_them(page):
-    told, looks = page.shown(STATE | {"materials": {"Seat": {"source": "shipped/bricks.png"}}})
+    answer, looks = page.shown(STATE | {"materials": {"Seat": {"source": "shipped/bricks.png"}}})
     assert [len(streams) for streams in looks] == [2] * len(looks)
-    facts = page.told("GET", f"/facts/{told['revision']}")
+    facts = page.answer("GET", f"/facts/{answer['revision']}")
     assert [part["name"] for part in facts["parts"]][:2] == ["Seat", "Back"]
     assert facts["unit"] == "m"
-    hit = page.told("POST", "/pick", {"origin": [0, 0, 5], "direction": [0, 0, -1]})
+    hit = page.answer("POST", "/pick", {"origin": [0, 0, 5], "direction": [0, 0, -1]})
     assert hit["part"] == "Seat"
-    assert page.told("POST", "/pick", {"origin": [0, 0, 5], "direction": [0, 0, 1]}) == {"part": None}
+    assert page.answer("POST", "/pick", {"origin": [0, 0, 5], "direction": [0, 0, 1]}) == {"part": None}
     for kind in KINDS:
-        status, _, data = page.ask("GET", f"/overlays/{told['revision']}?kind={kind}")
+        status, _, data = page.ask("GET", f"/overlays/{answer['revision']}?kind={kind}")
         assert status == 200
         assert np.isfinite(np.frombuffer(data, "<f4")).all()
         assert len(data) % 24 == 0
@@ -199,37 +201,37 @@ def test_parts_have_samples_of_their_own_and_a_ray_finds_them(page):
 
 
 def test_a_change_cancels_what_is_under_way(page):
-    first = page.told("POST", "/state", {"state": STATE | {"seed": 100}})["revision"]
-    second = page.told("POST", "/state", {"state": STATE | {"seed": 101}})["revision"]
+    first = page.answer("POST", "/state", {"state": STATE | {"seed": 100}})["revision"]
+    second = page.answer("POST", "/state", {"state": STATE | {"seed": 101}})["revision"]
     assert page.ask("GET", f"/looks/{first}")[0] == 410
     looks, _ = page.looks(second)
     assert looks
 
 
 def test_files_come_in_and_lead_nowhere(page):
-    told = page.told("POST", f"/blobs?name={quote('../../a b.png')}", WEAVE.read_bytes())
-    assert told["kind"] == "image"
-    assert told["path"] == f"{told['group']}/a b.png"
-    more = page.told("POST", f"/blobs?name=x_normal.png&group={told['group']}", WEAVE.read_bytes())
-    assert more["group"] == told["group"]
-    found = page.told("POST", "/sources", {"path": told["path"]})
+    answer = page.answer("POST", f"/blobs?name={quote('../../a b.png')}", WEAVE.read_bytes())
+    assert answer["kind"] == "image"
+    assert answer["path"] == f"{answer['group']}/a b.png"
+    more = page.answer("POST", f"/blobs?name=x_normal.png&group={answer['group']}", WEAVE.read_bytes())
+    assert more["group"] == answer["group"]
+    found = page.answer("POST", "/sources", {"path": answer["path"]})
     assert (found["kind"], found["width"], found["height"]) == ("image", 256, 256)
-    status, headers, data = page.ask("GET", f"/pictures/{quote(told['path'])}?size=64")
+    status, headers, data = page.ask("GET", f"/pictures/{quote(answer['path'])}?size=64")
     assert (status, headers["x-width"]) == (200, "256")
     assert data[:4] == b"\x89PNG"
     options = quote(json.dumps({"crop": [0, 0, 64, 32]}))
-    status, headers, _ = page.ask("GET", f"/prepared/{quote(told['path'])}?options={options}")
+    status, headers, _ = page.ask("GET", f"/prepared/{quote(answer['path'])}?options={options}")
     assert (status, headers["x-width"], headers["x-height"]) == (200, "64", "32")
     headers = page.ask("GET", "/prepared/shipped/bricks.png")[1]
     element = find_lattice(read_exemplar(EXAMPLES / "bricks.png")).element
     assert [float(side) for side in headers["x-element"].split(",")] == pytest.approx(element, abs=0.01)
     for path in ("../secret", "/etc/passwd", "", "9999/x.png", "a\0b"):
-        assert "error" in page.told("POST", "/sources", {"path": path}, status=422)
+        assert "error" in page.answer("POST", "/sources", {"path": path}, status=422)
     big = b"\0" * (10**7 + 1)
-    assert "too large" in page.told("POST", "/blobs?name=big.glb", big, status=413)["error"]
+    assert "too large" in page.answer("POST", "/blobs?name=big.glb", big, status=413)["error"]
     assert (
         "too large"
-        in page.told("POST", "/blobs?name=big.glb", b"", status=413, Content_Length="99999999")["error"]
+        in page.answer("POST", "/blobs?name=big.glb", b"", status=413, Content_Length="99999999")["error"]
     )
 
 
@@ -263,17 +265,17 @@ def test_a_state_that_is_wrong_is_one_line(page, state, says):
 
 def test_the_page_learns_which_names_are_maps(page):
     names = ["wall_diff_1k.png", "wall_arm.jpg", "T_Wall_N.tga", "IMG_2041.jpg", ""]
-    assert page.told("POST", "/roles", {"names": names}) == [True, True, True, False, False]
+    assert page.answer("POST", "/roles", {"names": names}) == [True, True, True, False, False]
 
 
 def test_what_is_no_request_of_the_page_is_one_line(page):
     for body in (b"{", b"[" * 100_000, b'{"state": NaN}', b"\xff", b'{"targets": [1]}'):
-        assert "error" in page.told("POST", "/state", body, status=422)
+        assert "error" in page.answer("POST", "/state", body, status=422)
     for names in (b"{}", b'{"names": "a"}', b'{"names": [1]}'):
-        assert "error" in page.told("POST", "/roles", names, status=422)
+        assert "error" in page.answer("POST", "/roles", names, status=422)
     for target in ("../x.glb", "/tmp/x.glb", ".x.glb", "", "a\\b.glb", "x.doc"):
         body = {"revision": page.studio.worker.revision, "targets": [target]}
-        assert "error" in page.told("POST", "/save", body, status=422)
+        assert "error" in page.answer("POST", "/save", body, status=422)
     assert page.ask("GET", "/saved/99/x.glb")[0] == 422
     assert page.ask("GET", "/saved/1/..%2f..%2fetc")[0] in (404, 422)
     assert page.ask("DELETE", "/session")[0] == 405
@@ -319,42 +321,42 @@ def test_a_strangers_page_gets_nothing(page):
 def test_one_tab_has_the_session_until_another_takes_it(page):
     page.tab = "two"
     try:
-        assert "another tab" in page.told("GET", "/session", status=409)["error"]
-        page.told("POST", "/take", {})
-        page.told("GET", "/session")
+        assert "another tab" in page.answer("GET", "/session", status=409)["error"]
+        page.answer("POST", "/take", {})
+        page.answer("GET", "/session")
         page.tab = "one"
         assert page.ask("POST", "/state", {"state": STATE})[0] == 409
     finally:
         page.tab = "one"
-        page.told("POST", "/take", {})
+        page.answer("POST", "/take", {})
 
 
 def test_what_was_shown_is_saved_after_a_change_that_fails(page):
-    told, looks = page.shown(STATE)
-    assert "error" in page.told("POST", "/state", {"state": STATE | {"seed": -1}}, status=422)
-    saved = page.told("POST", "/save", {"revision": told["revision"], "targets": ["x.uph"]})
+    answer, looks = page.shown(STATE)
+    assert "error" in page.answer("POST", "/state", {"state": STATE | {"seed": -1}}, status=422)
+    saved = page.answer("POST", "/save", {"revision": answer["revision"], "targets": ["x.uph"]})
     assert page.ask("GET", f"/saved/{saved['id']}/x.uph")[2] == looks[-1][0]
-    body = {"revision": told["revision"] + 1, "targets": ["x.uph"]}
-    assert "changed" in page.told("POST", "/save", body, status=422)["error"]
+    body = {"revision": answer["revision"] + 1, "targets": ["x.uph"]}
+    assert "changed" in page.answer("POST", "/save", body, status=422)["error"]
 
 
 def test_hints_say_what_would_help_a_photo(page):
-    found = page.told("POST", "/hints", {"path": "shipped/weave.png"})
+    found = page.answer("POST", "/hints", {"path": "shipped/weave.png"})
     assert (found["corners"], found["light"] < found["uneven"]) == (None, True)
     photo = read_exemplar(WEAVE)
     shaded = (photo * np.linspace(1, 0.6, photo.shape[1])[None, :, None]).astype(np.uint8)
     seen = Rectification(((0, 0), (256, 40), (256, 216), (0, 256)), 256, 256).apply(shaded)
-    path = page.told("POST", "/blobs?name=x.png", encode_image(from_linear(seen, "uint8"), "png"))["path"]
-    found = page.told("POST", "/hints", {"path": path})
+    path = page.answer("POST", "/blobs?name=x.png", encode_image(from_linear(seen, "uint8"), "png"))["path"]
+    found = page.answer("POST", "/hints", {"path": path})
     assert np.shape(found["corners"]) == (4, 2)
     assert found["light"] > found["uneven"]
-    assert "error" in page.told("POST", "/hints", {"path": "../x.png"}, status=422)
+    assert "error" in page.answer("POST", "/hints", {"path": "../x.png"}, status=422)
 
 
 @pytest.mark.slow(reason="starts processes")
 @pytest.mark.skipif(sys.platform == "win32", reason="stops a process")
 def test_a_worker_that_says_nothing_for_long_is_ended(page, monkeypatch):
-    revision = page.told("POST", "/state", {"state": LONG | {"seed": 56}})["revision"]
+    revision = page.answer("POST", "/state", {"state": LONG | {"seed": 56}})["revision"]
     os.kill(page.studio.worker._process.pid, signal.SIGSTOP)
     monkeypatch.setattr(studio_routes, "_SILENT", 0.5)
     monkeypatch.setattr(studio_routes, "_WAIT", 0.6)
@@ -369,21 +371,21 @@ def test_a_worker_that_says_nothing_for_long_is_ended(page, monkeypatch):
 
 
 def test_files_are_kept_and_not_written_over_unasked(page):
-    told, _ = page.shown(STATE)
-    saved = page.told("POST", "/save", {"revision": told["revision"], "targets": ["x.uph", "project"]})
+    answer, _ = page.shown(STATE)
+    saved = page.answer("POST", "/save", {"revision": answer["revision"], "targets": ["x.uph", "project"]})
     names = sorted(one["name"] for one in saved["files"])
     assert names == ["chair_weave.zip", "x.uph"]
-    assert page.told("POST", "/keep", {"id": saved["id"]})["files"]
-    assert "replace" in page.told("POST", "/keep", {"id": saved["id"]}, status=422)["error"]
-    page.told("POST", "/keep", {"id": saved["id"], "over": True})
+    assert page.answer("POST", "/keep", {"id": saved["id"]})["files"]
+    assert "replace" in page.answer("POST", "/keep", {"id": saved["id"]}, status=422)["error"]
+    page.answer("POST", "/keep", {"id": saved["id"], "over": True})
     kept = page.studio.save_to
     with zipfile.ZipFile(kept / "chair_weave.zip") as file:
         file.extractall(kept / "own")
     assert read_project(kept / "own" / "chair_weave.upholster.json").seed == 3
     # The zip comes back as a project.
-    told = page.told("POST", "/blobs?name=chair.zip", (kept / "chair_weave.zip").read_bytes())
-    assert told["kind"] == "project"
-    state = page.told("POST", "/sources", {"path": told["path"]})["state"]
+    answer = page.answer("POST", "/blobs?name=chair.zip", (kept / "chair_weave.zip").read_bytes())
+    assert answer["kind"] == "project"
+    state = page.answer("POST", "/sources", {"path": answer["path"]})["state"]
     assert page.shown(state)[1]
     status, _, data = page.ask("GET", f"/saved/{saved['id']}.zip")
     assert status == 200
@@ -391,8 +393,8 @@ def test_files_are_kept_and_not_written_over_unasked(page):
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="kills a process")
-def test_a_worker_that_dies_is_told_and_another_goes_on(page):
-    revision = page.told("POST", "/state", {"state": LONG | {"seed": 55}})["revision"]
+def test_a_worker_that_dies_is_reported_and_another_goes_on(page):
+    revision = page.answer("POST", "/state", {"state": LONG | {"seed": 55}})["revision"]
     os.kill(page.studio.worker._process.pid, signal.SIGKILL)
     status, _, data = 204, {}, b""
     until = time.monotonic() + PATIENCE
@@ -408,7 +410,7 @@ def test_files_are_given_at_start_and_the_folder_goes(tmp_path):
         folder = page.studio.folder.path
         assert folder.stat().st_mode & 0o777 == 0o700
         page.enter()
-        state = page.told("GET", "/session")["state"]
+        state = page.answer("GET", "/session")["state"]
         assert (state["model"], state["sample"]) == ("2/chair.glb", {"source": "1/weave.png"})
     assert not folder.exists()
     (tmp_path / "text.png").write_text("no image")

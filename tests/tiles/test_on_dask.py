@@ -76,7 +76,7 @@ def _fails(what: str) -> None:
     raise InputError(what) if what else ValueError("three")
 
 
-def test_what_fails_on_a_worker_is_told(address: str) -> None:
+def test_what_fails_on_a_worker_is_reported(address: str) -> None:
     with cluster_pool(scheduler=address, retries=0) as pool:
         pool.submit(("tile", 3), _fails, "'x.1004.png' cannot be written: No space left on device")
         with pytest.raises(InputError, match=r"^'x\.1004\.png' cannot be written: No space left on device$"):
@@ -134,8 +134,8 @@ def test_what_is_killed_goes_on(alone: dict[str, bytes], tmp_path: Path, killed:
         os.killpg(process.pid, signal.SIGKILL)
         process.communicate()
         process = start()
-    _, told = process.communicate(timeout=600)
-    assert process.returncode == 0, told
+    _, reported = process.communicate(timeout=600)
+    assert process.returncode == 0, reported
     if killed == "the run":
-        assert "note: continuing: " in told
+        assert "note: continuing: " in reported
     assert _tiles(tmp_path) == alone

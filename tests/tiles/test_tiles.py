@@ -133,10 +133,10 @@ def test_tiles_of_a_stream_are_painted_one_by_one(material: Material, tmp_path: 
     for folder, others in (("alone", ()), ("whole", ("x.npz",))):
         (tmp_path / folder).mkdir()
         targets = [tmp_path / folder / name for name in (NAME, *others)]
-        told = refine(tmp_path / "x.uph", targets, options=options, threads=2)
+        reported = refine(tmp_path / "x.uph", targets, options=options, threads=2)
         # Nothing has all texels where tiles alone are written.
-        assert (told.model is None) == (not others)
-        assert {Path(name).name for name in told.written} - {*others} == set(_tiles(tmp_path / folder))
+        assert (reported.model is None) == (not others)
+        assert {Path(name).name for name in reported.written} - {*others} == set(_tiles(tmp_path / folder))
     assert len(_tiles(tmp_path / "alone")) > 9
     assert _tiles(tmp_path / "alone") == _tiles(tmp_path / "whole")
     # A caller's limit counts here as well.
@@ -183,8 +183,8 @@ def test_what_is_done_is_not_done_again(
     material: Material, whole: dict[str, bytes], tmp_path: Path, after: int
 ) -> None:
     expected = {name: data for name, data in whole.items() if name.endswith(".png")}
-    told = r"stopped; .* parcels, .* charts and .* tiles are done"
-    with pytest.raises(StoppedError, match=told), _stopping(after, []):
+    reported = r"stopped; .* parcels, .* charts and .* tiles are done"
+    with pytest.raises(StoppedError, match=reported), _stopping(after, []):
         _cover(material, tmp_path / NAME)
     record = tmp_path / "x.upholster" / "record.json"
     done = json.loads(record.read_text())

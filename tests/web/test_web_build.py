@@ -98,7 +98,7 @@ def test_the_package_tells_the_version_and_what_there_is(package: Any) -> None:
             assert (source.parent / found).resolve() in packed, f"{source.name} needs {found}"
 
 
-def test_the_elements_attributes_are_the_same_wherever_they_are_told() -> None:
+def test_the_elements_attributes_are_the_same_wherever_they_stand() -> None:
     viewer, types, react = (
         (WEB / name).read_text("utf-8")
         for name in ("upholster-viewer.js", "upholster-viewer.d.ts", "uph-react.d.ts")
@@ -107,12 +107,12 @@ def test_the_elements_attributes_are_the_same_wherever_they_are_told() -> None:
     read = re.findall(r"(?:get|has)Attribute\('(\w+)'\)", viewer)
     table = (ROOT / "docs" / "web.md").read_text("utf-8").partition("| attribute |")[2].partition("\n\n")[0]
     assert set(heard) <= set(read)
-    for told in (
+    for reported in (
         re.findall(r"^ \* - `(\w+)`:", types, re.MULTILINE),
         re.findall(r"^  (?!on)(\w+)\?:", react, re.MULTILINE),
         re.findall(r"^\| `(\w+)", table, re.MULTILINE),
     ):
-        assert set(told) == set(read)
+        assert set(reported) == set(read)
 
 
 def test_bundlers_keep_what_is_imported_for_what_it_does(package: Any) -> None:

@@ -29,7 +29,7 @@ OffscreenCanvas.prototype.getContext = ((make) => function (kind, ...rest) {
 })(OffscreenCanvas.prototype.getContext)
 """
 
-ERRORS = "globalThis.told = []; addEventListener('error', ({ detail }) => detail && told.push(detail), true)"
+ERRORS = "globalThis.errors = []; addEventListener('error', ({ detail: d }) => d && errors.push(d), true)"
 """Collects what elements tell is wrong: their events do not bubble."""
 
 
@@ -81,15 +81,15 @@ def test_what_is_no_stream_is_refused_and_changes_nothing(tab: Any, site: Any) -
         assert tab.call("return viewer.model.complete")
 
 
-def test_a_file_that_can_not_be_read_is_told(tab: Any, site: Any) -> None:
+def test_a_file_that_can_not_be_read_is_reported(tab: Any, site: Any) -> None:
     tab.page.add_init_script(ERRORS)
     tab.open(f"{site}/view/ring.uph").complete()
     tab.call(
         "Blob.prototype.arrayBuffer = () => Promise.reject(new Error('the file is gone'));"
         "viewer.open(new Blob(['x']))"
     )
-    tab.until("told.length")
-    assert tab.call("return told.map(({ error }) => error.message)") == ["the file is gone"]
+    tab.until("errors.length")
+    assert tab.call("return errors.map(({ error }) => error.message)") == ["the file is gone"]
     tab.frames()
     assert "the file is gone" in tab.note()
 
@@ -118,20 +118,22 @@ def test_a_page_sets_limits_by_attributes(tab: Any, site: Any) -> None:
         ("limit", "0", WRONG, "limit of texels is 0; allowed: 1 to 2147483648"),
         ("maxtexels", "1G", WRONG, "maxtexels is 1G; allowed: 1 to 67108864"),
     ):
-        tab.call(f"viewer.setAttribute('{name}', argument); told.length = 0; viewer.open(viewer.src)", value)
-        tab.until("told.length")
+        tab.call(
+            f"viewer.setAttribute('{name}', argument); errors.length = 0; viewer.open(viewer.src)", value
+        )
+        tab.until("errors.length")
         tab.frames()
-        assert tab.call("return told.map(({ message }) => message)") == [f"ring.uph {message}"]
+        assert tab.call("return errors.map(({ message }) => message)") == [f"ring.uph {message}"]
         assert words in tab.note()
         assert not tab.call("return viewer.model.first")
         tab.call(f"viewer.removeAttribute('{name}')")
     tab.call(
-        "viewer.setAttribute('limit', '400k'); viewer.setAttribute('maxtexels', '20k'); told.length = 0;"
+        "viewer.setAttribute('limit', '400k'); viewer.setAttribute('maxtexels', '20k'); errors.length = 0;"
         "viewer.open(viewer.src)"
     )
     tab.complete().settle_shape()
     assert tab.call("return viewer.model.texels") <= 20_000 < texels
-    assert tab.call("return told.length") == 0
+    assert tab.call("return errors.length") == 0
 
 
 def test_a_sample_of_another_shape_is_an_error(tab: Any, site: Any) -> None:
@@ -139,10 +141,10 @@ def test_a_sample_of_another_shape_is_an_error(tab: Any, site: Any) -> None:
     tab.open(f"{site}/view/ring.uph").complete()
     tab.settle_shape()
     before = tab.texels()
-    told = tab.call(
+    errors = tab.call(
         PICTURE + "return viewer.model.setExemplar(picture(128, 64, 'red')).then(() => 'nothing', String)"
     )
-    assert told == "RangeError: picture is 128 × 64 pixels; allowed: the sample's shape, 128 × 128"
+    assert errors == "RangeError: picture is 128 × 64 pixels; allowed: the sample's shape, 128 × 128"
     tab.settle_shape()
     assert tab.texels() == before
     # Another size of the same shape is none.
@@ -153,8 +155,8 @@ def test_a_sample_of_another_shape_is_an_error(tab: Any, site: Any) -> None:
         + "const blob = await new Promise((done) => picture(64, 128, 'blue').toBlob(done));"
         + "globalThis.fetch = async () => new Response(blob); viewer.setAttribute('exemplar', 'blue.png')"
     )
-    tab.until("told.length")
-    assert tab.call("return told.map(({ message }) => message)") == [
+    tab.until("errors.length")
+    assert tab.call("return errors.map(({ message }) => message)") == [
         "exemplar blue.png can not be shown:"
         " picture is 64 × 128 pixels; allowed: the sample's shape, 128 × 128"
     ]
@@ -169,13 +171,13 @@ def test_without_webgl_the_page_hears_of_it_and_poster_or_words_are_seen(chromiu
             const one = document.createElement('upholster-viewer')
             one.alt = 'A ring of bricks'
             document.body.replaceChildren(one)
-            globalThis.told = []
+            globalThis.errors = []
             // After it is on the page, as in a script that imports the viewer first.
-            one.addEventListener('error', ({ detail }) => told.push([detail.message, detail.error.message]))
+            one.addEventListener('error', ({ detail }) => errors.push([detail.message, detail.error.message]))
             """
         )
-        tab.until("globalThis.told.length")
-        assert tab.call("return told") == [["This browser can not show 3D models.", "there is no WebGL2"]]
+        tab.until("globalThis.errors.length")
+        assert tab.call("return errors") == [["This browser can not show 3D models.", "there is no WebGL2"]]
         assert "A ring of bricks" in tab.note()
         assert tab.call("return [viewer.model, await viewer.settled()]") == [None, None]
         tab.call(
@@ -243,8 +245,8 @@ def test_an_address_may_have_any_characters(chromium: Any, site: Any) -> None:
         tab.page.add_init_script(ERRORS)
         tab.open(f"{site}/view/ring.uph").complete()
         tab.call("viewer.src = '/streams/50%.uph'")
-        tab.until("told.length")
-        assert tab.call("return told[0].message") == "50%.uph was not found."
+        tab.until("errors.length")
+        assert tab.call("return errors[0].message") == "50%.uph was not found."
         assert all("404" in problem for problem in tab.found_wrong())
 
 
@@ -280,6 +282,6 @@ def test_the_built_scripts_show_every_stream_as_the_sources_do(chromium: Any) ->
                 for name in DIFFERENT:
                     tab.call("viewer.open(argument)", f"/vectors/{name}.uph")
                     tab.complete().settle_shape()  # until it is as fine as the view takes, too
-                    told = tab.call("return [viewer.model.texels, viewer.model.roles, viewer.model.sphere]")
-                    found[-1][name] = (told, tab.texels())
+                    errors = tab.call("return [viewer.model.texels, viewer.model.roles, viewer.model.sphere]")
+                    found[-1][name] = (errors, tab.texels())
     assert found[0] == found[1]

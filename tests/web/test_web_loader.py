@@ -66,16 +66,16 @@ def test_it_loads_as_loaders_do(page: Any) -> None:
     found = evaluate(
         page,
         """async () => {
-          const told = []
-          const manager = new THREE.LoadingManager(() => told.push('all loaded'))
-          manager.onStart = (url) => told.push(`start ${url}`)
+          const log = []
+          const manager = new THREE.LoadingManager(() => log.push('all loaded'))
+          manager.onStart = (url) => log.push(`start ${url}`)
           const loader = new UphLoader(manager).setPath('streams/')
           const model = await new Promise((done, failed) => {
-            const now = loader.load('ring.uph', (model) => { told.push('loaded'); done(model) }, null, failed)
-            told.push(`empty: ${now.isGroup} ${now.children.length} ${now.first}`)
-            for (const type of ['first', 'complete']) now.addEventListener(type, () => told.push(type))
+            const now = loader.load('ring.uph', (model) => { log.push('loaded'); done(model) }, null, failed)
+            log.push(`empty: ${now.isGroup} ${now.children.length} ${now.first}`)
+            for (const type of ['first', 'complete']) now.addEventListener(type, () => log.push(type))
           })
-          told.push(`then: ${model.first} ${model.children.filter((child) => child.isMesh).length}`)
+          log.push(`then: ${model.first} ${model.children.filter((child) => child.isMesh).length}`)
           const progress = []
           const again = await loader.loadAsync('ring.uph', (event) => {
             const { loaded, total, lengthComputable, received } = event
@@ -84,22 +84,22 @@ def test_it_loads_as_loaders_do(page: Any) -> None:
             progress.push(isTold && received === loaded ? loaded : NaN)
           })
           while (!model.complete || !again.complete) await new Promise((done) => setTimeout(done, 20))
-          told.push(`bytes: ${Math.max(...progress) === again.received && again.received === again.total}`)
+          log.push(`bytes: ${Math.max(...progress) === again.received && again.received === again.total}`)
           model.dispose()
           again.dispose()
-          return [told, again.received, model.children.length]
+          return [log, again.received, model.children.length]
         }""",
     )
-    told, received, children = found
+    log, received, children = found
     decoder = StreamDecoder()
     decoder.feed(browser.ring())
     assert received == len(browser.ring())
     assert children == 0
-    assert told[:2] == ["start streams/ring.uph", "empty: true 1 false"]
-    assert f"then: true {len(decoder.charts)}" in told
-    assert told.count("all loaded") == 2
-    assert max(told.index("first"), told.index("loaded")) < told.index("complete")
-    assert told[-1] == "bytes: true"
+    assert log[:2] == ["start streams/ring.uph", "empty: true 1 false"]
+    assert f"then: true {len(decoder.charts)}" in log
+    assert log.count("all loaded") == 2
+    assert max(log.index("first"), log.index("loaded")) < log.index("complete")
+    assert log[-1] == "bytes: true"
     wait_until(page, lambda: not page.workers)
 
 
@@ -123,13 +123,13 @@ def test_errors_headers_and_abort(chromium: Any, address: Any) -> None:
               })
               const model = new UphLoader().load('streams/ring.uph', undefined, undefined, () => {})
               model.abort()
-              const told = []
-              for (const url of ['nowhere.uph', 'secret.uph', 'streams/words.uph']) told.push(await lost(url))
+              const log = []
+              for (const url of ['nowhere.uph', 'secret.uph', 'streams/words.uph']) log.push(await lost(url))
               const limited = Object.assign(new UphLoader(), { limits: { texels: 2 ** 16 } })
-              told.push(await limited.loadAsync('streams/ring.uph').catch(({ message }) => message))
+              log.push(await limited.loadAsync('streams/ring.uph').catch(({ message }) => message))
               limited.limits = { texels: 0 }
-              told.push(await limited.loadAsync('streams/ring.uph').catch(({ message }) => message))
-              return [...told, asked, model.received, model.first]
+              log.push(await limited.loadAsync('streams/ring.uph').catch(({ message }) => message))
+              return [...log, asked, model.received, model.first]
             }""",
         )
         assert found[0] == "nowhere.uph can not be loaded: the server says 404"
@@ -182,11 +182,11 @@ def _textures(page: Any, name: str, maps: Any) -> Any:
 def test_textures_are_pythons_texels(page: Any) -> None:
     decoder = StreamDecoder()
     decoder.feed(browser.ring())
-    charts, told = _textures(page, "ring.uph", ["map"])
-    assert told["type"] == "MeshStandardMaterial"
-    assert told["complete"]
-    assert told["mipmaps"]
-    assert {"position", "normal", "tangent", "uv"} <= set(told["attributes"])
+    charts, log = _textures(page, "ring.uph", ["map"])
+    assert log["type"] == "MeshStandardMaterial"
+    assert log["complete"]
+    assert log["mipmaps"]
+    assert {"position", "normal", "tangent", "uv"} <= set(log["attributes"])
     for (texture,), texels in zip(charts, decoder.texels().arrays, strict=True):
         assert np.array_equal(texture[:, :, :3], texels)
         assert (texture[:, :, 3] == 255).all()
@@ -195,12 +195,12 @@ def test_textures_are_pythons_texels(page: Any) -> None:
 def test_all_maps_of_a_material(page: Any) -> None:
     decoder = StreamDecoder()
     decoder.feed(browser.material())
-    charts, told = _textures(
+    charts, log = _textures(
         page, "material.uph", ["map", "normalMap", "aoMap", "roughnessMap", "metalnessMap", "emissiveMap"]
     )
-    assert told["roles"] == list(decoder.roles)
-    assert told["metalness"] == 1
-    assert told["colors"] == ["srgb", ""]
+    assert log["roles"] == list(decoder.roles)
+    assert log["metalness"] == 1
+    assert log["colors"] == ["srgb", ""]
     texels = {role: decoder.texels(role).arrays for role in decoder.roles}
     for n, (color, normal, ao, roughness, metallic, emission) in enumerate(charts):
         for texture, role in ((color, "albedo"), (normal, "normal"), (emission, "emission")):
@@ -458,7 +458,7 @@ def test_what_users_do_to_materials_and_meshes_stays(page: Any) -> None:
             caster.setFromCamera(new THREE.Vector2(n / 10, n / 30), camera)
             hits.push(...caster.intersectObject(model))
           }
-          const told = {
+          const log = {
             complete: model.complete,
             kept: [mesh.material.roughness, mesh.material.transparent, mesh.material.opacity, mesh.visible],
             emissive: mesh.material.emissive.getHex(),
@@ -471,7 +471,7 @@ def test_what_users_do_to_materials_and_meshes_stays(page: Any) -> None:
           }
           model.dispose()
           renderer.dispose()
-          return told
+          return log
         }""",
     )
     assert found == {

@@ -49,9 +49,9 @@ def in_python(data):
     mesh = surface.mesh
     arrays = (mesh.triangles, surface.island, mesh.part, mesh.positions, surface.parameters)
     charts = [asdict(chart) for chart in decoder.charts]
-    told = {"name": mesh.name, "metres": mesh.metres, "parts": list(mesh.parts), "charts": charts}
+    reported = {"name": mesh.name, "metres": mesh.metres, "parts": list(mesh.parts), "charts": charts}
     digests = [hashlib.sha256(np.ascontiguousarray(array).tobytes()).hexdigest()[:16] for array in arrays]
-    return {**told, "arrays": digests}
+    return {**reported, "arrays": digests}
 
 
 @pytest.mark.slow(reason="runs Node on many streams")

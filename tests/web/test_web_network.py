@@ -134,13 +134,13 @@ def test_a_damaged_stream_keeps_the_picture_and_says_where(bad: Any, site: Any, 
         ("short.uph", "That is too little for a picture."),
     ],
 )
-def test_what_can_not_be_shown_is_told(bad: Any, site: Any, name: str, says: str) -> None:
+def test_what_can_not_be_shown_is_reported(bad: Any, site: Any, name: str, says: str) -> None:
     assert says in _failed(bad, f"{site}/view/{name}")
     assert bad.call("return viewer.model.first") is False
     _only(bad)
 
 
-def test_what_is_not_there_is_told_and_another_can_be_opened(bad: Any, site: Any) -> None:
+def test_what_is_not_there_is_reported_and_another_can_be_opened(bad: Any, site: Any) -> None:
     bad.open(f"{site}/view/material.uph").complete()
     bad.call("viewer.open('/streams/nowhere.uph')")
     bad.until("inside.querySelector('.note').checkVisibility()")

@@ -192,5 +192,5 @@ def test_a_server_imports_it_as_nothing(site: Path) -> None:
         f"for (const name of {json.dumps(names)}) await import(name)\n"
         "console.log(renderToString(createElement('upholster-viewer', { src: 'ring.uph', alt: 'A ring' })))\n"
     )
-    told = _run(site, "node", "server.mjs")
-    assert told.strip() == '<upholster-viewer src="ring.uph" alt="A ring"></upholster-viewer>'
+    reported = _run(site, "node", "server.mjs")
+    assert reported.strip() == '<upholster-viewer src="ring.uph" alt="A ring"></upholster-viewer>'

@@ -31,7 +31,7 @@ PAINTED = {
 """Streams, and what of them the card paints: warped and flat, on patches and meshes, of two layers, turned,
 dense."""
 
-TOLD = """
+REPORTED = """
 customElements.define = ((define) => function (name, Kind) {
   const connect = Kind.prototype.connectedCallback
   Kind.prototype.connectedCallback = function () {
@@ -103,7 +103,7 @@ def test_python_the_worker_and_the_card_paint_the_same_texels(page: Any, streams
     (streams / "small").write_bytes(b"".join(made))
     targets = ["color", "normal", "emission"]
     card = evaluate(
-        page, "(told) => sweep(...told)", ["streams/small", [len(data) for data in made], targets]
+        page, "(reported) => sweep(...reported)", ["streams/small", [len(data) for data in made], targets]
     )
     for seed, (painted, one) in enumerate(zip(card, python, strict=True)):
         wanted = {role: shown for role, _, _, shown in one["maps"]}
@@ -111,7 +111,7 @@ def test_python_the_worker_and_the_card_paint_the_same_texels(page: Any, streams
 
 
 def _compare(page: Any, name: str, length: int | None = None, picture: Any = None) -> Any:
-    found = evaluate(page, "(told) => compare(...told)", [f"{name}.uph", length, picture])
+    found = evaluate(page, "(reported) => compare(...reported)", [f"{name}.uph", length, picture])
     assert found["error"] == 0
     return found
 
@@ -120,32 +120,32 @@ def _compare(page: Any, name: str, length: int | None = None, picture: Any = Non
 def test_the_card_paints_the_workers_texels(page: Any, name: str) -> None:
     found = _compare(page, name)
     assert sorted(found["found"]) == PAINTED[name]
-    for target, told in found["found"].items():
-        assert told["onCard"] == found["charts"], target
-        assert told["off"] == 0, target
-        assert told["gutterOff"] <= 4 * found["charts"], target
+    for target, reported in found["found"].items():
+        assert reported["onCard"] == found["charts"], target
+        assert reported["off"] == 0, target
+        assert reported["gutterOff"] <= 4 * found["charts"], target
 
 
 @pytest.mark.parametrize("name", ["ring", "two"])
 def test_it_does_so_while_labels_are_still_to_come(page: Any, streams: Any, name: str) -> None:
     length = 2 * (streams / f"{name}.uph").stat().st_size // 3
-    told = _compare(page, f"streams/{name}", length)["found"]["color"]
-    assert told["onCard"] > 10
-    assert told["off"] == 0
+    reported = _compare(page, f"streams/{name}", length)["found"]["color"]
+    assert reported["onCard"] > 10
+    assert reported["off"] == 0
 
 
 def test_another_sample_is_painted_alike(page: Any) -> None:
     colors = np.random.default_rng(1).integers(0, 256, (128, 128, 4), np.uint8)
     colors[:, :, 3] = 255
-    told = _compare(page, "streams/ring", None, {"width": 128, "data": colors.ravel().tolist()})
-    color = told["found"]["color"]
-    assert (color["onCard"], color["off"]) == (told["charts"], 0)
+    reported = _compare(page, "streams/ring", None, {"width": 128, "data": colors.ravel().tolist()})
+    color = reported["found"]["color"]
+    assert (color["onCard"], color["off"]) == (reported["charts"], 0)
 
 
 def test_what_is_see_through_is_left_to_the_worker(page: Any) -> None:
     colors = np.full((128, 128, 4), 99, np.uint8)
-    told = _compare(page, "streams/ring", None, {"width": 128, "data": colors.ravel().tolist()})
-    color = told["found"]["color"]
+    reported = _compare(page, "streams/ring", None, {"width": 128, "data": colors.ravel().tolist()})
+    color = reported["found"]["color"]
     assert (color["onCard"], color["most"]) == (0, 0)
 
 
@@ -162,16 +162,16 @@ HURRIED = "let calls = 0; performance.now = () => 1000 * calls++"
 
 @pytest.mark.parametrize("on_page", [False, True])
 def test_the_first_picture_has_texture_however_long_it_takes(page: Any, on_page: bool) -> None:
-    told = evaluate(page, "(told) => first(...told)", ["streams/ring.uph", on_page, HURRIED])
-    at_first, at_last, charts = told
+    reported = evaluate(page, "(reported) => first(...reported)", ["streams/ring.uph", on_page, HURRIED])
+    at_first, at_last, charts = reported
     assert at_first == at_last == charts
 
 
-def test_the_element_paints_on_the_card_where_it_is_told_to(chromium: Any, site: Any) -> None:
+def test_the_element_paints_on_the_card_where_it_is_asked_to(chromium: Any, site: Any) -> None:
     pictures = []
     for painting in ("worker", "card"):
         with browser.tab(chromium) as tab:
-            tab.page.add_init_script(TOLD.replace("WISH", painting))
+            tab.page.add_init_script(REPORTED.replace("WISH", painting))
             tab.open(f"{site}/view/ring.uph").complete()
             tab.settle_shape()
             on_card = tab.call("return viewer.model.charts.every(({ textures }) => !textures.color.data)")
@@ -186,7 +186,7 @@ def test_a_small_element_paints_fewer_texels_and_more_as_it_grows(
 ) -> None:
     with browser.tab(chromium) as tab:
         tab.page.add_init_script(NARROW)
-        tab.page.add_init_script(TOLD.replace("WISH", painting))
+        tab.page.add_init_script(REPORTED.replace("WISH", painting))
         tab.open(f"{site}/view/ring.uph").complete()
         tab.settle_shape()
         small = tab.call("return viewer.model.texels")

@@ -104,20 +104,22 @@ def test_twenty_in_a_row_have_one_worker_and_leave_nothing(shown: Any) -> None:
 
 
 def test_of_several_at_once_the_last_is_shown_by_the_same_worker(shown: Any) -> None:
-    told = shown.call("return Promise.all([...'bcadbcad', 'c'].map((name) => viewer.replace(streams[name])))")
-    assert told == [False] * 8 + [True]
+    reported = shown.call(
+        "return Promise.all([...'bcadbcad', 'c'].map((name) => viewer.replace(streams[name])))"
+    )
+    assert reported == [False] * 8 + [True]
     last = shown.texels()
     shown.call("await viewer.replace(streams.c)")
     assert shown.texels() == last
     # Later ones, one after another, while those before are being decoded.
     shown.call(
         """
-        const told = []
+        const reported = []
         for (let n = 0; n < 12; n++) {
-          told.push(viewer.replace(streams['bcad'[n % 4]]))
+          reported.push(viewer.replace(streams['bcad'[n % 4]]))
           await new Promise((done) => setTimeout(done, 20 * (n % 4)))
         }
-        await Promise.all(told)
+        await Promise.all(reported)
         await viewer.replace(streams.c)
         """
     )
@@ -126,8 +128,8 @@ def test_of_several_at_once_the_last_is_shown_by_the_same_worker(shown: Any) -> 
     # Likewise where nothing is shown before: the worker that waits takes them.
     shown.call("const other = document.createElement('upholster-viewer'); viewer.replaceWith(other)")
     shown.frames()
-    told = shown.call("return Promise.all([...'bcad'].map((name) => viewer.replace(streams[name])))")
-    assert told == [False] * 3 + [True]
+    reported = shown.call("return Promise.all([...'bcad'].map((name) => viewer.replace(streams[name])))")
+    assert reported == [False] * 3 + [True]
     assert shown.page.evaluate("() => started") == 2
     assert len(shown.page.workers) == 1
 
@@ -157,8 +159,8 @@ def test_the_old_model_stays_until_the_new_one_is_fine_and_the_camera_stays(show
         const watch = () => (frames.push(look()), isOver || requestAnimationFrame(watch))
         requestAnimationFrame(watch)
         const old = viewer.model
-        const told = viewer.replace(streams.d)
-        await told
+        const reported = viewer.replace(streams.d)
+        await reported
         const { quads } = viewer.model
         await viewer.settled()
         isOver = true

@@ -183,7 +183,7 @@ def test_corners_are_proposed_on_a_photo_that_was_taken_at_an_angle(hand: Hand, 
     assert hand.state["sample"]["rectify"] == [[pytest.approx(x, abs=0.06) for x in one] for one in proposed]
 
 
-def test_what_is_wrong_is_told_in_one_line(hand: Hand, tmp_path: Path) -> None:
+def test_what_is_wrong_is_reported_in_one_line(hand: Hand, tmp_path: Path) -> None:
     page = hand.page
     (tmp_path / "words.txt").write_text("no image")
     page.evaluate(DROP, ["words.txt", base64.b64encode(b"no image").decode()])
@@ -191,8 +191,8 @@ def test_what_is_wrong_is_told_in_one_line(hand: Hand, tmp_path: Path) -> None:
     assert "words.txt is not an image" in page.locator("#message").inner_text()
     page.evaluate(DROP, ["big.glb", base64.b64encode(b"\0" * (10**7 + 1)).decode()])
     page.wait_for_function("() => document.getElementById('message').textContent.includes('too large')")
-    (told,) = hand.tab.problems
-    assert "413" in told
+    (reported,) = hand.tab.problems
+    assert "413" in reported
     hand.tab.problems.clear()
 
 

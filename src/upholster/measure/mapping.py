@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from upholster.charts.charted import charted_surface
 from upholster.charts.creases import default_crease
-from upholster.charts.directions import Direction, asked_at_corners, direction_field, told_on_patches
+from upholster.charts.directions import Direction, asked_at_corners, direction_field, vectors_on_patches
 from upholster.errors import InputError
 from upholster.geometry import AnySurface, Surface
 from upholster.measure.places import surface_samples
@@ -155,7 +155,7 @@ def _asked(surface: AnySurface, quilt: Quilt, direction: Direction) -> FloatArra
     # (T, 3, 3): the direction itself, or the field if only that has it.
     charted = charted_surface(surface, quilt.charts, finer=FINER)
     if isinstance(surface, Surface):
-        direction = told_on_patches(surface, charted, direction)
+        direction = vectors_on_patches(surface, charted, direction)
     crease = default_crease(charted.mesh)
     asked = asked_at_corners(charted.mesh, direction, crease)
     field = direction_field(charted.mesh, direction, crease=crease)

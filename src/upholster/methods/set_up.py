@@ -15,7 +15,7 @@ from upholster.charts.directions import (
     is_direction_image,
     is_stroke_file,
     parse_direction,
-    told_on_patches,
+    vectors_on_patches,
 )
 from upholster.charts.layout import LONGEST, TextureScale, density_layout, texture_scale, uniform_layout
 from upholster.charts.maps import MapGround
@@ -192,7 +192,7 @@ def _on_charts(
     if direction.image is not None:
         charted = in_detail(charted, None if ground.model is None else ground.model.uv)
     if isinstance(ground.surface, Surface):
-        direction = told_on_patches(ground.surface, charted, direction)
+        direction = vectors_on_patches(ground.surface, charted, direction)
     mesh = charted.mesh
     for part, mask in zip(seen.parts, seen.masks, strict=True):
         check_level(mask, step_level(part.shape[:2], charted, scale.scale))

@@ -1,7 +1,16 @@
 """Projects: model, samples and settings; `project`, its `file`, and a `preview` while it is changed."""
 
-from upholster.project.file import project_of, read_project, save_project, told_of
+from upholster.project.file import project_data, project_of, read_project, save_project
 from upholster.project.preview import Look, Preview
 from upholster.project.project import KINDS, Project
 
-__all__ = ["KINDS", "Look", "Preview", "Project", "project_of", "read_project", "save_project", "told_of"]
+__all__ = [
+    "KINDS",
+    "Look",
+    "Preview",
+    "Project",
+    "project_data",
+    "project_of",
+    "read_project",
+    "save_project",
+]

@@ -26,7 +26,7 @@ from upholster.methods import settled_seed, with_names
 from upholster.options import SampleOptions, SynthesisOptions, differing
 from upholster.project.project import KINDS, Project
 
-__all__ = ["project_of", "read_project", "save_project", "told_of"]
+__all__ = ["project_data", "project_of", "read_project", "save_project"]
 
 _VERSION = 1
 
@@ -81,7 +81,7 @@ def project_of(data: Any, folder: str | os.PathLike[str]) -> Project:
     return _Reader("project", [Path(folder)]).project(data)
 
 
-def told_of(project: Project, folder: str | os.PathLike[str]) -> dict[str, Any]:
+def project_data(project: Project, folder: str | os.PathLike[str]) -> dict[str, Any]:
     """Return a project as a file's JSON data; its files must be in a folder, and names are relative to it.
 
     Raises

@@ -21,8 +21,8 @@ __all__ = [
     "NUMBER_COUNTERS",
     "BitCoder",
     "begin",
+    "code_counted",
     "code_number",
-    "told",
     "undo",
 ]
 
@@ -56,7 +56,7 @@ class BitCoder(NamedTuple):
 
 
 @shared
-def told(coder: BitCoder, place: int, encoding: bool, bit: int) -> int:
+def code_counted(coder: BitCoder, place: int, encoding: bool, bit: int) -> int:
     """Code a bit with one counter; a decoder logs the changes. −1 if bytes are missing."""
     counter = int64(coder.counters[place])
     found = int64(settle(coder.state, coder.data, min(65520, max(16, counter >> 14)), encoding, bit))
@@ -94,26 +94,26 @@ def code_number(coder: BitCoder, kind: int, context: int, encoding: bool, value:
     # A signed number within ±2^35, coded as: whether it is 0; the bit length of its magnitude, in unary; the
     # sign; the bits below the first, of which six are modelled.
     base = kind * NUMBER_COUNTERS
-    bit = told(coder, base + context, encoding, 1 if value != 0 else 0)
+    bit = code_counted(coder, base + context, encoding, 1 if value != 0 else 0)
     if bit <= 0:
         return 0 if bit == 0 else MISSING
     magnitude = abs(value)
     length = int64(0)
     while length < _LENGTHS - 1:
         more = 1 if magnitude >> (length + 1) else 0
-        bit = told(coder, base + _LONGER + context * _LENGTHS + length, encoding, more)
+        bit = code_counted(coder, base + _LONGER + context * _LENGTHS + length, encoding, more)
         if bit < 0:
             return MISSING
         if bit == 0:
             break
         length += 1
-    sign = told(coder, base + _SIGN + context, encoding, 1 if value < 0 else 0)
+    sign = code_counted(coder, base + _SIGN + context, encoding, 1 if value < 0 else 0)
     if sign < 0:
         return MISSING
     node, result = int64(1), int64(1)
     for b in range(length):
         place = base + _DIGITS + length * 64 + (node if b < 6 else 0)
-        bit = told(coder, place, encoding, (magnitude >> (length - 1 - b)) & 1)
+        bit = code_counted(coder, place, encoding, (magnitude >> (length - 1 - b)) & 1)
         if bit < 0:
             return MISSING
         node = 2 * node + bit

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.jit import allocating_kernel, inline
-from upholster.stream._bit_kernels import MISSING, BitCoder, begin, told, undo
+from upholster.stream._bit_kernels import MISSING, BitCoder, begin, code_counted, undo
 from upholster.types import int64
 
 __all__ = ["LABEL_COUNTERS", "NamedPlacements", "code_labels"]
@@ -61,7 +61,7 @@ def _guesses(labels: NDArray[np.int32], nearest: NDArray[np.int32], i: int, j: i
 @inline
 def _is(coder: BitCoder, place: int, context: int, encoding: bool, bit: bool) -> int:
     # Whether the label is the candidate of a place.
-    return told(coder, _CONTEXTS * place + context, encoding, 1 if bit else 0)
+    return code_counted(coder, _CONTEXTS * place + context, encoding, 1 if bit else 0)
 
 
 @inline
@@ -70,7 +70,7 @@ def _plain_label(coder: BitCoder, named: NamedPlacements, encoding: bool, label:
     while (named.total - 1) >> bits:
         bits += 1
     for b in range(bits - 1, -1, -1):
-        bit = told(coder, _CONTEXTS * _PLAIN + b, encoding, (label - named.first) >> b & 1)
+        bit = code_counted(coder, _CONTEXTS * _PLAIN + b, encoding, (label - named.first) >> b & 1)
         if bit < 0:
             return MISSING
         found = 2 * found + bit

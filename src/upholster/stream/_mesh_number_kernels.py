@@ -7,8 +7,8 @@ from upholster.stream._bit_kernels import (
     MISSING,
     NUMBER_COUNTERS,
     BitCoder,
+    code_counted,
     code_number,
-    told,
 )
 from upholster.stream._mesh_arrays import LACKING, STATUS, WRONG, CodedMesh
 from upholster.types import int64
@@ -52,7 +52,7 @@ def next_corner(corner: int) -> int:
 def code_flag(coder: BitCoder, mesh: CodedMesh, place: int, encoding: bool, flag: bool) -> bool:
     """Code a flag; False if bytes are missing."""
     coder.log[0] = 0
-    bit = told(coder, _FLAGS + place, encoding, 1 if flag else 0)
+    bit = code_counted(coder, _FLAGS + place, encoding, 1 if flag else 0)
     if bit < 0:
         mesh.counts[STATUS] = LACKING
     return bit == 1

@@ -13,8 +13,8 @@ from upholster.stream._bit_kernels import (
     NUMBER_COUNTERS,
     BitCoder,
     begin,
+    code_counted,
     code_number,
-    told,
     undo,
 )
 from upholster.types import int64
@@ -150,7 +150,7 @@ def _code_bits(coder: BitCoder, place: int, bits: int, encoding: bool, value: in
     # A number of `bits` bits, highest first, each with a counter of its own.
     found = int64(0)
     for b in range(bits - 1, -1, -1):
-        bit = told(coder, place + b, encoding, (value >> b) & 1)
+        bit = code_counted(coder, place + b, encoding, (value >> b) & 1)
         if bit < 0:
             return MISSING
         found = 2 * found + bit
@@ -161,7 +161,7 @@ def _code_bits(coder: BitCoder, place: int, bits: int, encoding: bool, value: in
 def _code_symmetry(coder: BitCoder, encoding: bool, symmetry: int) -> int:
     node = int64(1)
     for b in range(2, -1, -1):
-        bit = told(coder, _SYMMETRIES + node, encoding, (symmetry >> b) & 1)
+        bit = code_counted(coder, _SYMMETRIES + node, encoding, (symmetry >> b) & 1)
         if bit < 0:
             return MISSING
         node = 2 * node + bit
@@ -188,7 +188,7 @@ def _code_offset(coder: BitCoder, units: Units, record: NDArray[np.int64], encod
     some = int64(0)
     for k in range(4):
         some |= record[OFFSET + k]
-    has = told(coder, _HAS, encoding, 1 if some != 0 else 0)
+    has = code_counted(coder, _HAS, encoding, 1 if some != 0 else 0)
     if has < 0:
         return _MISSING
     for k in range(4):

@@ -36,7 +36,7 @@ from upholster.image.preparing import resampled
 from upholster.image.source import Sample, read_source, source_parts
 from upholster.image.write import encode_image
 from upholster.options import WriteOptions
-from upholster.project import Look, Preview, Project, project_of, read_project, save_project, told_of
+from upholster.project import Look, Preview, Project, project_data, project_of, read_project, save_project
 from upholster.project.preview import Previews
 from upholster.quilt import Quilt
 from upholster.stream import encode_stream
@@ -216,7 +216,11 @@ class _Work:
         """Return the kind and contents of a source, or the state of a project's file."""
         if path.endswith(".json"):
             project = read_project(str(self.folder / path))
-            return {"kind": "project", "state": told_of(project, self.folder), "notes": list(project.notes)}
+            return {
+                "kind": "project",
+                "state": project_data(project, self.folder),
+                "notes": list(project.notes),
+            }
         with self.previews.stages.active():
             parts = source_parts(read_source(str(self.folder / path)))
         height, width = parts["albedo"].shape[:2]

@@ -115,7 +115,7 @@ class _Running:
         parcels = work.plan.parcels
         self.tiles = 0 if work.atlas is None else len(work.atlas.layout.pages)
         self.unlaid = {n: set(parcels.near(n)) for n in range(len(parcels))}
-        self.untold = {n: set(of) for n, of in enumerate(work.parcels_of)}
+        self.missing_parcels = {n: set(of) for n, of in enumerate(work.parcels_of)}
         self.waiting = {page: work.atlas.shown_on(page) for page in range(self.tiles)} if work.atlas else {}
         self.ready: list[int] = []
         self.painting: dict[int, tuple[int, ...]] = {}
@@ -190,7 +190,7 @@ class _Running:
         """Lay the parcels, class after class; free workers do all other tasks that are ready."""
         for page in [int(page) for page in self.done["tile"]]:
             del self.waiting[page]
-        self._find_charts([n for n, parcels in self.untold.items() if not parcels])
+        self._find_charts([n for n, parcels in self.missing_parcels.items() if not parcels])
         usage = self.work.plan.empty_usage()
         for start, stop in self.work.plan.parcels.classes:
             members = range(start, stop)
@@ -212,7 +212,7 @@ class _Running:
 
     def finish(self) -> dict[str, int]:
         """Wait for all charts and tiles; return the bytes of the tiles' files."""
-        while len(self.done["chart"]) < len(self.untold) or len(self.done["tile"]) < self.tiles:
+        while len(self.done["chart"]) < len(self.missing_parcels) or len(self.done["tile"]) < self.tiles:
             self._next()
         return {
             self.work.output.file(name): size
@@ -222,7 +222,7 @@ class _Running:
 
     def placements(self) -> int:
         """Return the number of placements of all charts."""
-        return sum(int(self.folder.read(f"count-{n}")) for n in self.untold)
+        return sum(int(self.folder.read(f"count-{n}")) for n in self.missing_parcels)
 
     def _is_done(self, kind: str, n: int) -> bool:
         return str(n) in self.done[kind]
@@ -264,8 +264,8 @@ class _Running:
     def _labelled(self, n: int) -> None:
         """Assemble charts that only waited for the labels of this parcel."""
         for chart in self.work.plan.parcels.charts[n]:
-            self.untold[chart].discard(n)
-        self._find_charts([n for n in self.work.plan.parcels.charts[n] if not self.untold[n]])
+            self.missing_parcels[chart].discard(n)
+        self._find_charts([n for n in self.work.plan.parcels.charts[n] if not self.missing_parcels[n]])
 
     def _find_charts(self, charts: Iterable[int]) -> None:
         for n in charts:

@@ -66,7 +66,7 @@ def steps_of(charted: ChartedSurface) -> list[tuple[np.ndarray, ...]]:
     return out
 
 
-def told(text: str, ground: MapGround) -> np.ndarray:
+def map_values(text: str, ground: MapGround) -> np.ndarray:
     """Return a map's values at the steps of `steps_of`, all charts' together."""
     values = parse_map(text).values(ground)
     steps = steps_of(ground.charted)

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from grounds import at_steps, on_flat, on_mesh, on_patches, steps_of, told
+from grounds import at_steps, map_values, on_flat, on_mesh, on_patches, steps_of
 from meshes import height_field
 
 from upholster.charts.maps import parse_map
@@ -105,19 +105,19 @@ def test_on_a_mesh_an_image_lies_by_texture_coordinates_and_repeats(tmp_path) ->
     known = np.isfinite(u)
     assert known.any()
     assert not known.all()
-    found = told(name, ground)
+    found = map_values(name, ground)
     wanted = between(np.tile(pixels.mean(axis=2) / 255, (5, 5)), v[known] * 7 + 14, u[known] * 9 + 18, "wrap")
     np.testing.assert_allclose(found[known], wanted, atol=1e-5)
     assert np.isnan(found[~known]).all()
 
 
-def test_a_model_without_texture_coordinates_is_told(tmp_path) -> None:
+def test_a_model_without_texture_coordinates_is_reported(tmp_path) -> None:
     name = written(tmp_path / "map.png", random_image(4, 4, 3))
     with pytest.raises(InputError, match="this model has no texture coordinates"):
         parse_map(name).values(on_mesh(height_field(3)))
 
 
-def test_a_file_that_is_missing_or_no_image_is_told(tmp_path) -> None:
+def test_a_file_that_is_missing_or_no_image_is_reported(tmp_path) -> None:
     with pytest.raises(InputError, match=r"missing\.png"):
         parse_map(str(tmp_path / "missing.png")).values(on_flat())
     (tmp_path / "broken.png").write_bytes(b"no image")
@@ -145,7 +145,7 @@ def test_colours_of_vertices_are_means_between_them_and_labels_of_the_nearest() 
     colors[:3] = np.nan
     ground = on_mesh(mesh, colors=colors)
     grey = at_steps(colors.mean(axis=2, keepdims=True), ground)[:, 0]
-    np.testing.assert_allclose(told("colors", ground), grey, atol=1e-6)
+    np.testing.assert_allclose(map_values("colors", ground), grey, atol=1e-6)
     assert np.isnan(grey).any()
     hexed = np.nan_to_num(np.rint(colors * 255)).astype(int) @ (1 << 16, 1 << 8, 1)
     hexed[:3] = -1

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from grounds import at_steps, on_flat, on_mesh, told
+from grounds import at_steps, map_values, on_flat, on_mesh
 from meshes import box, sphere
 
 from upholster.charts.maps import parse_map
@@ -66,7 +66,7 @@ def test_noise_belongs_to_places_in_space_not_to_charts() -> None:
     away = np.linalg.norm(places[:, None] - others, axis=2)
     near = away.min(axis=1) < 0.02
     assert near.sum() > 100
-    difference = told("noise:0.8", coarse) - told("noise:0.8", fine)[away.argmin(axis=1)]
+    difference = map_values("noise:0.8", coarse) - map_values("noise:0.8", fine)[away.argmin(axis=1)]
     assert np.abs(difference[near]).max() < 0.12  # it is that smooth
 
 

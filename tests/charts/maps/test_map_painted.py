@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from grounds import at_steps, on_flat, on_mesh, steps_of, told
+from grounds import at_steps, map_values, on_flat, on_mesh, steps_of
 from meshes import box, sphere
 
 from upholster.charts.maps import parse_map
@@ -31,7 +31,7 @@ def test_the_nearest_stroke_that_reaches_counts(tmp_path: Path, count: int) -> N
         {"at": a, "value": v, "radius": r}
         for a, v, r in zip(at.tolist(), values.tolist(), radii.tolist(), strict=True)
     ]
-    found = told(written(tmp_path / "strokes.json", strokes), ground)
+    found = map_values(written(tmp_path / "strokes.json", strokes), ground)
     places = at_steps(ground.charted.mesh.corners, ground)
     away = np.linalg.norm(places[:, None] - at, axis=2)
     reached = np.where(away <= radii, away, np.inf)  # within 0.8 nothing faces away on a ball
@@ -42,11 +42,11 @@ def test_the_nearest_stroke_that_reaches_counts(tmp_path: Path, count: int) -> N
 def test_the_radius_is_a_length_or_a_part_of_the_size(tmp_path: Path) -> None:
     ground = on_mesh(replace(box((2.0, 2.0, 2.0), 2), metres=0.01))
     stroke = {"at": [1, 1, 2], "value": 0.4}
-    plain = told(written(tmp_path / "a.json", [stroke]), ground)
+    plain = map_values(written(tmp_path / "a.json", [stroke]), ground)
     size = ground.charted.mesh.size
     assert np.isfinite(plain).any()
     for radius in (0.05 * size, f"{0.5 * size}mm", None):
-        other = told(written(tmp_path / "b.json", [stroke | {"radius": radius}]), ground)
+        other = map_values(written(tmp_path / "b.json", [stroke | {"radius": radius}]), ground)
         np.testing.assert_array_equal(other, plain)
 
 
@@ -59,7 +59,7 @@ def test_of_strokes_at_one_place_the_last_counts(tmp_path: Path) -> None:
 def test_a_stroke_does_not_reach_the_other_side_of_a_wall(tmp_path: Path) -> None:
     ground = on_mesh(box((2.0, 2.0, 0.05), 2))
     strokes = [{"at": [1, 1, 0.05], "value": 1, "radius": 0.5}]
-    found = told(written(tmp_path / "strokes.json", strokes), ground)
+    found = map_values(written(tmp_path / "strokes.json", strokes), ground)
     triangles = np.concatenate([t for *_, t, _ in steps_of(ground.charted)])
     up = ground.charted.mesh.flat_normals[triangles, 2]
     assert np.isfinite(found[up > 0.5]).any()
@@ -107,7 +107,7 @@ def test_what_is_no_stroke_is_refused_in_one_line(tmp_path: Path, strokes: Any, 
     assert "\n" not in str(caught.value)
 
 
-def test_files_that_are_missing_or_no_json_are_told(tmp_path: Path) -> None:
+def test_files_that_are_missing_or_no_json_are_reported(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="No such file"):
         parse_map(str(tmp_path / "none.json")).values(on_flat())
     (tmp_path / "no.json").write_text("no JSON")

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from grounds import at_steps, on_mesh, on_patches, steps_of, told
+from grounds import at_steps, map_values, on_mesh, on_patches, steps_of
 from meshes import box, sphere, two_rings
 
 from upholster.charts.maps import coarse, parse_map
@@ -32,7 +32,7 @@ def from_edge(ground) -> np.ndarray:
 @pytest.mark.slow(reason="casts rays over surfaces")
 def test_edges_are_light_hollows_dark_and_what_is_flat_between(cube, room) -> None:
     for ground, sign in ((cube, 1), (room, -1)):
-        found, away = told("curvature:0.3", ground), from_edge(ground)
+        found, away = map_values("curvature:0.3", ground), from_edge(ground)
         assert np.abs(found[away > 0.4] - 0.5).max() < 1e-3
         # Near one edge, far from corners, where two more edges show.
         places = at_steps(ground.charted.mesh.corners, ground)
@@ -48,12 +48,14 @@ def test_edges_are_light_hollows_dark_and_what_is_flat_between(cube, room) -> No
 @pytest.mark.slow(reason="casts rays over surfaces")
 def test_the_reach_is_a_length_or_a_part_of_the_size(cube) -> None:
     size = cube.charted.mesh.size
-    np.testing.assert_array_equal(told("curvature", cube), told(f"curvature:{0.03 * size!r}", cube))
-    np.testing.assert_array_equal(told("occlusion", cube), told(f"occlusion:{size / 3!r}", cube))
+    np.testing.assert_array_equal(
+        map_values("curvature", cube), map_values(f"curvature:{0.03 * size!r}", cube)
+    )
+    np.testing.assert_array_equal(map_values("occlusion", cube), map_values(f"occlusion:{size / 3!r}", cube))
 
 
 def test_a_ball_is_a_ridge_all_over() -> None:
-    found = told("curvature:0.5", on_mesh(sphere(16), 15))
+    found = map_values("curvature:0.5", on_mesh(sphere(16), 15))
     # A ray at an angle a to the radius inward is within 0.5 if its chord, 2 cos a, is; its share is sin² a.
     assert found.mean() == pytest.approx(0.5 + 0.25**2, abs=0.02)
     assert found.std() < 0.02
@@ -63,38 +65,38 @@ def test_the_other_side_of_a_wall_is_no_edge() -> None:
     ground = on_mesh(box((2.0, 2.0, 0.05), 2), 30)
     places = at_steps(ground.charted.mesh.corners, ground)
     inner = np.minimum(places, 2 - places)[:, :2].min(axis=1) > 0.4
-    assert np.abs(told("curvature:0.3", ground)[inner] - 0.5).max() < 0.01
+    assert np.abs(map_values("curvature:0.3", ground)[inner] - 0.5).max() < 0.01
 
 
 def test_what_is_convex_is_open_and_a_room_is_dark_in_its_corners(cube, room) -> None:
-    assert told("occlusion", cube).min() > 0.999
+    assert map_values("occlusion", cube).min() > 0.999
     places = at_steps(room.charted.mesh.corners, room)
     into = np.sort(np.minimum(places, 2 - places), axis=1)  # 0, from an edge, from the next one
-    found = told("occlusion:0.5", room)
+    found = map_values("occlusion:0.5", room)
     assert found[into[:, 1] > 0.6].min() > 0.999
     edge = (into[:, 1] < 0.03) & (into[:, 2] > 0.6)
     assert found[edge].mean() == pytest.approx(0.5, abs=0.06)  # one of two walls fills half of the view
     assert found[into[:, 2] < 0.05].mean() < 0.4
-    assert told("occlusion:9", room).max() == 0
+    assert map_values("occlusion:9", room).max() == 0
 
 
 def test_what_is_dark_beside_an_edge_does_not_show_beyond_it() -> None:
     slab = on_mesh(two_rings(), 30)
     triangles = np.concatenate([t for *_, t, _ in steps_of(slab.charted)])
     up = slab.charted.mesh.flat_normals[triangles, 2] > 0.5
-    found = told("occlusion", slab)
+    found = map_values("occlusion", slab)
     assert found[up].min() > 0.999  # right to the holes
     assert found.min() < 0.5  # in which it is dark
 
 
 @pytest.mark.parametrize("text", ["curvature:0.3", "occlusion"])
 def test_coarser_cells_tell_about_the_same(room, monkeypatch, text: str) -> None:
-    fine = told(text, room)
+    fine = map_values(text, room)
     monkeypatch.setattr(coarse, "MOST_POINTS", 12_000)
     cells = coarse_cells(room.charted)
     assert sum(int(one.on.sum()) for one in cells) <= 12_000
     assert {one.stride for one in cells} == {2}
-    again = told(text, room)
+    again = map_values(text, room)
     assert np.isfinite(again).all()
     assert np.abs(again - fine).mean() < 0.03
 
@@ -135,14 +137,14 @@ def test_values_are_bilinear_between_cells_that_are_near_in_space() -> None:
     steps = (own + rng.random((300, 2))) * stride
     out = np.empty(300, np.float32)
     spread(steps, stride, values, points, normals, reach, out)
-    for (y, x), mine, told_ in zip(steps / stride - 0.5, own, out, strict=True):
+    for (y, x), mine, reported_ in zip(steps / stride - 0.5, own, out, strict=True):
         total = weights = 0.0
         for r, c in np.argwhere(~np.isnan(values)):
             weight = max(0, 1 - abs(y - r)) * max(0, 1 - abs(x - c))
             alike = normals[r, c] @ normals[tuple(mine)] >= 0.5
             if alike and np.linalg.norm(points[r, c] - points[tuple(mine)]) <= 0.7:
                 total, weights = total + weight * values[r, c], weights + weight
-        assert told_ == pytest.approx(total / weights, abs=1e-6)
+        assert reported_ == pytest.approx(total / weights, abs=1e-6)
 
 
 def test_each_step_on_the_surface_is_in_a_cell_with_a_point_of_it(cube) -> None:

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from grounds import at_steps, on_flat, on_mesh, on_patches, steps_of, told
+from grounds import at_steps, map_values, on_flat, on_mesh, on_patches, steps_of
 from meshes import box, sphere
 
 from upholster.charts._step_kernels import interpolate
@@ -64,13 +64,13 @@ def test_values_are_there_on_the_surface_and_right_beside_it_alone(ball) -> None
 def test_height_goes_from_the_lowest_to_the_highest_point(ball) -> None:
     z = at_steps(ball.charted.mesh.corners, ball)[:, 2]
     low, high = ball.charted.mesh.box[:, 2]
-    np.testing.assert_allclose(told("height", ball), (z - low) / (high - low), atol=1e-6)
+    np.testing.assert_allclose(map_values("height", ball), (z - low) / (high - low), atol=1e-6)
 
 
 def test_parts_that_are_left_plain_have_no_values(cube) -> None:
     chart = np.where(cube.charted.mesh.part == 0, -1, cube.charted.chart).astype(np.int32)
     ground = replace(cube, charted=replace(cube.charted, chart=chart))
-    assert np.unique(told("facing:z", ground)).tolist() == [1]  # the lid's steps
+    assert np.unique(map_values("facing:z", ground)).tolist() == [1]  # the lid's steps
     count = sum(int(np.isfinite(values).sum()) for values in parse_map("facing:z").values(ground))
     assert 40 * 40 <= count <= 42 * 42  # 2 by 2 units of 20 steps, and those right beside
 
@@ -86,26 +86,26 @@ def test_slope_and_facing_follow_the_normal_of_a_torus() -> None:
     beyond = np.hypot(x, y) - 2.0
     normal = np.stack([x / np.hypot(x, y) * beyond, y / np.hypot(x, y) * beyond, z]).T
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-    np.testing.assert_allclose(told("slope", ground), np.sqrt(1 - normal[:, 2] ** 2), atol=0.02)
-    np.testing.assert_allclose(told("facing:z", ground), (1 + normal[:, 2]) / 2, atol=0.01)
-    np.testing.assert_allclose(told("facing:-z", ground), (1 - normal[:, 2]) / 2, atol=0.01)
+    np.testing.assert_allclose(map_values("slope", ground), np.sqrt(1 - normal[:, 2] ** 2), atol=0.02)
+    np.testing.assert_allclose(map_values("facing:z", ground), (1 + normal[:, 2]) / 2, atol=0.01)
+    np.testing.assert_allclose(map_values("facing:-z", ground), (1 - normal[:, 2]) / 2, atol=0.01)
     towards = normal @ np.array([3.0, 0, 4.0]) / 5
-    np.testing.assert_allclose(told("facing:3,0,4", ground), (1 + towards) / 2, atol=0.01)
+    np.testing.assert_allclose(map_values("facing:3,0,4", ground), (1 + towards) / 2, atol=0.01)
 
 
 def test_sides_of_a_cube_are_upright_and_its_lid_is_level(cube) -> None:
     normal = cube.charted.mesh.flat_normals[np.concatenate([t for *_, t, _ in steps_of(cube.charted)])]
-    np.testing.assert_allclose(told("slope", cube), np.abs(normal[:, 2]) < 0.5, atol=1e-6)
-    np.testing.assert_allclose(told("facing:x", cube), (1 + normal[:, 0]) / 2, atol=1e-6)
+    np.testing.assert_allclose(map_values("slope", cube), np.abs(normal[:, 2]) < 0.5, atol=1e-6)
+    np.testing.assert_allclose(map_values("facing:x", cube), (1 + normal[:, 0]) / 2, atol=1e-6)
 
 
 def test_parts_are_chosen_by_patterns(cube) -> None:
     top = (
         cube.charted.mesh.flat_normals[np.concatenate([t for *_, t, _ in steps_of(cube.charted)])][:, 2] > 0.5
     )
-    np.testing.assert_array_equal(told("part:lid", cube), top)
-    np.testing.assert_array_equal(told("1-part:sides", cube), top)
-    assert (told("part:*", cube) == 1).all()
+    np.testing.assert_array_equal(map_values("part:lid", cube), top)
+    np.testing.assert_array_equal(map_values("1-part:sides", cube), top)
+    assert (map_values("part:*", cube) == 1).all()
     with pytest.raises(InputError, match="no part is called 'leg'; allowed: sides, Lid"):
         parse_map("part:leg").values(cube)
     with pytest.raises(InputError, match="is for models"):
@@ -114,25 +114,25 @@ def test_parts_are_chosen_by_patterns(cube) -> None:
 
 def test_a_ball_has_all_steps_that_are_near_enough(cube) -> None:
     away = np.linalg.norm(at_steps(cube.charted.mesh.corners, cube) - (2, 1, 1.5), axis=1)
-    found = told("2,1,1.5:0.7", cube)
+    found = map_values("2,1,1.5:0.7", cube)
     sure = np.abs(away - 0.7) > 1e-6
     np.testing.assert_array_equal(found[sure], away[sure] <= 0.7)
-    np.testing.assert_array_equal(told("2,1,1.5:7mm", cube), found)  # its unit is a centimetre
+    np.testing.assert_array_equal(map_values("2,1,1.5:7mm", cube), found)  # its unit is a centimetre
     with pytest.raises(InputError, match="radius of a map is '7mm', and this model does not state"):
         parse_map("2,1,1.5:7mm").values(on_flat())
 
 
 def test_inverted_and_compared_maps(ball) -> None:
-    plain = told("height", ball)
-    np.testing.assert_array_equal(told("1-height", ball), 1 - plain)
-    np.testing.assert_array_equal(told("height>0.25", ball), plain > np.float32(0.25))
-    np.testing.assert_array_equal(told("height<0.25", ball), plain < np.float32(0.25))
-    np.testing.assert_array_equal(told("1-height>0.25", ball), 1 - plain > np.float32(0.25))
+    plain = map_values("height", ball)
+    np.testing.assert_array_equal(map_values("1-height", ball), 1 - plain)
+    np.testing.assert_array_equal(map_values("height>0.25", ball), plain > np.float32(0.25))
+    np.testing.assert_array_equal(map_values("height<0.25", ball), plain < np.float32(0.25))
+    np.testing.assert_array_equal(map_values("1-height>0.25", ball), 1 - plain > np.float32(0.25))
 
 
 def test_maps_joined_by_and_are_the_least_of_their_values(ball) -> None:
-    plain = [told(text, ball) for text in ("1-height", "slope>0.5", "facing:x")]
-    joined = told("1-height and slope>0.5 and facing:x", ball)
+    plain = [map_values(text, ball) for text in ("1-height", "slope>0.5", "facing:x")]
+    joined = map_values("1-height and slope>0.5 and facing:x", ball)
     np.testing.assert_array_equal(joined, np.minimum(plain[0], np.minimum(plain[1], plain[2])))
     both = parse_map("height>0.3 and slope<0.5")
     for joined, a, b in zip(

@@ -59,7 +59,7 @@ def test_maps_joined_by_and_are_several() -> None:
     assert parse_map("part:Salt and Pepper").source == Part("Salt and Pepper")
 
 
-def test_files_are_told() -> None:
+def test_files_are_reported() -> None:
     assert parse_map("1-a/mask.png>0.3").files == ("a/mask.png",)
     assert parse_map("./1-mask.png").files == ("./1-mask.png",)
     assert parse_map("height").files == ()

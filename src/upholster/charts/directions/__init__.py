@@ -19,7 +19,7 @@ from upholster.charts.directions.direction import (
 )
 from upholster.charts.directions.direction_image import is_direction_image
 from upholster.charts.directions.field import DirectionField, default_direction, direction_field
-from upholster.charts.directions.on_patches import default_on_patches, told_on_patches
+from upholster.charts.directions.on_patches import default_on_patches, vectors_on_patches
 from upholster.charts.directions.strokes import asked_by_strokes, is_stroke_file, parse_strokes, stroke_texts
 
 __all__ = [
@@ -39,5 +39,5 @@ __all__ = [
     "parse_direction",
     "parse_strokes",
     "stroke_texts",
-    "told_on_patches",
+    "vectors_on_patches",
 ]

@@ -7,7 +7,7 @@ is drawn smooth, with interpolated normals, directions use the same normals; ove
 import numpy as np
 
 from upholster.charts.directions.direction import Direction, TriangleVectors, Vectors, called
-from upholster.charts.directions.on_coordinates import told_on_coordinates
+from upholster.charts.directions.on_coordinates import vectors_on_coordinates
 from upholster.errors import InputError
 from upholster.geometry import TriangleMesh
 from upholster.geometry.corner_normals import corner_normals
@@ -53,7 +53,7 @@ def asked_at_corners(
     InputError
         If vectors are not finite, or of another shape.
     """
-    direction = told_on_coordinates(mesh, direction)
+    direction = vectors_on_coordinates(mesh, direction)
     if direction.kind not in ("level", "vectors"):
         return None
     if normals is None:

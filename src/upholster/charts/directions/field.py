@@ -12,7 +12,7 @@ from upholster.charts.directions.direction import Direction, Vectors, parse_dire
 from upholster.charts.directions.field_solving import field_power, followed
 from upholster.charts.directions.frames import PlaneFrames, plane_frames, power, root
 from upholster.charts.directions.held import Held, held_on_faces
-from upholster.charts.directions.on_coordinates import told_on_coordinates
+from upholster.charts.directions.on_coordinates import vectors_on_coordinates
 from upholster.charts.directions.singular import (
     indices_at_vertices,
     jumps_over_edges,
@@ -173,7 +173,7 @@ def direction_field(
     wanted = parse_direction(direction)
     if symmetry not in (1, 2, 4):
         raise InputError(f"symmetry is {symmetry!r}; allowed: 1, 2 or 4")
-    wanted = told_on_coordinates(mesh, wanted)
+    wanted = vectors_on_coordinates(mesh, wanted)
     if crease is not None and not 0 <= crease <= 180:
         raise InputError(f"crease is {crease!r} degrees; allowed: 0 to 180")
     frames = plane_frames(mesh, crease)

@@ -9,10 +9,12 @@ from upholster.errors import InputError
 from upholster.geometry import TriangleMesh
 from upholster.types import FloatArray
 
-__all__ = ["told_on_coordinates"]
+__all__ = ["vectors_on_coordinates"]
 
 
-def told_on_coordinates(mesh: TriangleMesh, direction: Direction, uv: FloatArray | None = None) -> Direction:
+def vectors_on_coordinates(
+    mesh: TriangleMesh, direction: Direction, uv: FloatArray | None = None
+) -> Direction:
     """Convert a direction from an image to vectors at the triangles' corners; return others unchanged.
 
     Parameters

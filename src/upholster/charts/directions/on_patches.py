@@ -6,14 +6,14 @@ import numpy as np
 
 from upholster.charts.charted import ChartedSurface
 from upholster.charts.directions.direction import Direction
-from upholster.charts.directions.on_coordinates import told_on_coordinates
+from upholster.charts.directions.on_coordinates import vectors_on_coordinates
 from upholster.charts.tessellation import face_parameters, own_patches
 from upholster.geometry import Surface
 from upholster.stages import stage
 from upholster.types import FloatArray
 from upholster.vectors import unit_vectors
 
-__all__ = ["default_on_patches", "told_on_patches"]
+__all__ = ["default_on_patches", "vectors_on_patches"]
 
 _AGREED = np.cos(np.radians(15))
 """Cosine of the angle up to which directions on both sides of a seam count as one."""
@@ -23,7 +23,7 @@ _MOST_AGREE = 0.95
 
 
 @stage
-def told_on_patches(surface: Surface, charted: ChartedSurface, direction: Direction) -> Direction:
+def vectors_on_patches(surface: Surface, charted: ChartedSurface, direction: Direction) -> Direction:
     """Convert a direction to that of a mesh: ``u`` and ``v`` become the surface's derivatives at corners.
 
     An image covers each face's parameters, its rows along t and its columns along s.
@@ -36,7 +36,7 @@ def told_on_patches(surface: Surface, charted: ChartedSurface, direction: Direct
         Any direction; others are returned as they are.
     """
     if direction.kind == "image":
-        return told_on_coordinates(charted.mesh, direction, _parameters(surface, charted))
+        return vectors_on_coordinates(charted.mesh, direction, _parameters(surface, charted))
     if direction.kind not in ("u", "v"):
         return direction
     return replace(direction, kind="vectors", vectors=_derivatives(surface, charted, direction.kind))
