@@ -16,9 +16,9 @@ from upholster.image.drawing import Drawing
 from upholster.image.masks import as_alpha
 from upholster.image.perspective import proposed_corners
 from upholster.image.read import read_photo
-from upholster.image.shipped import sample_path
 from upholster.image.source import Sample, Source, source_files
 from upholster.image.write import write_image
+from upholster.included import sample_path
 from upholster.methods import settled_seed
 from upholster.notes import sample_notes
 from upholster.options import SampleOptions

@@ -16,7 +16,7 @@ from typing import Any
 from upholster.errors import FormatError, InputError
 from upholster.files import path_inside, read_bytes
 from upholster.formats import PROJECT_SUFFIX, split_name
-from upholster.image.shipped import shipped_samples
+from upholster.included import shipped_models, shipped_samples
 
 __all__ = ["Job", "check_apart", "check_within", "read_jobs"]
 
@@ -103,7 +103,7 @@ def read_jobs(path: str | os.PathLike[str]) -> list[Job]:
 def check_within(jobs: Sequence[Job], inputs: Iterable[str], folders: Sequence[Path]) -> None:
     """Check that no job reads or writes outside some folders, because a file of jobs may be untrusted.
 
-    Samples included in the program may be read wherever it is installed.
+    Samples and models included in the program may be read wherever it is installed.
 
     Raises
     ------
@@ -111,7 +111,7 @@ def check_within(jobs: Sequence[Job], inputs: Iterable[str], folders: Sequence[P
         If a job does.
     """
     written = (split_name(output)[1] for job in jobs for output in job.outputs)
-    shipped = {str(file) for file in shipped_samples().values()}
+    shipped = {str(file) for file in (*shipped_samples().values(), *shipped_models().values())}
     for name in (*(name for name in inputs if name not in shipped), *written):
         try:
             path_inside(folders, name)

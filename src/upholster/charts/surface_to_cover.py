@@ -22,6 +22,7 @@ from upholster.geometry import (
 )
 from upholster.geometry.mesh_files import ModelFile, read_model
 from upholster.geometry.patch_mesh import can_be_mesh, patch_mesh
+from upholster.included import model_path
 from upholster.options import ModelOptions
 from upholster.stages import file_stage, stage
 from upholster.types import Progress
@@ -56,6 +57,7 @@ class Covered:
 
 def covered_files(on: CoveredLike) -> list[str]:
     """Return the file that a surface is read from, in a list; empty if there is none."""
+    on = model_path(on)
     if _is_model(on):
         return [os.fspath(on)]
     file = None if isinstance(on, TriangleMesh | MeshSurface) else surface_file(on)
@@ -78,7 +80,8 @@ def as_covered(
     Parameters
     ----------
     on
-        A surface, a mesh or its islands; a surface's text form; or a file of a surface or a model.
+        A surface, a mesh or its islands; a surface's text form; a file of a surface or a model; or the name
+        of an included model, ``sample:chair``.
     options
         How to read a model.
     biquadratic
@@ -95,7 +98,7 @@ def as_covered(
         If `on` is none of these; as `as_surface`, `read_model` and `unwrap`; if options of models are given
         for a surface of patches.
     """
-    options = options or ModelOptions()
+    on, options = model_path(on), options or ModelOptions()
     if _is_model(on):
         return _covered_model(os.fspath(on), options, progress=progress)
     if isinstance(on, TriangleMesh):
@@ -172,7 +175,7 @@ def covered_parts(
         If `on` is not a model's file, a pattern fits no part, or parts are chosen without a rest; as
         `read_model` and `unwrap`.
     """
-    options = options or ModelOptions()
+    on, options = model_path(on), options or ModelOptions()
     if not _is_model(on):
         raise InputError("several materials are for models; allowed: a model's file, such as chair.glb")
     if options.part is not None and not rest:

@@ -24,12 +24,12 @@ EXAMPLE = "Example: `upholster cover sample:bricks --on cyclide -o ring.glb -o r
 
 
 def surfaces() -> None:
-    """List the built-in surfaces with their parameters and defaults, and the included samples."""
+    """List the built-in surfaces with their parameters and defaults, and the included samples and models."""
     from rich.box import SIMPLE_HEAD
     from rich.table import Table
 
     from upholster.geometry import SURFACES
-    from upholster.image.shipped import SHIPPED_PREFIX, shipped_samples
+    from upholster.included import SHIPPED_PREFIX, shipped_models, shipped_samples
 
     table = Table("surface", "parameter", "meaning", "allowed", title_justify="left", box=SIMPLE_HEAD)
     table.title = "--on NAME  or  --on NAME:parameter=value,parameter=value"
@@ -45,7 +45,8 @@ def surfaces() -> None:
     table.add_row("[bold]FILE.step[/]", "", "[italic]a CAD model: .step .iges .brep .3dm[/]", "")
     table.add_row("[bold]FILE.bpt[/]", "", "[italic]the classic list of bi-cubic patches (teapot)[/]", "")
     new_console().print(table)
-    say(f"included samples: {', '.join(SHIPPED_PREFIX + name for name in shipped_samples())}")
+    for what, names in (("samples", shipped_samples()), ("models", shipped_models())):
+        say(f"included {what}: {', '.join(SHIPPED_PREFIX + name for name in names)}")
 
 
 _DRAFT = 200_000
@@ -123,7 +124,7 @@ def cover(
             "--on",
             metavar="SURFACE",
             help="A model (GLB, glTF, OBJ, PLY, STL, OFF); or `cyclide`, `torus:R=2,r=0.7`, `nets.json`, "
-            "`teapot.bpt` … (see `surfaces`).",
+            "`teapot.bpt`, `sample:chair` … (see `surfaces`).",
         ),
     ],
     output: Annotated[
@@ -260,6 +261,7 @@ def _say_result(result: "CoverReport", seconds: float, *, several: bool) -> None
 
 def uses_of(project: "Project", outputs: list[str]) -> list[str]:
     """Return the uses of kernels, judged by names only; wrong names are reported elsewhere."""
+    from upholster.charts.surface_to_cover import covered_files
     from upholster.image.packages import is_zip
 
     asked, reading = project.synthesis, project.sample.options if project.sample else None
@@ -270,7 +272,7 @@ def uses_of(project: "Project", outputs: list[str]) -> list[str]:
         or any(is_zip(name) for name in each.files)
         for each in project.samples
     )
-    mesh = is_model_name(str(project.model))
+    mesh = any(map(is_model_name, covered_files(project.model)))
     made = asked.method + (" flat" if flat else " mesh" * mesh + " material" * material)
     kinds = [kind for name in outputs if (kind := kind_of(*split_name(name)))]
     uses = ["displaced"] if any(kind.solid for kind in kinds) else []

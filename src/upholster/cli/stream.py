@@ -123,6 +123,9 @@ def info(
     ] = None,
 ) -> None:
     """Show the contents of a stream or a project; a model's parts and their defects; a surface's patches."""
+    from upholster.included import model_path
+
+    file = model_path(file)
     if file.lower().endswith(PROJECT_SUFFIX) and unit is None:
         show_project(file)
     elif file.lower().endswith(CAD_SUFFIXES):

@@ -23,7 +23,7 @@ from upholster.image.native import scratch_file, silent
 from upholster.image.preparing import MAX_SIDE, MIN_SIDE, check_resize, cut_out, finished
 from upholster.image.profiles import PHOTOS, Notes, ink_samples, is_cmyk, tell, to_srgb
 from upholster.image.rectify import Corners
-from upholster.image.shipped import sample_path
+from upholster.included import sample_path
 from upholster.options import SampleOptions
 from upholster.types import MAX_SAMPLE, PixelArray
 

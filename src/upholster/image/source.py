@@ -16,8 +16,8 @@ from upholster.image.material_files import FilesByRole, read_material
 from upholster.image.packages import is_zip
 from upholster.image.profiles import Notes, tell
 from upholster.image.read import check_exemplar, read_photo
-from upholster.image.shipped import sample_path
 from upholster.image.write import IMAGE_SUFFIXES
+from upholster.included import sample_path
 from upholster.lengths import read_length
 from upholster.options import SampleOptions, chosen
 from upholster.shown import on_a_line

@@ -153,7 +153,7 @@ class _Reader:
     def model(self, data: Any) -> str:
         if not isinstance(data, str):
             raise FormatError(f"model is {data!r}; allowed: a file's name, or a surface as `torus:R=2,r=0.7`")
-        return self.file(data) if covered_files(data) else data
+        return self.file(data) if covered_files(data) == [data] else data
 
     def sample(self, data: Any, what: str) -> Sample:
         names = [entry.name for entry in fields(SampleOptions)]
@@ -307,7 +307,7 @@ class _Keeper:
             raise InputError(f"model is a {type(on).__name__}; allowed in a project's file: a file or a text")
         if not covered_files(on):
             return os.fspath(on)
-        first, inputs = os.fspath(on), project.inputs()
+        (first,), inputs = covered_files(on), project.inputs()
         if len(inputs) == 1:
             return self.kept(first)
         folder = self.kept_together(inputs, os.path.dirname(first) or ".", Path(first).stem)

@@ -10,8 +10,8 @@ from pathlib import Path
 
 from upholster.errors import InputError
 from upholster.formats import MODEL_SUFFIXES, PROJECT_SUFFIX, SURFACE_SUFFIXES
-from upholster.image.shipped import shipped_folder, shipped_samples
 from upholster.image.write import IMAGE_SUFFIXES
+from upholster.included import shipped_models, shipped_samples
 from upholster.shown import in_bytes
 
 __all__ = ["SHIPPED", "Folder", "file_kind"]
@@ -58,7 +58,7 @@ class Folder:
         self.most_bytes = most_bytes
         self._bytes = 0
         self._groups = 0
-        for file in (*shipped_samples().values(), *sorted(shipped_folder().glob("*.glb"))):
+        for file in (*shipped_samples().values(), *shipped_models().values()):
             target = self.path / SHIPPED / file.name
             target.parent.mkdir(exist_ok=True)
             shutil.copyfile(file, target)

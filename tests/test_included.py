@@ -1,4 +1,4 @@
-"""Samples that come with the program: by name wherever a sample is read, from a checkout and installed."""
+"""Samples and models that come with the program: by name, from a checkout and installed."""
 
 import tomllib
 from pathlib import Path
@@ -9,25 +9,28 @@ from command_line import assert_one_line, run_cli
 
 import upholster
 from upholster.batch import check_within, read_jobs
+from upholster.charts.surface_to_cover import as_covered, covered_files, covered_parts
 from upholster.errors import InputError
 from upholster.image import read_image
-from upholster.image.shipped import sample_path, shipped_samples
 from upholster.image.source import Sample, read_source, source_files
+from upholster.included import model_path, sample_path, shipped_models, shipped_samples
+from upholster.options import ModelOptions
 from upholster.project import Project, read_project, save_project
 from upholster.studio.folder import Folder
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[1]
 EXAMPLES = ROOT / "examples"
 
 
-def test_the_wheel_has_the_samples_that_a_checkout_has() -> None:
+def test_the_wheel_has_what_a_checkout_has() -> None:
     configured = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
     forced = configured["tool"]["hatch"]["build"]["targets"]["wheel"]["force-include"]
-    packed = {source: target for source, target in forced.items() if source.endswith(".png")}
-    assert set(packed) == {f"examples/{file.name}" for file in EXAMPLES.glob("*.png")}
+    packed = {source: target for source, target in forced.items() if source.endswith((".png", ".glb"))}
+    assert set(packed) == {f"examples/{file.name}" for file in EXAMPLES.glob("*.[pg][nl][gb]")}
     for source, target in packed.items():
         assert target == f"upholster/studio/{source}"
     assert shipped_samples() == {file.stem: file for file in EXAMPLES.glob("*.png")}
+    assert shipped_models() == {file.stem: file for file in EXAMPLES.glob("*.glb")}
 
 
 @pytest.mark.parametrize("name", ["brick", "bricks", "granite", "grass", "gravel", "pebbles", "weave"])
@@ -57,6 +60,26 @@ def test_a_saved_project_keeps_a_copy(tmp_path: Path) -> None:
     np.testing.assert_array_equal(read_source(found), read_source("sample:bricks"))
 
 
+def test_a_model_stands_wherever_a_surface_does(tmp_path: Path) -> None:
+    named, file = "sample:chair", str(EXAMPLES / "chair.glb")
+    assert covered_files(named) == Project(named, Sample("sample:weave")).files()[1:] == [file]
+    assert run_cli("info", named).stdout == run_cli("info", file).stdout
+    seat = ModelOptions(part=("Seat",))
+    found, expected = (as_covered(on, seat) for on in (named, file))
+    np.testing.assert_array_equal(found.surface.parameters, expected.surface.parameters)  # type: ignore[union-attr]
+    assert list(covered_parts(named, ["Seat"])) == ["Seat"]
+    project = Project(named, Sample("sample:weave", "18cm"))
+    assert str(tmp_path / "chair.glb") in save_project(project, tmp_path / "a.upholster.json")
+    assert read_project(tmp_path / "a.upholster.json").model == str(tmp_path / "chair.glb")
+    (tmp_path / "b.upholster.json").write_text(
+        '{"upholster": 1, "model": "sample:chair", "sample": {"source": "weave.png"}}'
+    )
+    assert read_project(tmp_path / "b.upholster.json").model == named
+    assert_one_line(
+        run_cli("cover", "sample:weave", "--on", "sample:table", "-o", tmp_path / "x.glb"), "'table'"
+    )
+
+
 def test_the_studio_has_them_on_its_shelf() -> None:
     folder = Folder(1 << 20)
     try:
@@ -68,7 +91,8 @@ def test_the_studio_has_them_on_its_shelf() -> None:
 
 def test_files_stay_what_they_are(tmp_path: Path) -> None:
     for path in ("bricks.png", "./sample:bricks", "SAMPLE:bricks", tmp_path / "x.png"):
-        assert sample_path(path) is path
+        assert sample_path(path) is model_path(path) is path
+    assert model_path(4.0) == 4.0
 
 
 @pytest.mark.parametrize("read", [sample_path, read_source, upholster.read_exemplar, Sample])
@@ -88,8 +112,8 @@ def test_jobs_may_read_them_and_nothing_else_there(tmp_path: Path) -> None:
     table.write_text('on = "torus"\noutput = "{sample}.png"\n[[jobs]]\nsample = "sample:bricks"\n')
     jobs = read_jobs(table)
     check_within(jobs, Sample("sample:bricks").files, [tmp_path])
-    with pytest.raises(InputError, match="chair"):
-        check_within(jobs, [str(EXAMPLES / "chair.glb")], [tmp_path])
+    with pytest.raises(InputError, match="LICENSE"):
+        check_within(jobs, [str(EXAMPLES / "LICENSE.md")], [tmp_path])
 
 
 def test_the_commands_know_them(tmp_path: Path) -> None:

@@ -1,0 +1,70 @@
+"""Samples and models included in the program, by name: ``sample:bricks``, ``sample:chair``."""
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import TypeVar
+
+from upholster.errors import InputError, nearest
+
+__all__ = [
+    "SHIPPED_PREFIX",
+    "model_path",
+    "sample_path",
+    "shipped_models",
+    "shipped_samples",
+]
+
+Named = TypeVar("Named")
+
+SHIPPED_PREFIX = "sample:"
+
+_PACKAGE = Path(__file__).parent
+_PLACES = (_PACKAGE / "studio" / "examples", _PACKAGE.parents[1] / "examples")
+"""In an installed package; in a checkout."""
+
+
+def _folder() -> Path:
+    """Return the folder of samples and models included in the program."""
+    return next((place for place in _PLACES if place.is_dir()), _PLACES[0])
+
+
+def shipped_samples() -> dict[str, Path]:
+    """Return the files of the included samples, by name."""
+    return {file.stem: file for file in sorted(_folder().glob("*.png"))}
+
+
+def shipped_models() -> dict[str, Path]:
+    """Return the files of the included models, by name."""
+    return {file.stem: file for file in sorted(_folder().glob("*.glb"))}
+
+
+def sample_path(path: str | os.PathLike[str]) -> str | os.PathLike[str]:
+    """Return a path unchanged, or the file of an included sample that it names.
+
+    Parameters
+    ----------
+    path
+        A file, or ``sample:NAME``. For a file whose own name begins so, write ``./sample:NAME``.
+
+    Raises
+    ------
+    InputError
+        If the program includes no such sample.
+    """
+    return _included(path, "sample", shipped_samples)
+
+
+def model_path(on: Named) -> Named | str:
+    """Like `sample_path`, for a model; anything that is no text or path is returned unchanged, too."""
+    return _included(on, "model", shipped_models)
+
+
+def _included(path: Named, what: str, included: Callable[[], dict[str, Path]]) -> Named | str:
+    text = str(path) if isinstance(path, str | os.PathLike) else ""
+    if not text.startswith(SHIPPED_PREFIX):
+        return path
+    name, known = text.removeprefix(SHIPPED_PREFIX), included()
+    if name not in known:
+        raise InputError(f"no {what} {name!r} comes with the program; {nearest(name, known)}")
+    return str(known[name])
