@@ -11,7 +11,7 @@ import upholster
 from upholster.batch import check_within, read_jobs
 from upholster.charts.surface_to_cover import as_covered, covered_files, covered_parts
 from upholster.errors import InputError
-from upholster.image import read_image
+from upholster.image import read_image, write_image
 from upholster.image.source import Sample, read_source, source_files
 from upholster.included import model_path, sample_path, shipped_models, shipped_samples
 from upholster.options import ModelOptions
@@ -122,6 +122,10 @@ def test_the_commands_know_them(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
     expected = read_image(EXAMPLES / "granite.png")[:48, :64]
     np.testing.assert_array_equal(read_image(tmp_path / "x.png"), expected)
+    write_image(tmp_path / "hole.png", np.eye(256, dtype=np.uint8)[:, :, None] * 255)
+    done = run_cli("fill", "sample:bricks", "--hole", "hole.png", "-o", "filled.png", cwd=tmp_path)
+    assert "256x256 pixels" in done.stdout, done.stderr
+    assert run_cli("encode", "sample:bricks", "-o", "x.ezw", "--bytes", "2k", cwd=tmp_path).returncode == 0
     listed = run_cli("surfaces", cwd=tmp_path).stdout
     assert all(f"sample:{name}" in listed for name in shipped_samples())
     refused = run_cli("cover", "sample:brikcs", "--on", "torus", "-o", "x.glb", cwd=tmp_path)

@@ -24,6 +24,7 @@ from upholster.image.preparing import MAX_SIDE, unit_normal_map
 from upholster.image.read import check_exemplar
 from upholster.image.roles import COLORS
 from upholster.image.source import Sample, Source, as_exemplar, read_source
+from upholster.included import sample_path
 from upholster.methods import settled_seed
 from upholster.methods.holes import LARGEST_BLOCK, HoleExemplar, check_room, hole_places
 from upholster.parallel import check_running
@@ -241,7 +242,7 @@ class Filling:
 def _read_photo(photo: Source | Sample, notes: list[str] | None) -> PixelArray | Material:
     # An image may be larger than a sample may.
     if isinstance(photo, (str, os.PathLike)) and not (os.path.isdir(photo) or is_zip(photo)):
-        return check_exemplar(read_image(photo, notes=notes), largest=_LARGEST)
+        return check_exemplar(read_image(sample_path(photo), notes=notes), largest=_LARGEST)
     if isinstance(photo, np.ndarray):
         return check_exemplar(photo, largest=_LARGEST)
     found = read_source(photo, notes=notes)

@@ -16,7 +16,7 @@ from upholster.image.drawing import Drawing
 from upholster.image.masks import as_alpha
 from upholster.image.perspective import proposed_corners
 from upholster.image.read import read_photo
-from upholster.image.source import Sample, Source, source_files
+from upholster.image.source import Sample, Source
 from upholster.image.write import write_image
 from upholster.included import sample_path
 from upholster.methods import settled_seed
@@ -153,7 +153,7 @@ def fill_files(
         raise InputError(f"output {os.fspath(target)!r} is no image; allowed: {', '.join(IMAGE_SUFFIXES)}")
     seed = settled_seed(seed)
     check_running(None, progress)
-    read = [*_files(photo), *([] if sample is None else _files(sample))]
+    read = [*Sample.of(photo).files, *([] if sample is None else Sample.of(sample).files)]
     if isinstance(hole, (str, os.PathLike)) and not is_alpha(hole):
         read.append(os.fspath(hole))
     notes: list[str] = []
@@ -170,10 +170,6 @@ def fill_files(
     height, width = filling.hole.shape
     count = int(np.count_nonzero(filling.hole))
     return FilledReport(width, height, 8 * maps["albedo"].itemsize, count, written, notes)
-
-
-def _files(source: Source | Sample) -> list[str]:
-    return source.files if isinstance(source, Sample) else source_files(source)
 
 
 def _holds(place: Path, pixels: PixelArray) -> bool:

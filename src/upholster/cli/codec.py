@@ -49,15 +49,16 @@ def encode(
     from upholster import codec
     from upholster.files import outputs
     from upholster.image import read_image
+    from upholster.included import sample_path
 
     if Path(output).suffix.lower() != ".ezw":
         raise InputError(f"output {output!r} has suffix {Path(output).suffix!r}; allowed: .ezw")
     with (
         progress_bars(quiet, ["encode lossless" if sample_quality == "lossless" else "encode"]),
-        outputs([output], inputs=[image]) as files,
+        outputs([output], inputs=[sample_path(image)]) as files,
     ):
         with noted() as notes:
-            pixels = read_image(image, notes=notes)
+            pixels = read_image(sample_path(image), notes=notes)
         data = codec.encode(
             pixels,
             most_bytes=byte_count("bytes", most_bytes),
