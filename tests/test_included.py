@@ -13,7 +13,7 @@ from upholster.charts.surface_to_cover import as_covered, covered_files, covered
 from upholster.errors import InputError
 from upholster.image import read_image, write_image
 from upholster.image.source import Sample, read_source, source_files
-from upholster.included import model_path, sample_path, shipped_models, shipped_samples
+from upholster.included import included_models, included_samples, model_path, sample_path
 from upholster.options import ModelOptions
 from upholster.project import Project, read_project, save_project
 from upholster.studio.folder import Folder
@@ -29,8 +29,8 @@ def test_the_wheel_has_what_a_checkout_has() -> None:
     assert set(packed) == {f"examples/{file.name}" for file in EXAMPLES.glob("*.[pg][nl][gb]")}
     for source, target in packed.items():
         assert target == f"upholster/studio/{source}"
-    assert shipped_samples() == {file.stem: file for file in EXAMPLES.glob("*.png")}
-    assert shipped_models() == {file.stem: file for file in EXAMPLES.glob("*.glb")}
+    assert included_samples() == {file.stem: file for file in EXAMPLES.glob("*.png")}
+    assert included_models() == {file.stem: file for file in EXAMPLES.glob("*.glb")}
 
 
 @pytest.mark.parametrize("name", ["brick", "bricks", "granite", "grass", "gravel", "pebbles", "weave"])
@@ -83,8 +83,8 @@ def test_a_model_stands_wherever_a_surface_does(tmp_path: Path) -> None:
 def test_the_studio_has_them_on_its_shelf() -> None:
     folder = Folder(1 << 20)
     try:
-        assert folder.shipped("image") == [f"shipped/{name}.png" for name in shipped_samples()]
-        assert folder.shipped("model") == ["shipped/chair.glb"]
+        assert folder.included("image") == [f"included/{name}.png" for name in included_samples()]
+        assert folder.included("model") == ["included/chair.glb"]
     finally:
         folder.close()
 
@@ -127,7 +127,7 @@ def test_the_commands_know_them(tmp_path: Path) -> None:
     assert "256x256 pixels" in done.stdout, done.stderr
     assert run_cli("encode", "sample:bricks", "-o", "x.ezw", "--bytes", "2k", cwd=tmp_path).returncode == 0
     listed = run_cli("surfaces", cwd=tmp_path).stdout
-    assert all(f"sample:{name}" in listed for name in shipped_samples())
+    assert all(f"sample:{name}" in listed for name in included_samples())
     refused = run_cli("cover", "sample:brikcs", "--on", "torus", "-o", "x.glb", cwd=tmp_path)
     assert_one_line(refused)
     assert "did you mean 'bricks'?" in refused.stderr

@@ -8,16 +8,16 @@ from typing import TypeVar
 from upholster.errors import InputError, nearest
 
 __all__ = [
-    "SHIPPED_PREFIX",
+    "INCLUDED_PREFIX",
+    "included_models",
+    "included_samples",
     "model_path",
     "sample_path",
-    "shipped_models",
-    "shipped_samples",
 ]
 
 Named = TypeVar("Named")
 
-SHIPPED_PREFIX = "sample:"
+INCLUDED_PREFIX = "sample:"
 
 _PACKAGE = Path(__file__).parent
 _PLACES = (_PACKAGE / "studio" / "examples", _PACKAGE.parents[1] / "examples")
@@ -29,12 +29,12 @@ def _folder() -> Path:
     return next((place for place in _PLACES if place.is_dir()), _PLACES[0])
 
 
-def shipped_samples() -> dict[str, Path]:
+def included_samples() -> dict[str, Path]:
     """Return the files of the included samples, by name."""
     return {file.stem: file for file in sorted(_folder().glob("*.png"))}
 
 
-def shipped_models() -> dict[str, Path]:
+def included_models() -> dict[str, Path]:
     """Return the files of the included models, by name."""
     return {file.stem: file for file in sorted(_folder().glob("*.glb"))}
 
@@ -52,19 +52,19 @@ def sample_path(path: str | os.PathLike[str]) -> str | os.PathLike[str]:
     InputError
         If the program includes no such sample.
     """
-    return _included(path, "sample", shipped_samples)
+    return _included(path, "sample", included_samples)
 
 
 def model_path(on: Named) -> Named | str:
     """Like `sample_path`, for a model; anything that is no text or path is returned unchanged, too."""
-    return _included(on, "model", shipped_models)
+    return _included(on, "model", included_models)
 
 
 def _included(path: Named, what: str, included: Callable[[], dict[str, Path]]) -> Named | str:
     text = str(path) if isinstance(path, str | os.PathLike) else ""
-    if not text.startswith(SHIPPED_PREFIX):
+    if not text.startswith(INCLUDED_PREFIX):
         return path
-    name, known = text.removeprefix(SHIPPED_PREFIX), included()
+    name, known = text.removeprefix(INCLUDED_PREFIX), included()
     if name not in known:
         raise InputError(f"no {what} {name!r} comes with the program; {nearest(name, known)}")
     return str(known[name])

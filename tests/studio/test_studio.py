@@ -35,8 +35,8 @@ EXAMPLES = Path(__file__).parents[2] / "examples"
 WEAVE, CHAIR = EXAMPLES / "weave.png", EXAMPLES / "chair.glb"
 STATE = {
     "upholster": 1,
-    "model": "shipped/chair.glb",
-    "sample": {"source": "shipped/weave.png", "size": "60cm"},
+    "model": "included/chair.glb",
+    "sample": {"source": "included/weave.png", "size": "60cm"},
     "synthesis": {"texels": 10_000},
     "seed": 3,
 }
@@ -153,7 +153,7 @@ def test_what_is_shown_is_what_a_project_makes_and_what_is_saved(page, tmp_path)
 @pytest.mark.slow(reason="starts processes")
 def test_the_words_make_the_same(page, tmp_path, monkeypatch):
     state = STATE | {
-        "sample": {"source": "shipped/weave.png", "crop": [0, 0, 120, 100], "even_light": True},
+        "sample": {"source": "included/weave.png", "crop": [0, 0, 120, 100], "even_light": True},
         "synthesis": {"texels": 10_000, "direction": "around:z", "mirror": True, "sample_size": "70cm"},
         "writing": {"view": [10, 20], "texture": "png"},
         "reading": {"part": ["Seat", "Leg 1"]},
@@ -184,7 +184,7 @@ def test_an_earlier_state_gives_the_same_looks_again(page):
 
 
 def test_parts_have_samples_of_their_own_and_a_ray_finds_them(page):
-    answer, looks = page.shown(STATE | {"materials": {"Seat": {"source": "shipped/bricks.png"}}})
+    answer, looks = page.shown(STATE | {"materials": {"Seat": {"source": "included/bricks.png"}}})
     assert [len(streams) for streams in looks] == [2] * len(looks)
     facts = page.answer("GET", f"/facts/{answer['revision']}")
     assert [part["name"] for part in facts["parts"]][:2] == ["Seat", "Back"]
@@ -222,7 +222,7 @@ def test_files_come_in_and_lead_nowhere(page):
     options = quote(json.dumps({"crop": [0, 0, 64, 32]}))
     status, headers, _ = page.ask("GET", f"/prepared/{quote(answer['path'])}?options={options}")
     assert (status, headers["x-width"], headers["x-height"]) == (200, "64", "32")
-    headers = page.ask("GET", "/prepared/shipped/bricks.png")[1]
+    headers = page.ask("GET", "/prepared/included/bricks.png")[1]
     element = find_lattice(read_exemplar(EXAMPLES / "bricks.png")).element
     assert [float(side) for side in headers["x-element"].split(",")] == pytest.approx(element, abs=0.01)
     for path in ("../secret", "/etc/passwd", "", "9999/x.png", "a\0b"):
@@ -285,7 +285,7 @@ def test_a_strangers_page_gets_nothing(page):
     routes = [
         ("GET", "/session"),
         ("GET", "/looks/1"),
-        ("GET", "/pictures/shipped/weave.png"),
+        ("GET", "/pictures/included/weave.png"),
         ("GET", "/facts/1"),
     ]
     routes += [
@@ -341,7 +341,7 @@ def test_what_was_shown_is_saved_after_a_change_that_fails(page):
 
 
 def test_hints_say_what_would_help_a_photo(page):
-    found = page.answer("POST", "/hints", {"path": "shipped/weave.png"})
+    found = page.answer("POST", "/hints", {"path": "included/weave.png"})
     assert (found["corners"], found["light"] < found["uneven"]) == (None, True)
     photo = read_exemplar(WEAVE)
     shaded = (photo * np.linspace(1, 0.6, photo.shape[1])[None, :, None]).astype(np.uint8)

@@ -119,7 +119,7 @@ def test_parts_are_chosen_on_the_model_and_have_their_own_samples(hand: Hand) ->
     assert page.locator(".parts .chosen").inner_text().split("\n")[0] in ("Seat", "Back")
     page.get_by_label("Sample of Seat").select_option(label="bricks.png")
     hand.final()
-    assert hand.state["materials"] == {"Seat": {"source": "shipped/bricks.png"}}
+    assert hand.state["materials"] == {"Seat": {"source": "included/bricks.png"}}
     assert page.evaluate("() => document.querySelector('upholster-viewer').model.parts.length") == 2
     page.get_by_label("Cover Leg 1").uncheck()
     assert "Leg 1" not in hand.state["reading"]["part"]

@@ -16,7 +16,7 @@ from typing import Any
 from upholster.errors import FormatError, InputError
 from upholster.files import path_inside, read_bytes
 from upholster.formats import PROJECT_SUFFIX, split_name
-from upholster.included import shipped_models, shipped_samples
+from upholster.included import included_models, included_samples
 
 __all__ = ["Job", "check_apart", "check_within", "read_jobs"]
 
@@ -111,8 +111,8 @@ def check_within(jobs: Sequence[Job], inputs: Iterable[str], folders: Sequence[P
         If a job does.
     """
     written = (split_name(output)[1] for job in jobs for output in job.outputs)
-    shipped = {str(file) for file in (*shipped_samples().values(), *shipped_models().values())}
-    for name in (*(name for name in inputs if name not in shipped), *written):
+    included = {str(file) for file in (*included_samples().values(), *included_models().values())}
+    for name in (*(name for name in inputs if name not in included), *written):
         try:
             path_inside(folders, name)
         except InputError as error:

@@ -29,7 +29,7 @@ def surfaces() -> None:
     from rich.table import Table
 
     from upholster.geometry import SURFACES
-    from upholster.included import SHIPPED_PREFIX, shipped_models, shipped_samples
+    from upholster.included import INCLUDED_PREFIX, included_models, included_samples
 
     table = Table("surface", "parameter", "meaning", "allowed", title_justify="left", box=SIMPLE_HEAD)
     table.title = "--on NAME  or  --on NAME:parameter=value,parameter=value"
@@ -45,8 +45,8 @@ def surfaces() -> None:
     table.add_row("[bold]FILE.step[/]", "", "[italic]a CAD model: .step .iges .brep .3dm[/]", "")
     table.add_row("[bold]FILE.bpt[/]", "", "[italic]the classic list of bi-cubic patches (teapot)[/]", "")
     new_console().print(table)
-    for what, names in (("samples", shipped_samples()), ("models", shipped_models())):
-        say(f"included {what}: {', '.join(SHIPPED_PREFIX + name for name in names)}")
+    for what, names in (("samples", included_samples()), ("models", included_models())):
+        say(f"included {what}: {', '.join(INCLUDED_PREFIX + name for name in names)}")
 
 
 _DRAFT = 200_000

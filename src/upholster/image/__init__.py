@@ -2,7 +2,7 @@
 
 - `read`, `write`: image files; `heif`: HEIC and AVIF; `native`: faults of the C libraries
 - `profiles`, `icc`: colour profiles to sRGB; `color`: sRGB and linear light; `numbers`: maps without colours
-- `source`: the exemplar in all forms that users pass; `shipped`: samples in the program
+- `source`: the exemplar in all forms that users pass
 - `material`: a material; `material_files`, `packages`: its files, in folders and zip files; `roles`: its maps
 - `normal_convention`: OpenGL or DirectX; `masks`: which pixels of a sample are used
 - `preparing`: from a photo to a sample: `rectify`, `perspective`, `even_light`, `resize`

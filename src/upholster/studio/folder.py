@@ -11,12 +11,12 @@ from pathlib import Path
 from upholster.errors import InputError
 from upholster.formats import MODEL_SUFFIXES, PROJECT_SUFFIX, SURFACE_SUFFIXES
 from upholster.image.write import IMAGE_SUFFIXES
-from upholster.included import shipped_models, shipped_samples
+from upholster.included import included_models, included_samples
 from upholster.shown import in_bytes
 
-__all__ = ["SHIPPED", "Folder", "file_kind"]
+__all__ = ["INCLUDED", "Folder", "file_kind"]
 
-SHIPPED = "shipped"
+INCLUDED = "included"
 """The folder of samples and models that are included with the program."""
 
 _MOST_FILES = 1000
@@ -58,8 +58,8 @@ class Folder:
         self.most_bytes = most_bytes
         self._bytes = 0
         self._groups = 0
-        for file in (*shipped_samples().values(), *shipped_models().values()):
-            target = self.path / SHIPPED / file.name
+        for file in (*included_samples().values(), *included_models().values()):
+            target = self.path / INCLUDED / file.name
             target.parent.mkdir(exist_ok=True)
             shutil.copyfile(file, target)
 
@@ -67,10 +67,10 @@ class Folder:
         """Delete it."""
         shutil.rmtree(self.path, ignore_errors=True)
 
-    def shipped(self, kind: str) -> list[str]:
+    def included(self, kind: str) -> list[str]:
         """Return the paths of the included files of a kind, as states name them."""
-        inside = (self.path / SHIPPED).glob("*")
-        return sorted(f"{SHIPPED}/{file.name}" for file in inside if file_kind(file.name) == kind)
+        inside = (self.path / INCLUDED).glob("*")
+        return sorted(f"{INCLUDED}/{file.name}" for file in inside if file_kind(file.name) == kind)
 
     def new_group(self) -> int:
         """Return the number of a new, empty group."""

@@ -135,7 +135,7 @@ class Studio:
                 "surfaces": [
                     {"name": kind.name, "description": kind.description} for kind in SURFACES.values()
                 ],
-                **{name: [{"path": p} for p in self.folder.shipped(kind)] for name, kind in kinds.items()},
+                **{name: [{"path": p} for p in self.folder.included(kind)] for name, kind in kinds.items()},
                 "save_to": self.save_to is not None,
                 "version": __version__,
             }
