@@ -1,6 +1,7 @@
 """Samples and models that come with the program: by name, from a checkout and installed."""
 
 import tomllib
+from contextlib import closing
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,7 @@ from upholster.included import included_models, included_samples, model_path, sa
 from upholster.options import ModelOptions
 from upholster.project import Project, read_project, save_project
 from upholster.studio.folder import Folder
+from upholster.studio.routes import Studio
 
 ROOT = Path(__file__).parents[1]
 EXAMPLES = ROOT / "examples"
@@ -87,6 +89,16 @@ def test_the_studio_has_them_on_its_shelf() -> None:
         assert folder.included("model") == ["included/chair.glb"]
     finally:
         folder.close()
+
+
+def test_the_studio_takes_their_names() -> None:
+    with closing(Studio(["sample:weave", "sample:chair"], None, 10**7)) as session:
+        found = session.state
+    assert found is not None
+    assert found["model"].endswith("chair.glb")
+    assert found["sample"]["source"].endswith("weave.png")
+    with pytest.raises(InputError, match="did you mean 'chair'"):
+        Studio(["sample:chiar"], None, 10**7)
 
 
 def test_files_stay_what_they_are(tmp_path: Path) -> None:

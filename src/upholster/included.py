@@ -9,6 +9,7 @@ from upholster.errors import InputError, nearest
 
 __all__ = [
     "INCLUDED_PREFIX",
+    "either_path",
     "included_models",
     "included_samples",
     "model_path",
@@ -58,6 +59,11 @@ def sample_path(path: str | os.PathLike[str]) -> str | os.PathLike[str]:
 def model_path(on: Named) -> Named | str:
     """Like `sample_path`, for a model; anything that is no text or path is returned unchanged, too."""
     return _included(on, "model", included_models)
+
+
+def either_path(file: str) -> str:
+    """Like `sample_path`, for a sample or a model."""
+    return _included(file, "sample or model", lambda: included_samples() | included_models())
 
 
 def _included(path: Named, what: str, included: Callable[[], dict[str, Path]]) -> Named | str:

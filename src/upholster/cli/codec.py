@@ -16,6 +16,7 @@ from upholster.cli.console import (
     share,
 )
 from upholster.errors import InputError
+from upholster.included import sample_path
 from upholster.shown import in_bytes
 
 __all__ = ["decode", "encode"]
@@ -49,7 +50,6 @@ def encode(
     from upholster import codec
     from upholster.files import outputs
     from upholster.image import read_image
-    from upholster.included import sample_path
 
     if Path(output).suffix.lower() != ".ezw":
         raise InputError(f"output {output!r} has suffix {Path(output).suffix!r}; allowed: .ezw")

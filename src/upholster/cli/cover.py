@@ -9,6 +9,7 @@ from upholster.cli.command_options import by_name, spelled_out
 from upholster.cli.console import compiled, new_console, progress_bars, say
 from upholster.errors import InputError
 from upholster.formats import is_model_name, kind_of, outputs_in_words, split_name
+from upholster.included import INCLUDED_PREFIX, included_models, included_samples
 from upholster.options import ModelOptions, SampleOptions, SynthesisOptions, WriteOptions, differing
 from upholster.shown import in_bytes, number_of, texels_in_words
 
@@ -29,7 +30,6 @@ def surfaces() -> None:
     from rich.table import Table
 
     from upholster.geometry import SURFACES
-    from upholster.included import INCLUDED_PREFIX, included_models, included_samples
 
     table = Table("surface", "parameter", "meaning", "allowed", title_justify="left", box=SIMPLE_HEAD)
     table.title = "--on NAME  or  --on NAME:parameter=value,parameter=value"

@@ -24,6 +24,7 @@ from upholster.cli.show_project import show_project
 from upholster.cli.show_surface import is_surface, show_surface
 from upholster.errors import InputError
 from upholster.formats import CAD_SUFFIXES, LDR_PICTURES, OUTPUTS, PROJECT_SUFFIX, is_model_name, suffixes_of
+from upholster.included import model_path
 from upholster.options import WriteOptions
 from upholster.shown import in_bytes
 
@@ -123,8 +124,6 @@ def info(
     ] = None,
 ) -> None:
     """Show the contents of a stream or a project; a model's parts and their defects; a surface's patches."""
-    from upholster.included import model_path
-
     file = model_path(file)
     if file.lower().endswith(PROJECT_SUFFIX) and unit is None:
         show_project(file)

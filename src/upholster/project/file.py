@@ -153,6 +153,7 @@ class _Reader:
     def model(self, data: Any) -> str:
         if not isinstance(data, str):
             raise FormatError(f"model is {data!r}; allowed: a file's name, or a surface as `torus:R=2,r=0.7`")
+        # The name of an included model stands for a file elsewhere, and stays as it is.
         return self.file(data) if covered_files(data) == [data] else data
 
     def sample(self, data: Any, what: str) -> Sample:

@@ -27,6 +27,7 @@ from upholster.formats import split_name
 from upholster.geometry import SURFACES
 from upholster.image.roles import role_of
 from upholster.image.source import read_source, source_parts
+from upholster.included import either_path
 from upholster.server.browser import open_in_browser
 from upholster.server.guard import AddedHeaders, Guard, failed
 from upholster.server.serving import allowed_hosts, listen, run_until_stopped
@@ -85,7 +86,7 @@ class Studio:
         state: dict[str, Any] = {"upholster": 1}
         images: list[str] = []
         own: list[str] = []  # the same files, named as given
-        for file in files:
+        for file in map(either_path, files):
             if os.path.isfile(file) or os.path.isdir(file):
                 path = self.folder.add(file)
                 kind = "material" if os.path.isdir(file) else file_kind(file)
