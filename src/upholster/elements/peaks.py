@@ -21,6 +21,10 @@ _NEAR, _FAR = 3, 10
 _STEADY = 2.0**40
 """Powers are rounded to this part of the highest: the last bits of a transform differ between machines."""
 
+_GRAIN = 2.0**-20
+"""Surroundings have at least this part of the highest power. Those of a drawing, which has no grain, would
+have none, and everything would stand out."""
+
 
 class SpectrumPeak(NamedTuple):
     """A peak of a spectrum.
@@ -75,7 +79,7 @@ def spectrum_peaks(plane: Plane, index: int, least: float) -> list[SpectrumPeak]
     around = steep[((i[:, None] + reach) % sizes[0])[:, :, None], (j[:, None] + reach)[:, None, :]][:, far]
     # The median of noise is ln 2 of its mean.
     usual = np.median(around, axis=1) / np.log(2)
-    prominence = steep[i, j] / np.maximum(usual, 1e-300)
+    prominence = steep[i, j] / np.maximum(usual, _GRAIN * steep.max())
     return [
         SpectrumPeak(np.array([down[i[n], 0], right[j[n]]]), float(prominence[n]), index)
         for n in np.argsort(-prominence, kind="stable")
