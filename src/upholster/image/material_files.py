@@ -109,7 +109,7 @@ def read_material(
         remarks.append(
             "the normal map's green points down (DirectX), as the height map shows; if not: --normal gl"
         )
-    read = finished(cut_out(read, options), options)
+    read = finished(cut_out(read, options), options, remarks)
     white = read.pop("used", None)
     return Material(read, tuple(remarks), None if white is None else is_white(white))
 
