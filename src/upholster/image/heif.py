@@ -1,8 +1,10 @@
 """HEIC and AVIF files, through libraries that are installed on demand: pi-heif (LGPL) and Pillow."""
 
+import re
 import warnings
 from collections.abc import Callable
 from pathlib import Path
+from struct import unpack
 from typing import Literal
 
 import numpy as np
@@ -15,6 +17,14 @@ __all__ = ["heif_kind", "read_heif"]
 
 HeifKind = Literal["HEIC", "AVIF"]
 SizeCheck = Callable[[str, int, int, int], None]
+
+_HEAD = 1 << 16
+"""Bytes at a file's beginning that hold its description."""
+
+_SIZE = re.compile(rb"ispe.{4}(.{8})", re.DOTALL)
+
+_MOST_OF_LIBRARIES = 1 << 28
+"""Pixels that libavif decodes by default; libheif decodes more."""
 
 _BRANDS: dict[bytes, HeifKind] = {
     b"avif": "AVIF",
@@ -60,6 +70,8 @@ def read_heif(
     InputError
         If the library is missing (the message says what to install), or the file is damaged or too large.
     """
+    width, height = _stated_size(Path(name))
+    check(name, width, height, width * height)
     try:
         pixels, profile = (_heic if kind == "HEIC" else _avif)(name, check, notes)
     except ImportError:
@@ -67,6 +79,11 @@ def read_heif(
     except InputError:
         raise
     except Exception as error:  # each library raises its own kinds
+        if width * height > _MOST_OF_LIBRARIES:
+            raise InputError(
+                f"{name!r} is {width}x{height} pixels, too large for the library that reads {kind}; "
+                f"allowed: {_MOST_OF_LIBRARIES:,} in all"
+            ) from None
         words = (str(error).splitlines() or ["no reason given"])[0]
         raise InputError(f"{name!r} is truncated or damaged: {words}") from None
     return (pixels if pixels.ndim == 3 else pixels[:, :, None]), profile
@@ -101,10 +118,21 @@ def _avif(name: str, check: SizeCheck, notes: Notes | None) -> tuple[PixelArray,
     return pixels, image.info.get("icc_profile")
 
 
+def _stated_size(path: Path) -> tuple[int, int]:
+    """Return width and height of a file's largest image, (0, 0) if they are not found (ISO 23008-12, 6.5.3).
+
+    The libraries refuse large files with words that do not mention the size.
+    """
+    with path.open("rb") as file:
+        head = file.read(_HEAD)
+    sizes: list[tuple[int, int]] = [unpack(">II", one) for one in _SIZE.findall(head)]
+    return max(sizes, key=lambda size: size[0] * size[1], default=(0, 0))
+
+
 def _is_deep(path: Path) -> bool:
     """Return whether an AVIF file declares more than 8 bits: AV1 in ISOBMFF 1.3, section 2.3.3."""
     with path.open("rb") as file:
-        head = file.read(1 << 16)
+        head = file.read(_HEAD)
     place = head.find(b"av1C")
     return place >= 0 and len(head) > place + 6 and bool(head[place + 6] & 0x40)
 
