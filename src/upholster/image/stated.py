@@ -41,7 +41,7 @@ STATEMENTS = (
     Statement("all", "colours: gain map (Ultra HDR, ISO 21496-1, Apple)", "ignored: the base image is read"),
     Statement("PNG", "colours: cICP, gAMA", "converted; PQ and HLG are not, with a note"),
     Statement("PNG", "colours: cHRM without profile", "ignored: sRGB's primaries"),
-    Statement("PNG, WebP", "alpha", "kept"),
+    Statement("PNG, WebP", "alpha", "kept; of an opacity map with alpha, the opacity"),
     Statement("PNG, TIFF", "depth: 1 to 8, 10 to 16 bits", "scaled to 8 or 16 bits"),
     Statement("JPEG", "stray bytes between segments", "ignored, with a note"),
     Statement("JPEG, TIFF", "colours: CMYK", "converted to sRGB, by the profile if there is one"),
