@@ -22,7 +22,7 @@ from upholster.image.profiles import PHOTOS, Notes, ink_samples, is_cmyk, tell, 
 from upholster.image.stated import Stated, stated
 from upholster.types import PixelArray
 
-__all__ = ["ALLOWED", "decode"]
+__all__ = ["ALLOWED", "decode_file"]
 
 ALLOWED = "allowed: PNG, JPEG, WebP, TIFF, OpenEXR, HEIC, AVIF"
 """All formats, for messages."""
@@ -41,7 +41,7 @@ _UNSUPPORTED = "support is not configured"
 SizeCheck = Callable[[str, int, int, int], None]
 
 
-def decode(
+def decode_file(
     name: str, *, check: SizeCheck, colors: bool = True, notes: Notes | None = None
 ) -> tuple[PixelArray, Stated]:
     """Return a file's pixels, and what it says of itself.

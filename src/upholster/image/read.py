@@ -15,7 +15,7 @@ import numpy as np
 from upholster.errors import InputError
 from upholster.files import path_text
 from upholster.image.color import alpha_channel
-from upholster.image.decoding import ALLOWED, decode
+from upholster.image.decoding import ALLOWED, decode_file
 from upholster.image.heif import heif_kind, read_heif
 from upholster.image.masks import Used, as_map, filled, is_white
 from upholster.image.native import scratch_file, silent
@@ -282,7 +282,7 @@ def _upright(name: str, colors: bool, notes: Notes | None) -> PixelArray:
         pixels, profile = read_heif(name, heif, check=_check_pixels, notes=notes)
         return to_srgb(name, pixels, profile, notes) if profile and colors else pixels
     try:
-        pixels, found = decode(name, check=_check_pixels, colors=colors, notes=notes)
+        pixels, found = decode_file(name, check=_check_pixels, colors=colors, notes=notes)
     except UnicodeDecodeError:  # channel names, or an error message that quotes the file
         raise InputError(f"{name!r} is damaged: its texts are not UTF-8") from None
     pixels = _turned(pixels, found.orientation)
