@@ -69,14 +69,14 @@ def decode_file(
         If the file is damaged or too large, or has other samples or channels than these.
     """
     data = _jpeg_data(name)
-    base, stray = base_image(data)
+    base, faults = base_image(data)
     if base == data:
         return _decoded(name, name, check, colors, notes)
     with scratch_file(len(base)) as place:
         Path(place).write_bytes(base)
         found = _decoded(name, place, check, colors, notes)
-    if stray:
-        tell(notes, f"{name!r}: {stray} stray bytes in its header were ignored; no pixel is missing")
+    if faults:
+        tell(notes, f"{name!r} has {', '.join(faults)} in its header; no pixel is missing")
     return found
 
 

@@ -43,7 +43,7 @@ STATEMENTS = (
     Statement("PNG", "colours: cHRM without profile", "ignored: sRGB's primaries"),
     Statement("PNG, WebP", "alpha", "kept; of an opacity map with alpha, the opacity"),
     Statement("PNG, TIFF", "depth: 1 to 8, 10 to 16 bits", "scaled to 8 or 16 bits"),
-    Statement("JPEG", "stray bytes between segments", "ignored, with a note"),
+    Statement("JPEG", "odd header: stray bytes, JFIF revision, scan parameters", "ignored, with a note"),
     Statement("JPEG, TIFF", "colours: CMYK", "converted to sRGB, by the profile if there is one"),
     Statement("TIFF", "alpha: premultiplied, straight or not said", "divided out, kept, kept"),
     Statement("TIFF, OpenEXR", "depth: half, float, double", "float32, linear"),
