@@ -109,6 +109,13 @@ def test_headers_of_any_bytes_are_left_to_the_decoder() -> None:
         assert all(isinstance(fault, str) for fault in faults)
 
 
+@pytest.mark.parametrize("progressive", [False, True])
+def test_stray_bytes_after_the_picture(tmp_path: Path, progressive: bool) -> None:
+    clean = jpeg(progressive=progressive)
+    pixels, _ = read(tmp_path / "x.jpg", clean[:-2] + bytes(5) + MARK)
+    assert same_as_pillow(pixels, clean)
+
+
 def test_odd_values_that_decoders_ignore(tmp_path: Path) -> None:
     clean = jpeg()
     revision, scan = clean.index(b"JFIF\0") + 5, clean.index(b"\xff\xda")

@@ -35,6 +35,9 @@ _LARGEST_JPEG = 1 << 30
 _OF_PIXELS = "JPEG error"
 """How OpenImageIO begins what the JPEG library says."""
 
+_AFTER_ALL = "before marker 0xd9"
+"""Where it found stray bytes, if that is after the whole picture."""
+
 _UNSUPPORTED = "support is not configured"
 """What the TIFF library says of a compression that it was built without."""
 
@@ -145,7 +148,7 @@ def _read_whole(name: str, place: str, file: ImageInput, spec: ImageSpec, notes:
     pixels = file.read_image(0, 0, 0, spec.nchannels, spec.format)
     words = file.geterror()
     # Progressive JPEG files are decoded while they are opened; anything else until then is about metadata.
-    if before.startswith(_OF_PIXELS):
+    if before.startswith(_OF_PIXELS) and _AFTER_ALL not in before:
         words = before
     # A truncated JPEG file gives pixels, grey below the cut, and an error: not usable as an exemplar.
     if pixels is None or words:
