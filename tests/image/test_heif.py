@@ -98,3 +98,16 @@ def test_what_is_too_large_for_the_library_is_not_called_damaged(
     if heif_kind(data) == "AVIF":
         with pytest.raises(InputError, match="17000x17000 pixels, too large for the library"):
             read_exemplar(path)
+
+
+def test_colour_codes_are_applied(tmp_path: Path) -> None:
+    data = avif()
+    place = data.index(b"colrnclx") + 8
+    for codes, more in (((1, 13), 0), ((12, 13), 8)):  # sRGB, Display P3
+        coded = data[:place] + struct.pack(">HH", *codes) + data[place + 4 :]
+        red = quarters(read_exemplar(written(tmp_path / "x.avif", coded)))[0]
+        assert red[0] >= FOUR_COLORS[0][0] + more - 8 * (not more)
+    notes: list[str] = []
+    coded = data[:place] + struct.pack(">HH", 9, 16) + data[place + 4 :]
+    read_exemplar(written(tmp_path / "x.avif", coded), notes=notes)
+    assert "pq_rec2020 is not converted" in notes[0]

@@ -169,7 +169,7 @@ def test_colour_codes_of_png(tmp_path: Path) -> None:
     same, notes = written_png(tmp_path / "x.png", red, (b"cICP", bytes([9, 16, 0, 1])))
     np.testing.assert_array_equal(same, red)
     (note,) = notes
-    assert "pq_rec2020_display is not converted" in note
+    assert "pq_rec2020 is not converted" in note
 
 
 SRGB = (0.64, 0.33, 0.3, 0.6, 0.15, 0.06, 0.3127, 0.329)

@@ -278,11 +278,11 @@ def _upright(name: str, colors: bool, notes: Notes | None) -> PixelArray:
     """Return a file's pixels, upright and in sRGB."""
     with open(name, "rb") as file:
         heif = heif_kind(file.read(32))
-    if heif is not None:
-        pixels, profile = read_heif(name, heif, check=_check_pixels, notes=notes)
-        return to_srgb(name, pixels, profile, notes) if profile and colors else pixels
     try:
-        pixels, found = decode_file(name, check=_check_pixels, colors=colors, notes=notes)
+        if heif is None:
+            pixels, found = decode_file(name, check=_check_pixels, colors=colors, notes=notes)
+        else:
+            pixels, found = read_heif(name, heif, check=_check_pixels, notes=notes)
     except UnicodeDecodeError:  # channel names, or an error message that quotes the file
         raise InputError(f"{name!r} is damaged: its texts are not UTF-8") from None
     pixels = _turned(pixels, found.orientation)

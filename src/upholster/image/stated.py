@@ -7,6 +7,7 @@ passes on. `upholster.image.heif` reads HEIC and AVIF, whose libraries apply mos
 import mmap
 import re
 from dataclasses import dataclass
+from struct import unpack
 from typing import NamedTuple
 
 import numpy as np
@@ -14,7 +15,7 @@ from OpenImageIO import ImageSpec
 
 from upholster.image.icc import Chromaticities, GammaCurve, Profile, rgb_profile
 
-__all__ = ["STATEMENTS", "Stated", "Statement", "stated"]
+__all__ = ["STATEMENTS", "Stated", "Statement", "stated", "stated_in_heif"]
 
 
 class Statement(NamedTuple):
@@ -49,6 +50,7 @@ STATEMENTS = (
     Statement("TIFF, OpenEXR", "depth: half, float, double", "float32, linear"),
     Statement("OpenEXR", "colours: chromaticities, adoptedNeutral", "converted to sRGB's primaries, linear"),
     Statement("OpenEXR", "alpha", "premultiplied, so divided out"),
+    Statement("HEIC, AVIF", "colours: nclx", "converted; PQ and HLG are not, with a note"),
     Statement("HEIC", "depth: 10 or 12 bits", "scaled to 16 bits"),
     Statement("AVIF", "depth: 10 or 12 bits", "read at 8 bits, with a note"),
     Statement("all", "several images", "the first or main one is read"),
@@ -72,6 +74,12 @@ _CURVES = {
     "g22": GammaCurve(2.2),
     "g24": GammaCurve(2.4),
 }
+
+_NCLX = re.compile(rb"colrnclx(.{4})", re.DOTALL)
+
+_NCLX_PRIMARIES = {1: "rec709", 2: "rec709", 9: "rec2020", 12: "p3d65"}
+_NCLX_CURVES = {4: "g22", 8: "lin", 16: "pq", 18: "hlg"} | dict.fromkeys((1, 2, 6, 13, 14, 15), "srgb")
+"""By ITU-T H.273. Curves of cameras for television are shown as sRGB; 2 is unspecified."""
 
 _USUAL = ("srgb_rec709", "g22_rec709")
 """A gamma of 2.2 stands for sRGB, for programs that know nothing better (PNG, section 11.3.2.5)."""
@@ -123,16 +131,46 @@ def stated(name: str, format_name: str, spec: ImageSpec) -> Stated:
         return Stated(orientation, _exr_profile(spec), premultiplied)
     if format_name != "png":
         return Stated(orientation, None, premultiplied)
-    space = spec.get_string_attribute("oiio:ColorSpace", "srgb_rec709")
+    space = spec.get_string_attribute("oiio:ColorSpace", "srgb_rec709_scene")
     curve, _, primaries = space.rpartition("_")[0].partition("_")
-    if f"{curve}_{primaries}" in _USUAL or not primaries:
-        return Stated(orientation, None, premultiplied)
+    profile, unknown = _coding(curve, primaries, spec.nchannels)
+    return Stated(orientation, profile, premultiplied, unknown)
+
+
+def stated_in_heif(profile: bytes | None, head: bytes, channels: int) -> Stated:
+    """Return what a HEIC or AVIF file says of itself; its library has turned it upright.
+
+    Parameters
+    ----------
+    profile
+        Its ICC profile.
+    head
+        The beginning of the file, with its description.
+    channels
+        Of its pixels.
+    """
+    codes = _NCLX.search(head)
+    if profile is not None or codes is None:
+        return Stated(1, profile, False)
+    primaries, curve = unpack(">HH", codes[1])
+    found, unknown = _coding(
+        _NCLX_CURVES.get(curve, f"transfer{curve}"),
+        _NCLX_PRIMARIES.get(primaries, f"primaries{primaries}"),
+        channels,
+    )
+    return Stated(1, found, False, unknown)
+
+
+def _coding(curve: str, primaries: str, channels: int) -> tuple[Profile | None, str]:
+    """Return a named coding's profile, None if it is sRGB; and its name, if it is not known."""
+    name = f"{curve}_{primaries}"
+    if name in _USUAL or not primaries:
+        return None, ""
     if curve not in _CURVES or primaries not in _PRIMARIES:
-        return Stated(orientation, None, premultiplied, space)
-    profile: Profile | None = Profile(space, "GRAY", False, (_CURVES[curve],))
-    if spec.nchannels >= 3:
-        profile = rgb_profile(space, _CURVES[curve], _PRIMARIES[primaries])
-    return Stated(orientation, profile, premultiplied)
+        return None, name
+    if channels < 3:
+        return Profile(name, "GRAY", False, (_CURVES[curve],)), ""
+    return rgb_profile(name, _CURVES[curve], _PRIMARIES[primaries]), ""
 
 
 def _xmp_orientation(name: str) -> int:
