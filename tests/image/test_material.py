@@ -219,6 +219,15 @@ def test_a_grey_opacity_map_with_an_opaque_alpha_is_read_by_its_grey(tmp_path: P
     np.testing.assert_array_equal(material.maps["opacity"], grey)
 
 
+def test_large_maps_are_reduced_alike_with_a_note(tmp_path: Path) -> None:
+    size = (33, 4100)
+    files = {"wall_color": image(1, 3, size), "wall_roughness": image(2, 1, size)}
+    material = read_material(folder(tmp_path, **files))
+    assert material.shape == (33, 4096)
+    assert {pixels.shape[:2] for pixels in material.maps.values()} == {(33, 4096)}
+    assert "4100x33 pixels and was reduced to 4096x33" in material.notes[-1]
+
+
 def test_matching_sees_all_maps_by_their_weights() -> None:
     maps = {"albedo": image(0), "normal": image(1, dtype=np.uint16), "height": image(2, 1), "ao": image(3, 1)}
     material = Material(maps)

@@ -161,6 +161,22 @@ def test_gamma_of_png(tmp_path: Path, channels: int) -> None:
     assert notes == []
 
 
+@pytest.mark.parametrize("order", ["<", ">"])
+def test_adobe_rgb_by_exif(tmp_path: Path, order: str) -> None:
+    # ColorSpace in the Exif folder at 26, InteroperabilityIndex in that at 56.
+    head = struct.pack(f"{order}HIHHHIII", 42, 8, 1, 0x8769, 4, 1, 26, 0)
+    camera = struct.pack(f"{order}HHHIHHHHIII", 2, 0xA001, 3, 1, 65535, 0, 0xA005, 4, 1, 56, 0)
+    names = {name: struct.pack(f"{order}HHHI", 1, 1, 2, 4) + name + bytes(4) for name in (b"R98\0", b"R03\0")}
+    reds = []
+    for name in names.values():
+        exif = b"Exif\0\0" + {"<": b"II", ">": b"MM"}[order] + head + camera + name
+        file = BytesIO()
+        Image.new("RGB", (32, 32), (200, 60, 40)).save(file, "JPEG", quality=100, exif=exif)
+        reds.append(int(read(tmp_path / "x.jpg", file.getvalue())[0][16, 16, 0]))
+    assert abs(reds[0] - 200) <= 2
+    assert reds[1] > 215
+
+
 def test_colour_codes_of_png(tmp_path: Path) -> None:
     red = np.full((32, 32, 3), (200, 60, 40), np.uint8)
     wide, notes = written_png(tmp_path / "x.png", red, (b"cICP", bytes([12, 13, 0, 1])))

@@ -40,6 +40,8 @@ STATEMENTS = (
     Statement("all", "orientation: Exif, TIFF, HEIF, else XMP", "turned upright"),
     Statement("all", "colours: ICC profile", "converted to sRGB"),
     Statement("all", "colours: gain map (Ultra HDR, ISO 21496-1, Apple)", "ignored: the base image is read"),
+    Statement("JPEG", "colours: Adobe RGB by Exif, without profile", "converted to sRGB"),
+    Statement("TIFF", "colours: PrimaryChromaticities without profile", "ignored: sRGB's primaries"),
     Statement("PNG", "colours: cICP, gAMA", "converted; PQ and HLG are not, with a note"),
     Statement("PNG", "colours: cHRM without profile", "ignored: sRGB's primaries"),
     Statement("PNG, WebP", "alpha", "kept; of an opacity map with alpha, the opacity"),
@@ -58,6 +60,10 @@ STATEMENTS = (
 """What is not listed, such as the camera, the place or the resolution, changes no pixel and is ignored."""
 
 _XMP_ORIENTATION = re.compile(rb"tiff:Orientation\s*(?:=\s*[\"']|>)\s*([1-8])")
+
+_UNCALIBRATED = 65535
+_ADOBE_RGB = re.compile(b"\1\0\2\0\4\0\0\0R03\0|\0\1\0\2\0\0\0\4R03\0")
+"""Exif's tag InteroperabilityIndex, in both orders of bytes."""
 
 _PRIMARIES: dict[str, Chromaticities] = {
     "rec709": ((0.64, 0.33), (0.3, 0.6), (0.15, 0.06), (0.3127, 0.329)),
@@ -130,7 +136,9 @@ def stated(name: str, format_name: str, spec: ImageSpec) -> Stated:
     if format_name == "openexr":
         return Stated(orientation, _exr_profile(spec), premultiplied)
     if format_name != "png":
-        return Stated(orientation, None, premultiplied)
+        wide = spec.get_int_attribute("Exif:ColorSpace") == _UNCALIBRATED and _is_adobe_rgb(name)
+        found = _coding("g22", "adobergb", spec.nchannels)[0] if wide else None
+        return Stated(orientation, found, premultiplied)
     space = spec.get_string_attribute("oiio:ColorSpace", "srgb_rec709_scene")
     curve, _, primaries = space.rpartition("_")[0].partition("_")
     profile, unknown = _coding(curve, primaries, spec.nchannels)
@@ -177,6 +185,12 @@ def _xmp_orientation(name: str) -> int:
     with open(name, "rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
         found = _XMP_ORIENTATION.search(data)
         return 1 if found is None else int(found[1])
+
+
+def _is_adobe_rgb(name: str) -> bool:
+    """Return whether a camera names Adobe RGB, as many do without a profile (DCF 2.0: Exif's R03)."""
+    with open(name, "rb") as file:
+        return _ADOBE_RGB.search(file.read(1 << 16)) is not None
 
 
 def _exr_profile(spec: ImageSpec) -> Profile | None:
