@@ -204,6 +204,8 @@ def test_sizes(tmp_path: Path) -> None:
     assert read_exemplar(tmp_path / "x.png", notes=notes).shape == (4096, 33, 1)
     (note,) = notes
     assert "33x4100 pixels and was reduced to 33x4096" in note
+    with pytest.warns(UserWarning, match="was reduced to 33x4096"):
+        read_exemplar(tmp_path / "x.png")
     assert read_exemplar(tmp_path / "x.png", crop=(0, 4, 32, 4096), notes=[]).shape == (4096, 32, 1)
 
 

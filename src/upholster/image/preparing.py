@@ -9,7 +9,7 @@ from upholster.errors import InputError
 from upholster.image.color import from_linear
 from upholster.image.even_light import even_light
 from upholster.image.numbers import as_depth, to_unit
-from upholster.image.profiles import Notes
+from upholster.image.profiles import Notes, tell
 from upholster.image.rectify import Rectification
 from upholster.image.resize import resize_image
 from upholster.image.roles import COLORS
@@ -76,7 +76,7 @@ def finished(maps: Mapping[str, PixelArray], options: SampleOptions, notes: Note
     maps, options
         `maps` is the result of `cut_out`.
     notes
-        Gets a note if they are reduced without request.
+        Gets a note if they are reduced without request; without a list it becomes a warning.
 
     Raises
     ------
@@ -97,10 +97,11 @@ def finished(maps: Mapping[str, PixelArray], options: SampleOptions, notes: Note
             raise InputError(
                 f"resize gives {target[0]}x{target[1]} pixels; allowed: {MIN_SIDE} to {MAX_SIDE} each way"
             )
-        if reduced and notes is not None:
-            notes.append(
+        if reduced:
+            tell(
+                notes,
                 f"the sample has {width}x{height} pixels and was reduced to {target[0]}x{target[1]}: up to "
-                f"{MAX_SIDE} each way are used; --crop takes a part at full size"
+                f"{MAX_SIDE} each way are used; --crop takes a part at full size",
             )
         result = {
             role: resampled(role, pixels, height=target[1], width=target[0]) for role, pixels in maps.items()

@@ -269,7 +269,8 @@ def _prepared(text: GuideText, reading: SampleOptions, *, labels: bool) -> Pixel
             f"labels {str(text)!r} have more than {MAX_SIDE} pixels a side, and reducing them would mix "
             "colours; allowed: a sample of this size, or a part of it (--crop)"
         )
-    return finished(maps, replace(reading, even_light=False))["guide"]
+    # The sample's own note says if it was reduced.
+    return finished(maps, replace(reading, even_light=False), [])["guide"]
 
 
 def _own(text: GuideText, parts: dict[str, PixelArray]) -> NDArray[np.float32]:
