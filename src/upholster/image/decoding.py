@@ -22,7 +22,7 @@ from upholster.image.profiles import PHOTOS, Notes, ink_samples, is_cmyk, tell, 
 from upholster.image.stated import Stated, stated
 from upholster.types import PixelArray
 
-__all__ = ["ALLOWED", "decode_file"]
+__all__ = ["ALLOWED", "SizeCheck", "decode_file"]
 
 ALLOWED = "allowed: PNG, JPEG, WebP, TIFF, OpenEXR, HEIC, AVIF"
 """All formats, for messages."""
@@ -42,6 +42,7 @@ _UNSUPPORTED = "support is not configured"
 """What the TIFF library says of a compression that it was built without."""
 
 SizeCheck = Callable[[str, int, int, int], None]
+"""Raises if an image is too large; gets its name, width, height, and size in bytes."""
 
 
 def decode_file(

@@ -2,7 +2,6 @@
 
 import re
 import warnings
-from collections.abc import Callable
 from pathlib import Path
 from struct import unpack
 from typing import Literal
@@ -10,6 +9,7 @@ from typing import Literal
 import numpy as np
 
 from upholster.errors import InputError
+from upholster.image.decoding import SizeCheck
 from upholster.image.profiles import PHOTOS, Notes, tell
 from upholster.image.stated import Stated, stated_in_heif
 from upholster.types import PixelArray
@@ -17,7 +17,6 @@ from upholster.types import PixelArray
 __all__ = ["heif_kind", "read_heif"]
 
 HeifKind = Literal["HEIC", "AVIF"]
-SizeCheck = Callable[[str, int, int, int], None]
 
 _HEAD = 1 << 16
 """Bytes at a file's beginning that hold its description."""
