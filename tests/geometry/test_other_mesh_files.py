@@ -9,6 +9,7 @@ import pytest
 from gltf_models import BOX, BOX_FACES, BOX_TRIANGLES
 from hypothesis import given
 from hypothesis import strategies as st
+from three_mf_packages import mesh, model, package
 
 from upholster.errors import FormatError, InputError
 from upholster.geometry import TriangleMesh
@@ -67,9 +68,14 @@ def ply(order: str = "<", word: str = "little") -> bytes:
     return head.encode() + body
 
 
+def three_mf() -> bytes:
+    return package(model(mesh(), 'objectid="1"'))
+
+
 WAYS: list[tuple[str, Callable[[], bytes]]] = [
     ("box.obj", obj),
     ("box.off", off),
+    ("box.3mf", three_mf),
     ("broken.off", off_broken),
     ("box.stl", stl),
     ("text.stl", stl_text),

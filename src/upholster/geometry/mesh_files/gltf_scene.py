@@ -15,7 +15,7 @@ from upholster.geometry.mesh_files.gltf import Gltf, Json
 from upholster.geometry.mesh_files.gltf_nodes import Stand, stands, vertex_matrices
 from upholster.geometry.mesh_files.meshopt import meshopt_of
 from upholster.geometry.mesh_files.model_file import MAX_PARTS, GltfPart, ModelPart, named_parts
-from upholster.geometry.mesh_files.raw_model import RawModel
+from upholster.geometry.mesh_files.raw_model import RawModel, joined_corners
 from upholster.geometry.triangle_mesh import MAX_TRIANGLES
 from upholster.shown import number_of
 from upholster.types import FloatArray, IntArray
@@ -302,29 +302,15 @@ def _together(gltf: Gltf, pieces: Sequence[_Piece], notes: list[str]) -> RawMode
             np.array([piece.stand.mesh for piece in pieces], np.int32),
             [len(piece.positions) for piece in pieces],
         ),
-        _all_or_none([piece.uv for piece in pieces], counts, 2),
-        _all_or_none([piece.normals for piece in pieces], counts, 3),
+        joined_corners([piece.uv for piece in pieces], counts, 2),
+        joined_corners([piece.normals for piece in pieces], counts, 3),
         1.0,
         "y",
         notes,
         {kind: len(gltf.items(kind)) for kind in _KEPT if gltf.items(kind)},
         gltf,
         [piece.source for piece in pieces],
-        colors=_all_or_none([piece.colors for piece in pieces], counts, 3, np.float32),
-    )
-
-
-def _all_or_none(
-    arrays: Sequence[NDArray[Any] | None], counts: list[int], width: int, kind: type = np.float64
-) -> NDArray[Any] | None:
-    """Concatenate arrays of corners; None if no part has any, NaN for parts without."""
-    if all(array is None for array in arrays):
-        return None
-    return np.concatenate(
-        [
-            np.full((count, 3, width), np.nan, kind) if array is None else array
-            for array, count in zip(arrays, counts, strict=True)
-        ]
+        colors=joined_corners([piece.colors for piece in pieces], counts, 3, np.float32),
     )
 
 
