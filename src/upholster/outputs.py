@@ -286,8 +286,10 @@ def _write_picture(model: TexturedModel, to: _Places) -> None:
             glb = Path(folder, "model.glb")
             _write_glb(glb, replace(model, options=replace(options, texture="png"), notes=[]))
             how: dict[str, Any] = {"size": options.size, "supersample": options.supersample}
-            how |= {"threads": model.threads, "progress": to.progress}
+            notes: list[str] = []
+            how |= {"threads": model.threads, "progress": to.progress, "notes": notes}
             (picture,) = redrawn(glb, [options.view], **how)
+            _note(model, notes)
     linear = to.path.suffix.lower() == ".exr"
     pixels = picture if linear else from_linear(picture, "uint8", dither=True)
     write_image(to.own[0], pixels, quality=options.quality)

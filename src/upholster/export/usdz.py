@@ -32,6 +32,7 @@ __all__ = ["check_usd", "write_usdz"]
 _SUFFIXES = {"image/png": ".png", "image/jpeg": ".jpg"}
 _CLAMP = 33071
 _TRIANGLES = (4, 5, 6)
+_MOST_PLACES = 65_536
 _ZIP_EPOCH = (0, 33)  # time and date of 1 January 1980, 0:00
 
 
@@ -117,9 +118,13 @@ class _Scene:
         from pxr import Gf, UsdGeom
 
         for stand in stands(self._gltf, self._accessors):
-            places = (np.eye(4),) if stand.joints is not None else (stand.matrix, *stand.others)
-            names = [node for node in self._gltf.items("nodes") if node.get("mesh") == stand.mesh]
-            for place, node in zip(places, names, strict=False):
+            places = [np.eye(4)] if stand.joints is not None else [stand.matrix, *stand.others]
+            if len(places) > _MOST_PLACES:
+                self.notes.append(
+                    f"{_MOST_PLACES:,} of {len(places):,} instances are in .usdz, each with its own vertices"
+                )
+            for place, number in zip(places[:_MOST_PLACES], stand.nodes.tolist(), strict=False):
+                node = self._gltf.item("nodes", number)
                 called = node.get("name") or self._gltf.item("meshes", stand.mesh).get("name") or "mesh"
                 form = UsdGeom.Xform.Define(self._stage, self._free("/Model", str(called)))
                 form.GetPrim().SetDisplayName(str(called))

@@ -266,18 +266,13 @@ def _instance_notes(gltf: Gltf, stand: Stand) -> list[str]:
     label = _names(gltf, stand)[0] or f"mesh {stand.mesh}"
     notes = []
     first = abs(np.linalg.det(stand.matrix[:3, :3])) ** (1 / 3)
-    scales = [abs(np.linalg.det(matrix[:3, :3])) ** (1 / 3) / first for matrix in stand.others]
-    differing = [scale for scale in scales if not 1 / _SCALES_DIFFER < scale < _SCALES_DIFFER]
-    if differing:
-        sizes = " to ".join(dict.fromkeys(f"{scale:.3g}" for scale in (min(differing), max(differing))))
+    scales = np.cbrt(np.abs(np.linalg.det(stand.others[:, :3, :3]))) / first
+    differing = scales[~((scales > 1 / _SCALES_DIFFER) & (scales < _SCALES_DIFFER))]
+    if len(differing):
+        sizes = " to ".join(dict.fromkeys(f"{scale:.3g}" for scale in (differing.min(), differing.max())))
         notes.append(
             f"{label!r} is shown {1 + len(stand.others)} times at different sizes ({sizes} times the first): "
             "its texture has the right scale on the first"
-        )
-    node = gltf.items("nodes")[stand.node]
-    if _extension(node, "EXT_mesh_gpu_instancing") is not None:
-        notes.append(
-            f"{label!r} is shown many times by EXT_mesh_gpu_instancing: its texture has the scale of its node"
         )
     return notes
 
