@@ -20,6 +20,7 @@ from upholster.geometry.mesh_files.off import read_off
 from upholster.geometry.mesh_files.ply import read_ply
 from upholster.geometry.mesh_files.raw_model import RawModel
 from upholster.geometry.mesh_files.stl import read_stl
+from upholster.geometry.mesh_files.text_numbers import in_utf8
 from upholster.geometry.mesh_files.three_mf import read_3mf
 from upholster.geometry.mesh_files.units import unit_in_metres
 from upholster.geometry.triangle_mesh import TriangleMesh
@@ -110,7 +111,7 @@ def read_model(
                         "30cm, and for STL and 3MF; the GLB keeps its numbers, which are metres elsewhere"
                     )
             else:
-                raw = _READERS[kind.name](data, Path(name).stem)
+                raw = _READERS[kind.name](in_utf8(data), Path(name).stem)
             chosen = None if parts is None else chosen_parts(raw.parts, parts)
             return _model(name, raw, chosen, raw.metres if metres is None else metres, up or raw.up)
     except (FormatError, InputError) as error:
