@@ -245,7 +245,7 @@ def _write_flat(model: TexturedModel, to: _Places) -> None:
 
 def _paged(model: TexturedModel) -> export.PagedMesh:
     page, uv = model.atlas.page_coordinates(model.mesh)
-    return export.PagedMesh(model.mesh, uv, model.atlas.images(), page)
+    return export.PagedMesh(model.mesh, uv, model.atlas.images(), page, model.metres)
 
 
 def _write_obj(model: TexturedModel, to: _Places) -> None:
@@ -330,9 +330,7 @@ def _write_usdz(model: TexturedModel, to: _Places) -> None:
     with TemporaryDirectory(prefix="upholster-") as folder:
         glb = Path(folder, "model.glb")
         _write_glb(glb, model if own == model.options else replace(model, options=own))
-        is_gltf = model.file is not None and model.file.gltf is not None
-        metres = 1.0 if is_gltf else model.metres or 1.0
-        _note(model, export.write_usdz(to.own[0], glb.read_bytes(), metres=metres))
+        _note(model, export.write_usdz(to.own[0], glb.read_bytes()))
 
 
 def _cover(model: TexturedModel) -> export.Cover:

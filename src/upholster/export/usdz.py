@@ -44,7 +44,7 @@ def check_usd() -> None:
         raise InputError("writing .usdz needs usd-core; install it: pip install 'upholster[usd]'") from None
 
 
-def write_usdz(path: str | os.PathLike[str], glb: bytes, *, metres: float = 1.0) -> tuple[str, ...]:
+def write_usdz(path: str | os.PathLike[str], glb: bytes) -> tuple[str, ...]:
     """Write the scene of a GLB as USDZ, also with y up.
 
     Parameters
@@ -53,8 +53,6 @@ def write_usdz(path: str | os.PathLike[str], glb: bytes, *, metres: float = 1.0)
         The file to write.
     glb
         A GLB with textures in PNG or JPEG.
-    metres
-        Length of the GLB's unit in metres.
 
     Returns
     -------
@@ -73,7 +71,7 @@ def write_usdz(path: str | os.PathLike[str], glb: bytes, *, metres: float = 1.0)
     # Collects the warnings of Pixar's library, which would otherwise go to the terminal.
     heard = UsdUtils.CoalescingDiagnosticDelegate()
     with tempfile.TemporaryDirectory(prefix="upholster-") as folder:
-        scene = _Scene(gltf, Path(folder), metres)
+        scene = _Scene(gltf, Path(folder))
         scene.write()
         packed = str(Path(folder, "packed.usdz"))
         if not UsdUtils.CreateNewUsdzPackage(Sdf.AssetPath(str(scene.file)), packed):
@@ -98,7 +96,7 @@ def _undated(package: bytes) -> bytes:
 class _Scene:
     """A stage under construction, in a folder of its own with its textures."""
 
-    def __init__(self, gltf: Gltf, folder: Path, metres: float) -> None:
+    def __init__(self, gltf: Gltf, folder: Path) -> None:
         from pxr import Usd, UsdGeom
 
         self.file = folder / "model.usdc"
@@ -107,7 +105,7 @@ class _Scene:
         self._accessors = Accessors(gltf)
         self._stage: Any = Usd.Stage.CreateNew(str(self.file))
         UsdGeom.SetStageUpAxis(self._stage, UsdGeom.Tokens.y)
-        UsdGeom.SetStageMetersPerUnit(self._stage, metres)
+        UsdGeom.SetStageMetersPerUnit(self._stage, 1.0)
         self._root: Any = UsdGeom.Xform.Define(self._stage, "/Model")
         self._stage.SetDefaultPrim(self._root.GetPrim())
         self._materials: dict[int, Any] = {}
