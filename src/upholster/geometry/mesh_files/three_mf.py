@@ -39,9 +39,9 @@ from upholster.zip_files import open_zip, unpacked
 __all__ = ["read_3mf"]
 
 _RELATIONS = "http://schemas.openxmlformats.org/package/2006/relationships"
-_MOST_UNPACKED = 1 << 30
-_MOST_DENSE = 256
-"""Bytes of XML from a byte of the file: triangles that differ take far more."""
+_MOST_UNPACKED = 1 << 29
+_MOST_DENSE = 100
+"""Bytes of XML from a byte of the file: triangles that differ give far fewer."""
 
 _DEEPEST = 32
 _NOT_SOLID = ("support", "solidsupport", "other")
@@ -106,11 +106,9 @@ def read_3mf(data: bytes, name: str) -> RawModel:
     if beams:
         model.notes.append("its lattices of beams are not read: only its triangles are covered")
     if scene.left_out:
-        shown = ", ".join(dict.fromkeys(filter(None, scene.left_out)))[:200]
-        model.notes.append(
-            f"{number_of(len(scene.left_out), 'object')} for printers, such as modifiers and supports, "
-            f"are left out{': ' if shown else ''}{shown}"
-        )
+        names = ", ".join(dict.fromkeys(filter(None, scene.left_out)))[:200] or "without names"
+        count = number_of(len(scene.left_out), "modifier or support", "modifiers and supports")
+        model.notes.append(f"{count} for printers left out: {names}")
     return model
 
 
