@@ -9,6 +9,7 @@ from three_mf_packages import CORE, mesh, model, package, placed
 
 from upholster.errors import FormatError, InputError
 from upholster.geometry.mesh_files import ModelFile, read_model
+from upholster.studio.folder import file_kind
 
 
 def read(folder: Path, data: str | bytes, **files: str) -> ModelFile:
@@ -231,3 +232,7 @@ def test_damaged_text_ends_in_one_line(tmp_path: Path) -> None:
             refused.append(str(error))
     assert 20 < len(refused) < 100
     assert not [said for said in refused if "\n" in said]
+
+
+def test_the_studio_takes_it_as_a_model() -> None:
+    assert file_kind("Benchy.3MF") == "model"
