@@ -94,6 +94,10 @@ def files(tmp_path_factory):
     writer = IGESControl_Writer("MM", 0)
     writer.AddShape(plate)
     writer.Write(str(folder / "plate.igs"))
+    # A name in UTF-8 whose length counts characters, as some programs write it: not the length in bytes.
+    data = (folder / "plate.igs").read_bytes()
+    assert b"13HFilename.iges" in data
+    (folder / "plate.igs").write_bytes(data.replace(b"13HFilename.iges", "12HFilenäm.iges".encode()))
     return folder
 
 
@@ -178,6 +182,7 @@ def test_brep_and_iges_give_the_same_plate_and_a_unit_where_the_file_has_none(fi
     iges = read_model(files / "plate.igs")
     assert (iges.mesh.neighbours >= 0).all()  # loose faces are sewn
     assert iges.mesh.areas.sum() == pytest.approx(wanted, rel=2e-3)
+    assert read_cad(files / "plate.igs").unit == "millimetre"
     with pytest.raises(InputError, match="states its unit itself"):
         read_model(files / "plate.igs", unit="mm")
 

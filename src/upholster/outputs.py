@@ -245,7 +245,7 @@ def _write_flat(model: TexturedModel, to: _Places) -> None:
 
 def _paged(model: TexturedModel) -> export.PagedMesh:
     page, uv = model.atlas.page_coordinates(model.mesh)
-    return export.PagedMesh(model.mesh, uv, model.atlas.images(), page)
+    return export.PagedMesh(model.mesh, uv, model.atlas.images(), page, model.metres)
 
 
 def _write_obj(model: TexturedModel, to: _Places) -> None:
@@ -286,8 +286,10 @@ def _write_picture(model: TexturedModel, to: _Places) -> None:
             glb = Path(folder, "model.glb")
             _write_glb(glb, replace(model, options=replace(options, texture="png"), notes=[]))
             how: dict[str, Any] = {"size": options.size, "supersample": options.supersample}
-            how |= {"threads": model.threads, "progress": to.progress}
+            notes: list[str] = []
+            how |= {"threads": model.threads, "progress": to.progress, "notes": notes}
             (picture,) = redrawn(glb, [options.view], **how)
+            _note(model, notes)
     linear = to.path.suffix.lower() == ".exr"
     pixels = picture if linear else from_linear(picture, "uint8", dither=True)
     write_image(to.own[0], pixels, quality=options.quality)
@@ -328,9 +330,7 @@ def _write_usdz(model: TexturedModel, to: _Places) -> None:
     with TemporaryDirectory(prefix="upholster-") as folder:
         glb = Path(folder, "model.glb")
         _write_glb(glb, model if own == model.options else replace(model, options=own))
-        is_gltf = model.file is not None and model.file.gltf is not None
-        metres = 1.0 if is_gltf else model.metres or 1.0
-        _note(model, export.write_usdz(to.own[0], glb.read_bytes(), metres=metres))
+        _note(model, export.write_usdz(to.own[0], glb.read_bytes()))
 
 
 def _cover(model: TexturedModel) -> export.Cover:

@@ -90,7 +90,7 @@ def cover(
     on
         The surface: a text, see `upholster.surface_from_spec`, a file's path, or a `Surface`. With method
         "paper" a sphere consists of octants, unless its text says otherwise. Or a model's file (GLB, glTF,
-        OBJ, PLY, STL, OFF), its mesh, or ``sample:chair``, a model in the program.
+        OBJ, PLY, STL, OFF, 3MF), its mesh, or ``sample:chair``, a model in the program.
     targets
         Files to write, one or several, by suffix; none may be an input. ``atlas:`` before an image's path
         writes the atlas instead of a picture. With texels of width × height, images are the flat texture

@@ -261,7 +261,8 @@ export class StreamSession {
     this.#nearness = bounds.map(({ center }) => center.reduce((sum, x, k) => sum + x * (this.eye?.[k] ?? 0), 0))
     const sphere = enclosing(bounds)
     this.#counts = new Uint16Array(bounds.flatMap((one) => countsFor(one, FIRST_PIXELS / 2 / sphere.radius, 0.5)))
-    this.#post({ kind: 'surface', bounds, sphere, plain: this.#mesher.plainMesh?.() ?? null, exemplar: exemplarSize })
+    const plain = this.#mesher.plainMesh?.() ?? null
+    this.#post({ kind: 'surface', bounds, sphere, plain, metres: surface.metres ?? null, exemplar: exemplarSize })
     this.#radius = sphere.radius
     this.#mesh()
   }

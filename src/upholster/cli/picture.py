@@ -1,7 +1,7 @@
 """``upholster picture``: a GLB drawn again, without synthesis."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -41,13 +41,17 @@ def picture(
     is_sheet = view == "sheet"
     views = SHEET if is_sheet else (numbers("view", view, ",", 2, float),)
     each = (width // 2, height // 2) if is_sheet else (width, height)
+    notes: list[str] = []
+    how: dict[str, Any] = {"size": each, "supersample": supersample, "threads": threads, "notes": notes}
     with (
         progress_bars(quiet, ["picture"]) as progress,
         outputs([output], inputs=[model]) as files,
     ):
-        found = redrawn(model, views, size=each, supersample=supersample, threads=threads, progress=progress)
+        found = redrawn(model, views, progress=progress, **how)
         linear = np.vstack([np.hstack(found[:2]), np.hstack(found[2:])]) if is_sheet else found[0]
         is_linear = Path(output).suffix.lower() == ".exr"
         write_image(files.path(output), linear if is_linear else from_linear(linear, "uint8", dither=True))
     if not quiet:
+        for note in notes:
+            say(f"note: {note}")
         say(f"wrote {output} ({in_bytes(Path(output).stat().st_size)})")

@@ -19,7 +19,7 @@ from upholster.errors import InputError
 from upholster.export.gltf_references import prune
 from upholster.geometry.mesh_files.accessors import COMPONENTS
 from upholster.geometry.mesh_files.gltf import Gltf, Json
-from upholster.geometry.mesh_files.meshopt import MESHOPT
+from upholster.geometry.mesh_files.meshopt import MESHOPT, meshopt_of
 
 __all__ = ["GltfEdit", "mime_type", "write_parts"]
 
@@ -212,6 +212,10 @@ class GltfEdit:
         """Return a buffer's bytes; None for a placeholder of decompressed bytes."""
         extensions = self.gltf.item("buffers", buffer).get("extensions", {})
         if any(extensions.get(name, {}).get("fallback") for name in MESHOPT):
+            return None
+        if not self.gltf.has_bytes(buffer) and all(
+            meshopt_of(view) for view in self.json["bufferViews"] if view.get("buffer") == buffer
+        ):
             return None
         return self.gltf.buffer(buffer)
 

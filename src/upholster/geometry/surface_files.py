@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from upholster.errors import FormatError, InputError, nearest
-from upholster.formats import SURFACE_SUFFIXES, input_kind
+from upholster.formats import MODEL_SUFFIXES, SURFACE_SUFFIXES, input_kind
 from upholster.geometry.face import Face
 from upholster.geometry.joining import join_patches
 from upholster.geometry.orientation import pointing_outward
@@ -40,8 +40,7 @@ def read_surface(path: PathLike) -> Surface:
         return _READERS[kind.name](path)
     raise InputError(
         f"surface {str(path)!r} has an unknown suffix; allowed: files of {', '.join(SURFACE_SUFFIXES)}, a "
-        "model of .glb, .gltf, .obj, .ply, .stl, .off, .step, .iges, .brep or .3dm, or a built-in surface, "
-        "see `upholster surfaces`"
+        f"model of {', '.join(MODEL_SUFFIXES)}, or a built-in surface, see `upholster surfaces`"
     )
 
 

@@ -37,6 +37,20 @@ from upholster.occt.records import CadRecord
 
 __all__ = ["Leaf", "UnreadableError", "read_shapes"]
 
+_IGES_UNITS = {
+    1: "inch",
+    2: "millimetre",
+    4: "foot",
+    5: "mile",
+    6: "metre",
+    7: "kilometre",
+    8: "mil",
+    9: "micron",
+    10: "centimetre",
+    11: "microinch",
+}
+"""Units by the flag in an IGES file; 3 means the unit's name."""
+
 
 class UnreadableError(Exception):
     """The file cannot be read. Its text gives the reason as the end of a sentence about the file."""
@@ -116,7 +130,7 @@ def _exchange(path: Path, *, is_step: bool) -> tuple[CadRecord, list[Leaf]]:
     format_ = "STEP" if is_step else "IGES"
     if reader.ReadFile(str(path)) != IFSelect_RetDone:
         raise UnreadableError(f"is not a {format_} file that Open CASCADE can read")
-    record = CadRecord(format_, _step_unit(reader) if is_step else _iges_unit(path))
+    record = CadRecord(format_, _step_unit(reader) if is_step else _iges_unit(reader))
     document = TDocStd_Document(TCollection_ExtendedString("XmlOcaf"))
     leaves = _Labels(document).leaves() if reader.Transfer(document) else []
     if not any(TopExp_Explorer(leaf.shape, TopAbs_FACE).More() for leaf in leaves):
@@ -177,27 +191,12 @@ def _step_unit(reader: Any) -> str:
     return ", ".join(names)
 
 
-def _iges_unit(path: Path) -> str:
-    """Return the unit in an IGES file's global section."""
-    lines = path.read_text("latin-1").splitlines()
-    text = "".join(line[:72] for line in lines[:400] if line[72:73] == "G")
-    fields, rest = [], text
-    separator = ","
-    if rest[:2] == "1H":
-        separator, rest = rest[2], rest[3:].lstrip(separator)
-        fields.append(separator)
-    while rest and len(fields) < 16:
-        count, mark, after = rest.partition("H")
-        if mark and count.strip().isdigit():
-            length = int(count)
-            fields.append(after[:length])
-            rest = after[length:].lstrip()[1:]
-        else:
-            one, _, rest = rest.partition(separator)
-            fields.append(one.strip())
-    names = {"IN": "inch", "INCH": "inch", "MM": "millimetre", "M": "metre", "FT": "foot", "CM": "centimetre"}
-    unit = fields[14].strip().upper() if len(fields) > 14 else ""
-    return names.get(unit, unit.lower())
+def _iges_unit(reader: Any) -> str:
+    """Return the unit that Open CASCADE has read in an IGES file's global section."""
+    section = reader.IGESModel().GlobalSection()
+    if section.UnitFlag() in _IGES_UNITS:
+        return _IGES_UNITS[section.UnitFlag()]
+    return str(section.UnitName().ToCString()).lower() if section.HasUnitName() else ""
 
 
 class _Labels:
