@@ -1,4 +1,5 @@
-"""The progressive stream, .uph: a textured surface in one file; any prefix of it is a coarser model.
+"""The progressive stream, .uph: a textured surface in one file; any prefix that includes its first
+view is a coarser model.
 
 - `writer`, `reader`: streams as bytes; `chunks`: the container; `order`: the order of parts
 - `plan`, `plan_head`: placements and labels; `field_chunks`: warp fields; `layout_chunk`: charts
