@@ -70,6 +70,7 @@ def test_checked_before_the_work(tmp_path: Path) -> None:
     assert "is a directory" in refused(tmp_path / "folder.png")
     assert "is a directory" in refused(str(tmp_path / "folder.png") + "/")
     assert "directory does not exist" in refused(tmp_path / "none" / "x.png")
+    assert "File name too long" in refused(tmp_path / f"{'x' * 5000}.png")
     assert "not a regular file" in refused(tmp_path / "pipe")
     assert "not a regular file" in refused("/dev/null")
     assert "given twice" in refused(tmp_path / "x.png", tmp_path / "folder.png" / ".." / "x.png")

@@ -297,13 +297,13 @@ def _identity(path: str | os.PathLike[str]) -> _Identity | None:
 
 def _check_writable(name: str, place: Path, probe: Path) -> None:
     """Raise unless a file can be made at `place`. Permissions do not prove that: `probe` is made there."""
-    if not place.parent.is_dir():
-        raise InputError(f"output {name!r} cannot be written: its directory does not exist")
-    if name.endswith(("/", os.sep)) or place.is_dir():
-        raise InputError(f"output {name!r} is a directory; allowed: a file")
-    if place.exists() and not place.is_file():
-        raise InputError(f"output {name!r} is not a regular file; allowed: a new or a regular file")
     try:
+        if not place.parent.is_dir():
+            raise InputError(f"output {name!r} cannot be written: its directory does not exist")
+        if name.endswith(("/", os.sep)) or place.is_dir():
+            raise InputError(f"output {name!r} is a directory; allowed: a file")
+        if place.exists() and not place.is_file():
+            raise InputError(f"output {name!r} is not a regular file; allowed: a new or a regular file")
         probe.open("xb").close()
         probe.unlink()
     except OSError as error:

@@ -56,7 +56,7 @@ class RefineReport(Shown):
     complete
         Whether all were used.
     placements, coefficients
-        Shares, 0 to 1, of placements that are known and of significant coefficients.
+        Shares, 0 to 1, of placements that are known, and of significant coefficients; of a complete stream 1.
     written
         Bytes of each file.
     model
@@ -211,7 +211,7 @@ def _report(decoder: StreamDecoder, written: dict[str, int], model: TexturedMode
         decoder.total or decoder.received,
         decoder.complete,
         placed / total if total else float(decoder.plan_known),
-        known / count,
+        1.0 if decoder.complete else known / count,
         written,
         model,
     )

@@ -5,8 +5,8 @@ import { putGutter } from '../uph-gutter.js'
 import { Detail } from './detail.js'
 
 /**
- * Texture side that every graphics card supports; larger charts are halved, and all charts if there are more texels. And the largest distance
- * of the mesh from the surface, in pixels.
+ * Texture side that every graphics card supports, and the number of all texels: if there would be more, all charts get fewer. And the largest
+ * distance of the mesh from the surface, in pixels.
  */
 export const DEFAULTS = { maxTextureSize: 4096, maxTexels: 2 ** 26, errorPixels: 0.4 }
 

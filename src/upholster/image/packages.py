@@ -3,7 +3,7 @@
 import os
 import stat
 import zipfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path, PurePosixPath
@@ -16,7 +16,7 @@ from upholster.image.write import IMAGE_SUFFIXES
 from upholster.types import PixelArray
 from upholster.zip_files import open_zip, unpacked
 
-__all__ = ["MapFile", "folder_images", "is_zip", "map_file", "zip_images"]
+__all__ = ["MapFile", "folder_images", "is_zip", "map_file", "unpacked_parts", "zip_entries", "zip_images"]
 
 MOST_BYTES = 1 << 28
 """Limit for one image in a zip file, checked before it is decoded."""
@@ -72,7 +72,7 @@ def zip_images(path: Path) -> list[MapFile]:
         256 MiB.
     """
     folders: dict[PurePosixPath, list[MapFile]] = {}
-    for entry in _entries(path):
+    for entry in zip_entries(path):
         place = PurePosixPath(entry.filename)
         hidden = any(part.startswith((".", "__MACOSX")) for part in place.parts)
         if hidden or entry.is_dir() or not _is_image(place.name):
@@ -89,8 +89,15 @@ def _is_image(name: str) -> bool:
     return PurePosixPath(name).suffix.lower() in IMAGE_SUFFIXES
 
 
-def _entries(path: Path) -> list[zipfile.ZipInfo]:
-    """Return a zip file's entries, all of them checked."""
+def zip_entries(path: Path) -> list[zipfile.ZipInfo]:
+    """Return a zip file's entries, all of them checked.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, damaged or no zip file; if it has more than 1000 entries, or an entry with an
+        odd path: absolute, with "..", a backslash or a link.
+    """
     name = str(path)
     try:
         with open_zip(path) as package:
@@ -110,14 +117,25 @@ def _entries(path: Path) -> list[zipfile.ZipInfo]:
     return entries
 
 
+def unpacked_parts(path: Path, entry: zipfile.ZipInfo, most: int) -> Iterator[bytes]:
+    """Yield an entry's bytes in parts; never more than its declared size, `entry.file_size`.
+
+    Raises
+    ------
+    InputError
+        If it is encrypted, damaged, larger than `most` bytes, or packed by another method than deflate.
+    """
+    try:
+        with open_zip(path) as package:
+            yield from unpacked(package, entry, most)
+    except (InputError, OSError) as error:
+        raise InputError(f"{f'{path}/{entry.filename}'!r}: {error}") from None
+
+
 def _read_entry(
     path: Path, entry: zipfile.ZipInfo, *, colors: bool = True, notes: Notes | None = None
 ) -> PixelArray:
     """Decode one image. OpenImageIO reads files only, so the bytes go through a file in memory."""
     shown = f"{path}/{entry.filename}"
-    try:
-        with open_zip(path) as package:
-            data = b"".join(unpacked(package, entry, MOST_BYTES))
-    except (InputError, OSError) as error:
-        raise InputError(f"{shown!r}: {error}") from None
+    data = b"".join(unpacked_parts(path, entry, MOST_BYTES))
     return read_image_data(data, shown, colors=colors, notes=notes)

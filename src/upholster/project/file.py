@@ -22,6 +22,7 @@ from upholster.errors import FormatError, InputError, nearest
 from upholster.files import outputs, path_inside, path_text, read_bytes
 from upholster.formats import PROJECT_SUFFIX
 from upholster.image.source import Sample, Source
+from upholster.json_text import read_json
 from upholster.methods import settled_seed, with_names
 from upholster.options import SampleOptions, SynthesisOptions, differing
 from upholster.project.project import KINDS, Project
@@ -59,13 +60,10 @@ def read_project(path: str | os.PathLike[str], *, allow: Sequence[str | os.PathL
     name = path_text(path, "project")
     if not name.lower().endswith(PROJECT_SUFFIX):
         raise InputError(f"project {name!r} has another suffix; allowed: {PROJECT_SUFFIX}")
-    try:
-        data = json.loads(read_bytes(name))
-    except (ValueError, RecursionError) as error:
-        raise FormatError(f"{name}: it is not JSON: {error}") from None
     reader = _Reader(name, [Path(name).parent, *map(Path, allow)])
+    data = read_bytes(name)
     try:
-        return reader.project(data)
+        return reader.project(read_json(data))
     except (InputError, FormatError) as error:
         raise type(error)(f"{name}: {error}") from None
 
