@@ -12,6 +12,7 @@ from pathlib import Path
 
 from benchmarks import claims as claims_module
 from benchmarks import eye as eye_module
+from benchmarks import eye_samples as eye_samples_module
 from benchmarks import fidelity as fidelity_module
 from benchmarks import fill as fill_module
 from benchmarks import first_hours as first_hours_module
@@ -73,6 +74,7 @@ PUBLISHED = {"quilt": "time", "stream": "streams"}
 
 PROGRAMS = {
     "eye": eye_module.main,
+    "eye_samples": eye_samples_module.main,
     "sheet": sheet_module.main,
     "claims": claims_module.main,
     "fidelity": fidelity_module.main,

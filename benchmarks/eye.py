@@ -106,7 +106,7 @@ def _write(out: Path, figures: Figures) -> None:
 
 
 def _show(figures: Figures, ways: Sequence[str]) -> None:
-    """Print figures side by side; broken windows have a geometric mean, and a count of those above textbook's."""
+    """Print figures side by side, and how broken windows compare with textbook's in the geometric mean."""
     table = Table("sample", *(f"{way}: broken" for way in ways), *(f"{way}: copies" for way in ways))
     samples = list(dict.fromkeys(sample for sample, _ in figures))
     for sample in samples:

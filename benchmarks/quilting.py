@@ -4,7 +4,6 @@ A. Efros, W. Freeman: Image quilting for texture synthesis and transfer, SIGGRAP
 """
 
 import numpy as np
-
 from numpy.typing import NDArray
 
 from upholster.types import FloatArray, PixelArray
