@@ -21,7 +21,10 @@ QUESTIONS = (
 
 
 def write_pairs(
-    out: Path, sheets: Mapping[str, Mapping[str, Path]], pairs: Sequence[tuple[str, str]], seed: int
+    out: Path,
+    sheets: Mapping[tuple[Path, str], Mapping[str, Path]],
+    pairs: Sequence[tuple[str, str]],
+    seed: int,
 ) -> Path:
     """Write ``pairs/index.html`` with its pictures, and ``key.csv`` next to the folder; return the page.
 
@@ -30,7 +33,7 @@ def write_pairs(
     out
         Gets both.
     sheets
-        By sample file, then by way.
+        By sample file and model, then by way.
     pairs
         The ways that are compared, two at a time.
     seed
@@ -41,15 +44,15 @@ def write_pairs(
     folder.mkdir(parents=True, exist_ok=True)
     for old in folder.glob("*.png"):
         old.unlink()
-    every = [(sample, pair) for sample in sheets for pair in pairs]
-    key, rows = [("pair", "sample", "A", "B")], []
+    every = [(shown, pair) for shown in sheets for pair in pairs]
+    key, rows = [("pair", "sample", "on", "A", "B")], []
     for number, n in enumerate(rng.permutation(len(every)), 1):
-        sample, pair = every[n]
+        (sample, on), pair = every[n]
         ways = [pair[k] for k in rng.permutation(2)]
-        files = [sample, *(sheets[sample][way] for way in ways)]
+        files = [sample, *(sheets[sample, on][way] for way in ways)]
         pictures = [_rgb(upholster.read_exemplar(file)) for file in files]
         write_image(folder / f"{number:03}.png", _beside(pictures))
-        key.append((f"{number:03}", Path(sample).stem, *ways))
+        key.append((f"{number:03}", sample.stem, on, *ways))
         rows.append(f'<h2>{number:03}</h2><p><img src="{number:03}.png" alt="sample, A, B"></p>')
     with (out / "key.csv").open("w", newline="", encoding="utf-8") as file:
         csv.writer(file, lineterminator="\n").writerows(key)

@@ -1,9 +1,9 @@
 """The photographs that textures are judged on, from the files that eye_samples.csv names.
 
-``python -m benchmarks eye_samples SOURCES OUT [--set work]``. SOURCES has a folder for each source: owner+name for
-a repository of GitHub, at the commit in the table, and name-version for an unpacked package of PyPI. OUT
-gets work/NAME.png and kept/NAME.png. The hash in the table is that of the pixels, so another PNG encoder may
-be used. All sources are public domain or under a permissive licence, as they state.
+``python -m benchmarks eye_samples SOURCES OUT [--set work]``. SOURCES has a folder for each: owner+name
+for a repository of GitHub, at the commit in the table, and name-version for an unpacked package of PyPI.
+OUT gets work/NAME.png and kept/NAME.png. The hash in the table is that of the pixels, because encoders of
+PNG differ. All sources are public domain or under a permissive licence, as they state.
 """
 
 import argparse

@@ -45,10 +45,14 @@ class Way:
     source: Path | None = None
     numbers: tuple[int, int] = (BLOCK, OVERLAP)
 
-    def sheet(self, sample: Path, seed: int) -> Path:
-        """Return the file of a sheet, named by its sample's content, too."""
+    def environment(self) -> dict[str, str]:
+        """Return the environment in which the version's own package is found."""
+        return {**os.environ, "PYTHONPATH": str(self.source), "PYTHONSAFEPATH": "1"}
+
+    def sheet(self, sample: Path, seed: int, on: str = "flat") -> Path:
+        """Return the file of a sheet, or of a picture of a model, named by its sample's content, too."""
         digest = hashlib.blake2b(sample.read_bytes(), digest_size=4).hexdigest()
-        return self.folder / f"{sample.stem}-{digest}-{seed}.png"
+        return self.folder / f"{sample.stem}-{digest}-{on}-{seed}.png"
 
     def make(self, samples: Sequence[Path], seeds: Sequence[int], pool: Pool) -> None:
         """Make the sheets that are missing."""
@@ -63,11 +67,10 @@ class Way:
 
     def _run(self, jobs: Sequence[tuple[Path, int, Path]]) -> None:
         listed = [(str(sample), SIDE, seed, str(out)) for sample, seed, out in jobs]
-        environment = {**os.environ, "PYTHONPATH": str(self.source), "PYTHONSAFEPATH": "1"}
         with tempfile.TemporaryDirectory() as name:
             file = Path(name, "jobs.json")
             file.write_text(json.dumps(listed), encoding="utf-8")
-            subprocess.run([str(self.python), str(SCRIPT), str(file)], env=environment, check=True)
+            subprocess.run([str(self.python), str(SCRIPT), str(file)], env=self.environment(), check=True)
 
 
 def this_checkout(out: Path) -> Way:
