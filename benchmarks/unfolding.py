@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.sheet_views import frames
+from upholster.charts.creases import CREASE
 from upholster.measure.samples import bilinear
 from upholster.redrawn import ShownModel
 from upholster.types import FloatArray, PixelArray
@@ -41,7 +42,7 @@ def unfolded_windows(
         As asked for: level or around:z.
     sides
         In pixels of the sample. The first is used of which enough windows are whole: without borders,
-        singular points and sharp bends.
+        singular points and creases.
     """
     mesh = _Mesh(model)
     places = list(zip(*frames(model, pixel, direction), strict=True))
@@ -91,10 +92,22 @@ class _Mesh:
         lengths = [np.linalg.norm(c - np.roll(c, 1, axis=1), axis=2) for c in (laid, true)]
         inside = (np.abs(laid) < side / 2).any(axis=(1, 2))
         bent = (lengths[0] > BENT * lengths[1] + 0.5) | (lengths[1] > BENT * lengths[0] + 0.5)
-        return None if bent[inside].any() else self._drawn(shown, laid, side)
+        whole = not bent[inside].any() and not self._is_creased(shown[inside])
+        return self._drawn(shown, laid, side) if whole else None
+
+    def _is_creased(self, shown: NDArray[np.int64]) -> bool:
+        """Return whether two of some triangles meet at a crease, where texture starts again."""
+        normal = np.cross(*np.moveaxis(np.diff(self.model.corners[shown], axis=1), 1, 0))
+        normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-30)
+        vertices = self.vertices[shown]
+        edges = np.sort(np.stack([vertices, np.roll(vertices, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
+        order = np.lexsort(edges.T)
+        met = (edges[order[1:]] == edges[order[:-1]]).all(axis=1)
+        one, other = normal[order[1:][met] // 3], normal[order[:-1][met] // 3]
+        return bool(((one * other).sum(axis=1) < np.cos(np.radians(CREASE))).any())
 
     def _unfold(self, triangle: int, corners: list[Place], reach: float) -> dict[int, Place]:
-        """Return the places of vertices within reach: pixels down and right of the point."""
+        """Return the places of the vertices of triangles within reach: pixels down and right of the point."""
         flat: dict[int, Place] = {}
         waiting = [
             (down * down + right * right, vertex, (down, right))
@@ -102,12 +115,10 @@ class _Mesh:
         ]
         heapq.heapify(waiting)
         while waiting:
-            square, vertex, place = heapq.heappop(waiting)
+            _, vertex, place = heapq.heappop(waiting)
             if vertex in flat:
                 continue
             flat[vertex] = place
-            if square > reach * reach:
-                continue
             for t in self.around[vertex]:
                 three = self.listed[t]
                 third = [k for k in range(3) if three[k] not in flat]
@@ -116,6 +127,10 @@ class _Mesh:
                     (down, right), other = flat[three[k - 2]], flat[three[k - 1]]
                     along, left = self.shapes[t][k]
                     ahead, beside = other[0] - down, other[1] - right
+                    share = -(down * ahead + right * beside) / max(ahead**2 + beside**2, 1e-30)
+                    share = min(max(share, 0.0), 1.0)
+                    if (down + share * ahead) ** 2 + (right + share * beside) ** 2 > reach * reach:
+                        continue
                     # From outside, corners run against the clock, and rows run down.
                     at = (down + along * ahead - left * beside, right + along * beside + left * ahead)
                     heapq.heappush(waiting, (at[0] ** 2 + at[1] ** 2, three[k], at))
