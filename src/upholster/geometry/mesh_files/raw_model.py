@@ -1,6 +1,7 @@
 """The result of each format's reader: corners of triangles, before they are merged."""
 
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,6 +43,8 @@ class RawModel:
         The upward axis, by the format's convention.
     notes, contents, gltf, gltf_parts, axes
         As in `ModelFile`.
+    files
+        Other files that it was read from, apart from those of `gltf`.
     """
 
     positions: FloatArray
@@ -60,3 +63,4 @@ class RawModel:
     gltf_parts: list[GltfPart] = field(default_factory=list)
     axes: FloatArray | None = None
     colors: NDArray[np.float32] | None = None
+    files: list[Path] = field(default_factory=list)
