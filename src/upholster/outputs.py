@@ -12,7 +12,7 @@ import numpy as np
 from upholster import export
 from upholster.charts.layout import LONGEST
 from upholster.errors import InputError
-from upholster.files import Outputs
+from upholster.files import Outputs, write_bytes
 from upholster.formats import OUTPUTS, UDIM, OutputKind, kind_of, split_name, suffixes_of
 from upholster.geometry import MeshSurface
 from upholster.image import alpha_channel, from_linear, write_image
@@ -388,7 +388,7 @@ _WRITERS: dict[str, Callable[[TexturedModel, _Places], object]] = {
     "obj": _write_obj,
     "ply": _write_ply,
     "npz": lambda model, to: export.write_npz(to.own[0], model.texels, maps=model.maps),
-    "stream": lambda model, to: to.own[0].write_bytes(model.stream),
+    "stream": lambda model, to: write_bytes(to.own[0], model.stream),
     "page": lambda model, to: export.write_html(
         to.own[0], model.stream, title=to.path.stem, poster=model.poster()
     ),

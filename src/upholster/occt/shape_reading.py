@@ -101,7 +101,9 @@ def read_shapes(path: Path, unit: float | None) -> tuple[CadRecord, list[Leaf]]:
 
         return read_rhino(path, unit)
     if unit is not None:
-        raise UnreadableError("states its unit itself; allowed: --unit with .brep, and .3dm without one")
+        raise UnreadableError(
+            "states its unit itself; leave out --unit: it is for .brep, and .3dm without one"
+        )
     return _exchange(path, is_step=name == "STEP")
 
 
