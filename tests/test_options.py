@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import upholster
+from upholster.charts.directions import parse_direction
 from upholster.cli.cover import cover
 from upholster.cli.stream import refine
 from upholster.errors import InputError
@@ -17,7 +18,15 @@ from upholster.geometry import plane, sphere
 from upholster.methods import prepare
 from upholster.methods.paper import PaperOptions
 from upholster.methods.quilt import QuiltOptions
-from upholster.options import SynthesisOptions, WriteOptions, chosen, settled_options
+from upholster.options import (
+    AXIS_DIRECTIONS,
+    FIELD_DIRECTIONS,
+    PATCH_DIRECTIONS,
+    SynthesisOptions,
+    WriteOptions,
+    chosen,
+    settled_options,
+)
 
 KINDS = (SynthesisOptions, WriteOptions)
 
@@ -204,3 +213,12 @@ def test_options_are_known_without_numpy():
     code = "import sys, upholster.options; print('numpy' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "False"
+
+
+def test_help_lists_every_direction() -> None:
+    """Those that are parsed on patches, and those of CAD models."""
+    (entry,) = (entry for entry in fields(SynthesisOptions) if entry.name == "direction")
+    words = entry.metadata["metavar"].partition("]")[2].split("|")
+    assert set(words) >= {*FIELD_DIRECTIONS, *PATCH_DIRECTIONS, *AXIS_DIRECTIONS}
+    for word in (*FIELD_DIRECTIONS, *PATCH_DIRECTIONS):
+        assert parse_direction(word, patches=True).kind == word
