@@ -1,9 +1,11 @@
 """Options: each told once, checked in one place, and spelled out by the commands."""
 
 import inspect
+import re
 import subprocess
 import sys
 from dataclasses import fields, replace
+from pathlib import Path
 from typing import get_args
 
 import numpy as np
@@ -215,10 +217,12 @@ def test_options_are_known_without_numpy():
     assert done.stdout.strip() == "False"
 
 
-def test_help_lists_every_direction() -> None:
+def test_help_and_studio_list_every_direction() -> None:
     """Those that are parsed on patches, and those of CAD models."""
     (entry,) = (entry for entry in fields(SynthesisOptions) if entry.name == "direction")
     words = entry.metadata["metavar"].partition("]")[2].split("|")
     assert set(words) >= {*FIELD_DIRECTIONS, *PATCH_DIRECTIONS, *AXIS_DIRECTIONS}
+    page = Path(upholster.__file__).with_name("studio") / "page" / "groups.js"
+    assert set(re.findall(r"^  \['(\w+)', '", page.read_text(), re.M)) >= set(FIELD_DIRECTIONS)
     for word in (*FIELD_DIRECTIONS, *PATCH_DIRECTIONS):
         assert parse_direction(word, patches=True).kind == word
