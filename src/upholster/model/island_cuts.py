@@ -21,8 +21,8 @@ from upholster.vectors import unit_vectors
 
 __all__ = ["IslandCuts", "cut_islands"]
 
-_PART = 0.5
-"""Greatest side of halved triangles, as a share of a page's: pieces of large ones would fill half a page."""
+_PART = 0.25
+"""Greatest side of halved triangles, as a share of a page's: pieces of larger ones leave more room unused."""
 
 _Window = tuple[int, slice, slice]
 """A chart's number, and rows and columns on it."""
