@@ -27,7 +27,7 @@ from upholster.coverings.pins import Pinned
 from upholster.coverings.request import Request, check_not_swapped, read_materials, read_sample
 from upholster.coverings.request_reading import read_coverings
 from upholster.errors import InputError
-from upholster.files import Outputs, outputs, path_text
+from upholster.files import Outputs, outputs, path_text, write_bytes
 from upholster.geometry import Surface
 from upholster.image import Material
 from upholster.image.source import Sample, Source, as_exemplar, source_names, source_parts
@@ -176,7 +176,7 @@ def cover(
             textured,
         )
         if report:
-            files.path(report).write_text(json.dumps(result.to_json(), indent=2) + "\n", encoding="utf-8")
+            write_bytes(files.path(report), (json.dumps(result.to_json(), indent=2) + "\n").encode())
     return result
 
 

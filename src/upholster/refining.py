@@ -199,8 +199,8 @@ def _density(texels: int | None, surface: AnySurface, decoder: StreamDecoder, mo
         low, high = math.ceil(steps * least**2), math.floor(steps * greatest**2)
         raise InputError(f"texels is {texels}; allowed of this stream: {low} to {high}")
     count = sum(chart.height * chart.width for chart in painted_charts(charts, density))
-    if count > most.texels:
-        raise InputError(f"charts would have {count} texels; allowed here: {most.texels}")
+    if refused := most.refusal("charts would have", "texels", count):
+        raise InputError(refused)
     return density
 
 

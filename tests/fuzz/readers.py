@@ -13,6 +13,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
+from benchmarks.nets import write_nets
 from gltf_models import Glb
 
 from upholster.codec import decode, encode
@@ -20,7 +21,6 @@ from upholster.export.bare import write_bare_obj, write_bare_ply
 from upholster.export.three_mf import write_3mf
 from upholster.geometry import read_surface, surface_from_spec
 from upholster.geometry.mesh_files import read_model
-from upholster.geometry.surface_files import write_nets
 from upholster.image import encode_image, read_exemplar, read_material
 from upholster.limits import Limits
 from upholster.occt.process import read_cad

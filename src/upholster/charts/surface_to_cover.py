@@ -23,7 +23,7 @@ from upholster.geometry import (
 from upholster.geometry.mesh_files import ModelFile, read_model
 from upholster.geometry.patch_mesh import can_be_mesh, patch_mesh
 from upholster.included import model_path
-from upholster.options import ModelOptions
+from upholster.options import ModelOptions, differing
 from upholster.stages import file_stage, stage
 from upholster.types import Progress
 
@@ -104,8 +104,9 @@ def as_covered(
     if isinstance(on, TriangleMesh):
         return _covered_mesh(on, options.uv == "keep", progress=progress)
     if options != ModelOptions():
+        given = ", ".join(differing(options))
         raise InputError(
-            "part, uv, unit, up, deviation and unique are for models; allowed: none of them on other surfaces"
+            f"{given}: for models, and this is a surface; allowed: a model's file, such as chair.glb"
         )
     if isinstance(on, MeshSurface):
         return Covered(on)

@@ -5,7 +5,7 @@ from typing import Annotated, Any
 
 import typer
 
-from upholster.cli.console import check_suffix, numbers, progress_bars, say
+from upholster.cli.console import check_suffix, numbers, progress_bars, say, view_angles
 from upholster.formats import PICTURES
 from upholster.shown import in_bytes
 
@@ -39,7 +39,7 @@ def picture(
     check_suffix("output", output, PICTURES)
     width, height = numbers("size", size, "x", 2, int)
     is_sheet = view == "sheet"
-    views = SHEET if is_sheet else (numbers("view", view, ",", 2, float),)
+    views = SHEET if is_sheet else (view_angles(view),)
     each = (width // 2, height // 2) if is_sheet else (width, height)
     notes: list[str] = []
     how: dict[str, Any] = {"size": each, "supersample": supersample, "threads": threads, "notes": notes}

@@ -18,6 +18,7 @@ from upholster.cli.console import (
     progress_bars,
     say,
     share,
+    view_angles,
 )
 from upholster.cli.models import show_model
 from upholster.cli.show_cad import show_cad
@@ -204,9 +205,7 @@ def levels(
     from upholster.levels import curve_picture, levels_picture
 
     check_suffix("output", output, LDR_PICTURES)
-    options = WriteOptions(
-        size=numbers("size", size, "x", 2, int), view=numbers("view", view, ",", 2, float), supersample=3
-    )
+    options = WriteOptions(size=numbers("size", size, "x", 2, int), view=view_angles(view), supersample=3)
     with (
         naming(stream),
         progress_bars(quiet, ["levels"]) as progress,

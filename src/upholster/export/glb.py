@@ -4,7 +4,6 @@ import json
 import os
 import struct
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,6 +14,7 @@ from upholster.errors import InputError
 from upholster.export.gltf_editing import mime_type
 from upholster.export.pages import PagedMesh, PageImages, check_pages, images_of, polygons_by_page
 from upholster.export.pbr import PbrMaterial, TextureFormat, alpha_mode, build_material
+from upholster.files import writing
 from upholster.types import FloatArray
 
 __all__ = ["TextureFormat", "write_glb"]
@@ -121,7 +121,7 @@ def write_glb(
     total = 12 + 8 + len(text) + 8 + size
     if total >= 1 << 32:
         raise InputError(f"GLB file would take {total} bytes; allowed: less than 4 GiB")
-    with Path(path).open("wb") as file:
+    with writing(path) as file:
         file.write(struct.pack("<4sII", b"glTF", 2, total))
         file.write(struct.pack("<I4s", len(text), b"JSON") + text)
         file.write(struct.pack("<I4s", size, b"BIN\0"))

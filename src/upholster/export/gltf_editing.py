@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from upholster.errors import InputError
 from upholster.export.gltf_references import prune
+from upholster.files import writing
 from upholster.geometry.mesh_files.accessors import COMPONENTS
 from upholster.geometry.mesh_files.gltf import Gltf, Json
 from upholster.geometry.mesh_files.meshopt import MESHOPT, meshopt_of
@@ -257,6 +258,6 @@ def _extensions(item: Any) -> Iterator[Json]:
 
 def write_parts(path: Path, parts: list[bytes]) -> None:
     """Write parts of a file one after the other."""
-    with path.open("wb") as file:
+    with writing(path) as file:
         for part in parts:
             file.write(part)

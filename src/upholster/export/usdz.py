@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.errors import InputError
+from upholster.files import write_bytes
 from upholster.geometry.mesh_files.accessors import Accessors, as_floats
 from upholster.geometry.mesh_files.gltf import Gltf, Json, parse_gltf
 from upholster.geometry.mesh_files.gltf_nodes import Stand, stands, vertex_matrices
@@ -76,7 +77,7 @@ def write_usdz(path: str | os.PathLike[str], glb: bytes) -> tuple[str, ...]:
         packed = str(Path(folder, "packed.usdz"))
         if not UsdUtils.CreateNewUsdzPackage(Sdf.AssetPath(str(scene.file)), packed):
             raise InputError("the USDZ package cannot be made: is there room on the disk?")
-        Path(path).write_bytes(_undated(Path(packed).read_bytes()))
+        write_bytes(path, _undated(Path(packed).read_bytes()))
     heard.TakeUncoalescedDiagnostics()
     return tuple(scene.notes)
 

@@ -18,7 +18,7 @@ from upholster.geometry.patch import MAX_DEGREE, RationalPatch
 from upholster.geometry.surface import MAX_PATCHES, Surface
 from upholster.types import FloatArray
 
-__all__ = ["MAX_FILE_BYTES", "read_bpt", "read_nets", "read_surface", "write_nets"]
+__all__ = ["MAX_FILE_BYTES", "read_bpt", "read_nets", "read_surface"]
 
 MAX_FILE_BYTES = 128 * 2**20
 MAX_POINTS = 2**20
@@ -103,32 +103,6 @@ def read_nets(path: PathLike) -> Surface:
     except InputError as error:
         raise InputError(f"{where}: {error}") from None
     return surface
-
-
-def write_nets(path: PathLike, surface: Surface) -> None:
-    """Write control nets as JSON; `read_nets` restores faces, weights, and points up to rounding.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be written.
-    """
-    patches = []
-    for patch in surface.patches:
-        net: dict[str, Any] = {"points": patch.control_points.tolist()}
-        if (patch.weights != 1.0).any():
-            net["weights"] = patch.weights.tolist()
-        patches.append(net)
-    lines = ",\n  ".join(json.dumps(net) for net in patches)
-    grids = [
-        [[first + row * face.columns + column for column in range(face.columns)] for row in range(face.rows)]
-        for first, face in zip(surface.first_patches, surface.faces, strict=True)
-    ]
-    head = json.dumps({"name": surface.name, "tolerance": surface.tolerance, "faces": grids})[1:-1]
-    try:
-        Path(path).write_text(f'{{{head}, "patches": [\n  {lines}\n]}}\n', encoding="utf-8")
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written: {error.strerror}") from None
 
 
 def read_bpt(path: PathLike) -> Surface:

@@ -11,7 +11,18 @@ from upholster.lengths import read_length
 from upholster.options.option_fields import METHODS, about, differing, documented, members, settle_types
 from upholster.shown import on_a_line
 
-__all__ = ["SynthesisOptions", "check_owner"]
+__all__ = ["AXIS_DIRECTIONS", "FIELD_DIRECTIONS", "PATCH_DIRECTIONS", "SynthesisOptions", "check_owner"]
+
+FIELD_DIRECTIONS = ("level", "smooth", "curvature", "edges")
+"""Words for directions that fields of all surfaces can have."""
+
+PATCH_DIRECTIONS = ("u", "v")
+"""Words for directions of patches alone."""
+
+AXIS_DIRECTIONS = ("along", "around")
+"""Words for directions of CAD models, whose faces have axes."""
+
+_DIRECTIONS = (*FIELD_DIRECTIONS, *PATCH_DIRECTIONS, *AXIS_DIRECTIONS)
 
 SEARCHES = ("coherent", "full")
 
@@ -75,12 +86,14 @@ class SynthesisOptions:
         default=None,
         metadata=about(
             _SCALE,
-            "Direction of the sample's rows: level (along lines of equal z), along the patches, at an angle "
-            "to that, along a vector, or round an axis; on CAD models along or around the axes of its faces; "
-            "or given by red and green of an image over the texture coordinates. "
+            "Direction of the sample's rows: level (along lines of equal z), smooth (with few turns), "
+            "curvature (the way of the greatest bend), edges (along and across sharp ones), u or v of "
+            "patches, an angle, a vector, or round an axis; on CAD models along or around the axes of faces; "
+            "or red and green of an image over the texture coordinates. "
             "On models also per part, repeatable: `Shaft=along`; names as for --part. "
-            "Default: along the patches, the longer way round a ring; level where patches do not agree.",
-            metavar="[PART=]level|u|v|DEG|X,Y,Z|around:AXIS|along|around|IMAGE",
+            "Default on models: level, but curvature on closed tubes and smooth on land. On patches: u, or "
+            "the longer way round a closed ring; level where patches do not agree.",
+            metavar=f"[PART=]{'|'.join(_DIRECTIONS)}|DEG|X,Y,Z|around:AXIS|IMAGE",
             only="quilt",
         ),
     )
@@ -448,8 +461,8 @@ def _direction_text(direction: Any) -> Any:
     parts = [direction] if isinstance(direction, Real) else members(direction) or []
     if len(parts) not in (1, 3) or not all(isinstance(part, Real) for part in parts):
         raise InputError(
-            f"direction is {on_a_line(direction)}; allowed: level, u, v, degrees, a vector as (x, y, z) or "
-            "'x,y,z', 'around:z', or a function"
+            f"direction is {on_a_line(direction)}; allowed: {', '.join(_DIRECTIONS)}, degrees, a vector as "
+            "(x, y, z) or 'x,y,z', 'around:z', or a function"
         )
     return ",".join(repr(float(part)).removesuffix(".0") for part in parts)
 

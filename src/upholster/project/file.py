@@ -19,7 +19,7 @@ from upholster.charts.size_map import parse_size_map
 from upholster.charts.surface_to_cover import CoveredLike, covered_files
 from upholster.coverings.pins import MOST_PINNED, Pinned
 from upholster.errors import FormatError, InputError, nearest
-from upholster.files import outputs, path_inside, path_text, read_bytes
+from upholster.files import outputs, path_inside, path_text, read_bytes, write_bytes
 from upholster.formats import PROJECT_SUFFIX
 from upholster.image.source import Sample, Source
 from upholster.json_text import read_json
@@ -253,7 +253,7 @@ def save_project(project: Project, path: str | os.PathLike[str]) -> list[str]:
                 shutil.copyfile(source, files.path(target))
     written["files"] = {file: file_digest(str(keeper.root / file)) for file in keeper.files}
     with outputs([name]) as files:
-        files.path(name).write_text(json.dumps(written, indent=2) + "\n", encoding="utf-8")
+        write_bytes(files.path(name), (json.dumps(written, indent=2) + "\n").encode())
     return [str(target) for target in keeper.copies.values()]
 
 

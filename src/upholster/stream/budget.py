@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 
 from upholster.codec import ImageHeader
-from upholster.errors import FormatError
 from upholster.limits import Limits
 from upholster.quilt import Chart
 
@@ -12,15 +11,11 @@ __all__ = ["check_chart_budget", "check_sample_budget"]
 
 def check_chart_budget(charts: Sequence[Chart], limits: Limits) -> None:
     """Raise FormatError for more charts or texels than the limits."""
-    if len(charts) > limits.of("charts"):
-        raise FormatError(f"layout has {len(charts)} charts; allowed here: {limits.charts}")
-    texels = sum(chart.height * chart.width for chart in charts)
-    if texels > limits.texels:
-        raise FormatError(f"layout has {texels} texels; allowed here: {limits.texels}")
+    limits.check("layout has", "texels", sum(chart.height * chart.width for chart in charts))
+    limits.check("layout has", "charts", len(charts))
 
 
 def check_sample_budget(headers: Sequence[ImageHeader], limits: Limits) -> None:
     """Raise FormatError for more samples, over all maps, than the limits."""
     samples = sum(header.height * header.width * header.channels for header in headers)
-    if samples > limits.of("samples"):
-        raise FormatError(f"maps have {samples} samples; allowed here: {limits.samples}")
+    limits.check("maps have", "samples", samples)

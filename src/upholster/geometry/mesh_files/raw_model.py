@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -44,6 +45,8 @@ class RawModel:
         The upward axis, by the format's convention.
     notes, contents, gltf, gltf_parts, axes
         As in `ModelFile`.
+    files
+        Other files that it was read from, apart from those of `gltf`.
     """
 
     positions: FloatArray
@@ -62,6 +65,7 @@ class RawModel:
     gltf_parts: list[GltfPart] = field(default_factory=list)
     axes: FloatArray | None = None
     colors: NDArray[np.float32] | None = None
+    files: list[Path] = field(default_factory=list)
 
 
 def joined_corners(

@@ -162,7 +162,7 @@ def _model(
         up,
         tuple(dict.fromkeys(raw.notes)),
         raw.contents,
-        (Path(name), *((*raw.gltf.inputs, *raw.gltf.images_beside()) if raw.gltf else ())),
+        (Path(name), *raw.files, *((*raw.gltf.inputs, *raw.gltf.images_beside()) if raw.gltf else ())),
         uv,
         tuple(part.name for number, part in enumerate(raw.parts) if number not in kept),
         raw.gltf,

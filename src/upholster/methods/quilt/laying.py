@@ -82,7 +82,7 @@ class LayPlan:
     Attributes
     ----------
     surface, vectors, fields
-        As in `synthesize_quilt`.
+        As in `upholster.methods.quilt.method.planned`.
     turns, fold, crease
         Likewise; `turns` is (T,).
     shape

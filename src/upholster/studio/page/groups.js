@@ -7,6 +7,9 @@ import * as lengths from './lengths.js'
 const DIRECTIONS = [
   ['', 'by itself'],
   ['level', 'level, as bricks in a wall'],
+  ['smooth', 'with few turns'],
+  ['curvature', 'along the greatest bend'],
+  ['edges', 'along sharp edges'],
   ['u', 'along u of patches'],
   ['v', 'along v of patches'],
   ['angle', 'turned by an angle'],
