@@ -90,8 +90,7 @@ def unwrap(
         are stretched unevenly on more than 1 % of the area.
     """
     wanted = _wanted(mesh, crease, chosen)
-    a, b, c = mesh.triangles.T
-    rows = np.flatnonzero(wanted & (a != b) & (b != c) & (c != a))
+    rows = np.flatnonzero(wanted & _extended(mesh))
     if not (mesh.areas[rows] > 0).any():
         raise InputError("no triangle has an area; allowed: a mesh with a surface")
     low, high = mesh.corners[rows].min(axis=(0, 1)), mesh.corners[rows].max(axis=(0, 1))
@@ -118,6 +117,14 @@ def _wanted(mesh: TriangleMesh, crease: float | None, chosen: NDArray[np.bool_] 
     if np.shape(chosen) != (count,) or np.asarray(chosen).dtype != bool:
         raise InputError(f"chosen has shape {np.shape(chosen)}; allowed: ({count},) of true or false")
     return np.asarray(chosen)
+
+
+def _extended(mesh: TriangleMesh) -> NDArray[np.bool_]:
+    """Return which triangles, (T,), name three vertices and are more than a point."""
+    a, b, c = mesh.triangles.T
+    edges = (np.roll(mesh.corners, -1, axis=1) - mesh.corners) / (mesh.size or 1.0)
+    long = np.einsum("tki,tki->tk", edges, edges).max(axis=1, initial=0.0) > 0
+    return np.asarray((a != b) & (b != c) & (c != a) & long)
 
 
 def _cut_at_creases(mesh: TriangleMesh, crease: float | None) -> IntArray:
