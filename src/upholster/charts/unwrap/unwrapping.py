@@ -7,6 +7,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from upholster.charts.far_vertices import far_vertices
 from upholster.charts.unwrap.clusters import Triangles, clusters, divided
 from upholster.charts.unwrap.flattening import Flat, flatten, percentile, shapes_of, signed_areas, stretches
 from upholster.charts.unwrap.island_joining import Layout, join_islands
@@ -99,7 +100,8 @@ def unwrap(
     uv = None if mesh.uv is None else mesh.uv[rows]
     scaled = TriangleMesh((mesh.positions[used] - low) / size, compact.reshape(-1, 3).astype(np.int32), uv=uv)
     across = _cut_at_creases(scaled, crease)
-    notes = _notes(scaled)
+    far = far_vertices(TriangleMesh(mesh.positions, mesh.triangles[rows]))
+    notes = [*_notes(scaled), *([] if far is None else [far.words])]
     own, corners = _kept(scaled, across, crease, notes) if keep_uv else _laid_out(scaled, across, progress)
     island = np.full(len(mesh.triangles), -1, np.int32)
     parameters = np.zeros((len(mesh.triangles), 3, 2))
