@@ -92,7 +92,9 @@ def subdivided_in(
     positions = surface.mesh.positions.copy()
     if box is not None:
         kept = kept[_meets(positions, surface.mesh.triangles[kept], box)]
-    _check_pieces(surface.mesh, kept, longest)
+    _check_pieces(
+        surface.mesh, kept, longest, np.inf if box is None else float(np.linalg.norm(box[1] - box[0]))
+    )
     values = np.concatenate([surface.places[kept], vectors[kept]], axis=2)
     triangles = Pieces(surface.mesh.triangles[kept], values, kept)
     joined = _joined_vertices(surface)
@@ -132,14 +134,20 @@ def subdivided_in(
     return Subdivided(flat, parent, fine)
 
 
-def _check_pieces(mesh: TriangleMesh, kept: IntArray, longest: float) -> None:
-    """Refuse to cut the triangles `kept` into far more pieces than their area and number explain."""
+def _check_pieces(mesh: TriangleMesh, kept: IntArray, longest: float, reach: float) -> None:
+    """Refuse to cut the triangles `kept` into far more pieces than their area and number explain.
+
+    Of a triangle, only a part as long as `reach` is cut.
+    """
     edges = np.roll(mesh.corners[kept], -1, axis=1) - mesh.corners[kept]
     length = np.sqrt(np.einsum("tki,tki->tk", edges, edges)).max(axis=1, initial=0.0)
     areas = mesh.areas[kept]
     height = 2 * areas / np.maximum(length, 1e-300)
     # Edges are halved until they are short enough.
-    along, across = (2.0 ** np.ceil(np.log2(np.maximum(side / longest, 1.0))) for side in (length, height))
+    along, across = (
+        2.0 ** np.ceil(np.log2(np.maximum(np.minimum(side, reach) / longest, 1.0)))
+        for side in (length, height)
+    )
     pieces = float(np.where(along > 1, along * (across + 1), 1.0).sum())
     most = _SPARE + _EACH * (len(kept) + 8 * float(areas.sum()) / longest**2)
     if pieces > most:
