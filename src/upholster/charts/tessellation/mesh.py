@@ -162,7 +162,8 @@ def tessellate_by_bends(
         chart = charts[int(quads.argmax())]
         raise InputError(
             f"face {chart.face} is bent so unevenly that {quads.sum():,.0f} quadrilaterals would stand for "
-            f"{steps:,} steps on the surface; allowed: {most:,.0f}, as without stray control points"
+            f"{steps:,} steps on the surface; allowed: {most:,.0f}, as with more texels or "
+            "without stray control points"
         )
     grids = chart_grids(surface, charts, finer * counts, least, tips=True)
     mesh, pairs = _on_grids(surface, charts, seams, grids)
