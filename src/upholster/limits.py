@@ -18,7 +18,8 @@ class Limits:
     Attributes
     ----------
     texels
-        Texels of all charts together, 1 to 2^31: 2^28 by default, a square of 16384.
+        Texels of all charts together, 1 to 2^31: 2^28 by default, a square of 16384. Label maps may have as
+        many cells, or 65,536 if that is more.
     samples
         Height × width × channels, of all maps of the exemplar together: one per texel, at least 65,536, at
         most 12.8 million.

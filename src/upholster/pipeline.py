@@ -17,11 +17,12 @@ from upholster.charts.surface_to_cover import CoveredLike, as_covered
 from upholster.coverings.covering import Covering, check_streamed
 from upholster.coverings.joint_work import (
     counted,
-    notes_of,
     painted_model,
+    read_notes,
     roles_of,
     settled_values,
     synthesized,
+    work_notes,
 )
 from upholster.coverings.pins import Pinned
 from upholster.coverings.request import Request, check_not_swapped, read_materials, read_sample
@@ -156,9 +157,10 @@ def cover(
     with keeping(), outputs([*files_of(wanted), *([report] if report else [])], inputs=inputs) as files:
         run = _Run(wanted, options, files, seed, threads, workers, scheduler, progress, tell)
         coverings = _read(request, run)
+        notes = run.reported(read_notes(coverings))
         _check_read(coverings, run)
         layout = _prepare(coverings, run)
-        notes = run.reported(notes_of(coverings, in_memory=not are_tiles_alone(wanted, coverings)))
+        notes += run.reported(work_notes(coverings, in_memory=not are_tiles_alone(wanted, coverings)))
         textured, written, counts = _make(coverings, layout, run)
         notes += [] if textured is None else run.reported(notes_after(wanted, textured, run.seconds))
         model_file = coverings[0].covered.model

@@ -97,6 +97,17 @@ def test_a_refusal_names_the_limit_that_allows_it(name: str) -> None:
     assert 1 < len(texels) == len(set(texels))
 
 
+def test_cells_of_labels_count_like_texels() -> None:
+    # A chart of 256 × 256 steps, with cells of 1 step: 258 × 258 of them, and so small that none are coded.
+    data = bytes.fromhex(
+        "75706802382b530104a3bccd8f4c030f8002e1534597580f4000400003010600008000800080005b81"
+        "24515107010300000201029bb5975d"
+    )
+    read_stream(data, strict=False, limits=Limits(texels=66_564))
+    with pytest.raises(FormatError, match="label maps have 66564 cells; allowed here: 65536"):
+        read_stream(data, strict=False, limits=Limits(texels=65_536))
+
+
 def test_samples_of_images_are_limited() -> None:
     data = codec.encode(np.zeros((300, 300, 1), np.uint8))
     codec.decode(data, limits=Limits(samples=90_000))

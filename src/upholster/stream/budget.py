@@ -3,10 +3,15 @@
 from collections.abc import Sequence
 
 from upholster.codec import ImageHeader
+from upholster.errors import FormatError
 from upholster.limits import Limits
 from upholster.quilt import Chart
+from upholster.stream.plan_head import PlanHead
 
-__all__ = ["check_chart_budget", "check_sample_budget"]
+__all__ = ["check_cell_budget", "check_chart_budget", "check_sample_budget"]
+
+_LEAST_CELLS = 2**16
+"""Cells that label maps may have whatever the limit of texels: small charts have more cells than texels."""
 
 
 def check_chart_budget(charts: Sequence[Chart], limits: Limits) -> None:
@@ -19,3 +24,12 @@ def check_sample_budget(headers: Sequence[ImageHeader], limits: Limits) -> None:
     """Raise FormatError for more samples, over all maps, than the limits."""
     samples = sum(header.height * header.width * header.channels for header in headers)
     limits.check("maps have", "samples", samples)
+
+
+def check_cell_budget(head: PlanHead, limits: Limits) -> None:
+    """Raise FormatError for more cells of label maps than texels are allowed: each takes as long as one."""
+    most = max(_LEAST_CELLS, limits.texels)
+    if head.size > most:
+        raise FormatError(
+            f"label maps have {head.size} cells; allowed here: {most}; --limit {head.size} allows it"
+        )
