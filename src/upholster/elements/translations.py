@@ -24,7 +24,7 @@ _NEAR = 2
 _LOOSE = 8
 """Pixels of the shortest translation for each pixel of such a movement."""
 
-_AS_HIGH = 0.88
+_AS_HIGH = 0.8
 """Pairs with at least this share of the highest mean count as equal; the one with the smallest cell wins."""
 
 _AS_SMALL = 1.25
@@ -35,6 +35,9 @@ _SLANTED = 0.25
 
 _DIVIDED = 0.85
 """A translation is divided if the mean correlation on the way is at least this share of that at its ends."""
+
+_PARTS = (2, 3, 5)
+"""Into so many parts."""
 
 _WAYS = np.array([[1, 0], [0, 1], [1, 1], [1, -1]])
 """Ways between places of a lattice, in multiples of its translations."""
@@ -158,14 +161,14 @@ def _fitted(found: Correlation, shifts: FloatArray) -> FloatArray:
     for most in _FITTED:
         whole = _multiples(most)
         places = np.rint((whole[:, :, None] * shifts).sum(axis=1)).astype(np.int64)
-        inside = found.within(places)
-        whole, places = whole[inside], places[inside]
         reach = min(_NEAR + (most == 1), max(1, int(np.sqrt((shifts[0] ** 2).sum()) / 4)))
+        inside = found.within(np.abs(places) + reach)
+        whole, places = whole[inside], places[inside]
         steps = np.arange(-reach, reach + 1)
         around = np.stack(np.meshgrid(steps, steps, indexing="ij"), axis=-1).reshape(-1, 2)
         heights = found.at(found.heights, places[:, None] + around)
+        weights = np.maximum(heights.max(axis=1, initial=0), 1) * found.at(found.overlaps, places)
         places = places + around[heights.argmax(axis=1)]
-        weights = np.maximum(heights.max(axis=1, initial=0), 1)
         i, j = whole.T
         ii, ij, jj = (int((weights * part).sum()) for part in (i * i, i * j, j * j))
         ends = [[int((weights * part * places[:, axis]).sum()) for axis in (0, 1)] for part in (i, j)]
@@ -203,16 +206,17 @@ def _tolerant(found: Correlation, shifts: FloatArray) -> Plane:
 
 
 def _divided(found: Correlation, shifts: FloatArray) -> FloatArray | None:
-    # The lattice with places added half way, or a third of the way, if the correlation is as high there.
+    # The lattice with places added at a half, a third, … of the way, if the correlation is as high there.
     near = _tolerant(found, shifts)
-    ends, _ = _mean(found, near, _lattice(shifts))
-    for way in _WAYS:
-        whole = (way[:, None] * shifts).sum(axis=0)
-        for parts in (2, 3):
-            if _mean(found, near, _lattice(shifts, whole / parts))[0] >= _DIVIDED * ends > 0:
-                (a, b), (c, d) = (whole / parts).tolist(), (shifts[1] if way[0] else shifts[0]).tolist()
-                pair = shortest_pair((a, b), (c, d))
-                return np.array(pair) if _wide(pair) else None
+    least = _DIVIDED * _mean(found, near, _lattice(shifts))[0]
+    for parts in _PARTS:
+        for j in range(parts + 1):
+            # Every lattice that is so many times as fine has one of these translations.
+            way = shifts[1] if j == parts else shifts[0] + j * shifts[1]
+            (a, b), (c, d) = (way / parts).tolist(), shifts[0 if j == parts else 1].tolist()
+            pair = shortest_pair((a, b), (c, d))
+            if _wide(pair) and _mean(found, near, _lattice(shifts, way / parts))[0] >= least > 0:
+                return np.array(pair)
     return None
 
 
