@@ -207,15 +207,17 @@ def _tolerant(found: Correlation, shifts: FloatArray) -> Plane:
 
 def _divided(found: Correlation, shifts: FloatArray) -> FloatArray | None:
     # The lattice with places added at a half, a third, … of the way, if the correlation is as high there.
-    near = _tolerant(found, shifts)
-    least = _DIVIDED * _mean(found, near, _lattice(shifts))[0]
     for parts in _PARTS:
         for j in range(parts + 1):
             # Every lattice that is so many times as fine has one of these translations.
             way = shifts[1] if j == parts else shifts[0] + j * shifts[1]
             (a, b), (c, d) = (way / parts).tolist(), shifts[0 if j == parts else 1].tolist()
             pair = shortest_pair((a, b), (c, d))
-            if _wide(pair) and _mean(found, near, _lattice(shifts, way / parts))[0] >= least > 0:
+            if not _wide(pair):
+                continue
+            near = _tolerant(found, np.array(pair))
+            ends, between = (_mean(found, near, _lattice(shifts, away))[0] for away in (0.0, way / parts))
+            if between >= _DIVIDED * ends > 0:
                 return np.array(pair)
     return None
 
