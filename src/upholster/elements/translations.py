@@ -77,12 +77,12 @@ def two_translations(found: Correlation) -> Translations | None:
     multiples. The smallest cell of the best wins. It is fitted to all peaks within reach, and divided while
     places half way, or a third of it, are about as high.
     """
-    near = highest(found.heights, _NEAR)
+    near = [highest(found.heights, reach) for reach in range(_NEAR + 1)]
     pairs = _pairs(_peaks(found))
     if not len(pairs):
         return None
-    weights, heights = _places(found, near, pairs, 2)
-    usual = (near * found.overlaps).sum() / found.overlaps.sum()
+    weights, heights = _places(found, near[-1], pairs, 2)
+    usual = (near[-1] * found.overlaps).sum() / found.overlaps.sum()
     above = (weights * heights).sum(axis=1) / np.maximum(weights.sum(axis=1), 1) - usual
     good = np.flatnonzero((above >= _AS_HIGH * above.max()) & (above > 0))
     if not len(good):
@@ -90,9 +90,9 @@ def two_translations(found: Correlation) -> Translations | None:
     areas = np.abs(_areas(pairs[good]))
     good = good[areas <= _AS_SMALL * areas.min()]
     shifts = _fitted(found, pairs[good[above[good].argmax()]])
-    while (smaller := _divided(found, shifts)) is not None:
+    while (smaller := _divided(found, near, shifts)) is not None:
         shifts = _fitted(found, smaller)
-    return _judged(found, shifts)
+    return _judged(found, near[_tolerance(shifts)], shifts)
 
 
 def _peaks(found: Correlation) -> Plane:
@@ -110,7 +110,9 @@ def _peaks(found: Correlation) -> Plane:
         upto = (6 * reach) ** 2
         group = np.flatnonzero((square >= below) & (square < upto))
         here = at[group]
-        kept[group] = found.at(highest(heights, reach), here) <= found.at(heights, here)
+        # Peaks are in the lower half.
+        near = highest(heights[max(0, rows - reach) :], reach)[-rows - 1 :]
+        kept[group] = near[here[:, 0], here[:, 1] + columns] <= found.at(heights, here)
         reach, below = 2 * reach, upto
     at = at[kept]
     strength = found.at(heights, at) * np.sqrt(found.at(found.overlaps, at))
@@ -199,13 +201,12 @@ def _lattice(shifts: FloatArray, away: FloatArray | float = 0.0) -> FloatArray:
     return np.concatenate([places + away, places - away])
 
 
-def _tolerant(found: Correlation, shifts: FloatArray) -> Plane:
-    # The highest correlation within reach of irregularity, which is small if translations are short.
-    shortest = math.sqrt(float((shifts[0] ** 2).sum()))
-    return highest(found.heights, min(_NEAR, int(shortest / _LOOSE)))
+def _tolerance(shifts: FloatArray) -> int:
+    # The reach of irregularity, which is small if translations are short.
+    return min(_NEAR, int(math.sqrt(float((shifts[0] ** 2).sum())) / _LOOSE))
 
 
-def _divided(found: Correlation, shifts: FloatArray) -> FloatArray | None:
+def _divided(found: Correlation, near: list[Plane], shifts: FloatArray) -> FloatArray | None:
     # The lattice with places added at a half, a third, … of the way, if the correlation is as high there.
     for parts in _PARTS:
         for j in range(parts + 1):
@@ -215,15 +216,14 @@ def _divided(found: Correlation, shifts: FloatArray) -> FloatArray | None:
             pair = shortest_pair((a, b), (c, d))
             if not _wide(pair):
                 continue
-            near = _tolerant(found, np.array(pair))
-            ends, between = (_mean(found, near, _lattice(shifts, away))[0] for away in (0.0, way / parts))
+            heights = near[_tolerance(np.array(pair))]
+            ends, between = (_mean(found, heights, _lattice(shifts, away))[0] for away in (0.0, way / parts))
             if between >= _DIVIDED * ends > 0:
                 return np.array(pair)
     return None
 
 
-def _judged(found: Correlation, shifts: FloatArray) -> Translations:
-    near = _tolerant(found, shifts)
+def _judged(found: Correlation, near: Plane, shifts: FloatArray) -> Translations:
     alike, overlaps = _mean(found, near, _lattice(shifts))
     steps = np.arange(1, _FITTED[-1] + 1)[:, None]
     alike = min(alike, *(_mean(found, near, steps * shift)[0] for shift in shifts))
