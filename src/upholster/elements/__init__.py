@@ -2,9 +2,9 @@
 
 `lattice` finds waves, how certain they are, and their phase at every pixel (`find_lattice`). `planes`
 computes the planes that are examined, `autocorrelation` how alike they and their shifted copies are.
-`translations` finds two translations after which a sample is alike, `rows` the distance of even rows.
-`following` finds a wave's own phase everywhere. `joints` finds thin lines, and the distance of each pixel
-from the nearest (`find_joints`).
+`translations` finds two translations after which a sample is alike, `bases` the shortest two of a lattice,
+`rows` the distance of even rows. `following` finds a wave's own phase everywhere. `joints` finds thin lines,
+and the distance of each pixel from the nearest (`find_joints`).
 """
 
 from upholster.elements.joints import Joints, find_joints
