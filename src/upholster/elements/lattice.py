@@ -181,7 +181,7 @@ def _one_wave(found: Correlation) -> tuple[FloatArray, float]:
     if rows is None or rows.near <= 0:
         return np.zeros((0, 2)), 0.0
     certainty = _certainty(
-        rows.contrast / (_CHANCE * rows.chance),
+        rows.contrast / max(_CHANCE * rows.chance, 1e-9),
         rows.near / _STRONG,
         _kept(rows.share * min(1.0, rows.far / rows.near)),
     )

@@ -36,6 +36,9 @@ _SLANTED = 0.25
 _DIVIDED = 0.85
 """A translation is divided if the mean correlation on the way is at least this share of that at its ends."""
 
+_SMALLER = 0.75
+"""Ratio of the cells after and before a division, at most: the fit must not undo it."""
+
 _PARTS = (2, 3, 5)
 """Into so many parts."""
 
@@ -91,8 +94,12 @@ def two_translations(found: Correlation) -> Translations | None:
     good = good[areas <= _AS_SMALL * areas.min()]
     shifts = _fitted(found, pairs[good[above[good].argmax()]])
     while (smaller := _divided(found, near, shifts)) is not None:
-        shifts = _fitted(found, smaller)
-    return _judged(found, near[_tolerance(shifts)], shifts)
+        fitted = _fitted(found, smaller)
+        if abs(_areas(fitted)) > _SMALLER * abs(_areas(shifts)):
+            break
+        shifts = fitted
+    (a, b), (c, d) = shifts.tolist()
+    return _judged(found, near[_tolerance(shifts)], shifts) if _wide(((a, b), (c, d))) else None
 
 
 def _peaks(found: Correlation) -> Plane:
