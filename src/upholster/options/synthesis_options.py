@@ -217,8 +217,8 @@ class SynthesisOptions:
         default=None,
         metadata=about(
             _SYNTHESIS,
-            "Side of a block in pixels of the sample, 8 to 512. Default: from the sample's structure. "
-            "With method paper in texels, a multiple of 2^levels up to 256; default 32.",
+            "Side of a block in pixels of the sample, 8 to 512. Default: 5/16 of its shorter side, less "
+            "where a surface curves. With method paper in texels, a multiple of 2^levels up to 256; default 32.",
             only=("quilt", "paper"),
         ),
     )
@@ -229,22 +229,6 @@ class SynthesisOptions:
             "Width of the overlap of blocks in the same unit: 4 to half a block, default three tenths. With "
             "method paper a multiple of 2^levels, a block divided by 3, 4, …; default 8.",
             only=("quilt", "paper"),
-        ),
-    )
-    evenness: float = field(
-        default=0.2,
-        metadata=about(
-            _SYNTHESIS,
-            "Cost of using a part of the sample more often than others, 0 to 10.",
-            only="quilt",
-        ),
-    )
-    variety: float = field(
-        default=0.2,
-        metadata=about(
-            _SYNTHESIS,
-            "Cost of using a part of the sample again near where it was used, 0 to 10.",
-            only="quilt",
         ),
     )
     phase: float | None = field(
@@ -260,7 +244,8 @@ class SynthesisOptions:
         default=1.1,
         metadata=about(
             _SYNTHESIS,
-            "Draw each block from those that cost at most this many times the best, 1 to 2.",
+            "Of the places that cost at most this many times the best, 1 to 2, a block takes the one that is "
+            "least used nearby.",
             only="quilt",
         ),
     )
@@ -389,8 +374,6 @@ class SynthesisOptions:
         for text in self.put or ():
             parse_put(text)
         for name, value, least, most in (
-            ("evenness", self.evenness, 0, 10),
-            ("variety", self.variety, 0, 10),
             ("phase", 0 if self.phase is None else self.phase, 0, 10),
             ("tolerance", self.tolerance, 1, 2),
             ("shortlist", self.shortlist, 1, 4096),

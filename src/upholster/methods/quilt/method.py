@@ -36,6 +36,9 @@ __all__ = ["laid_quilt", "planned", "step_level"]
 _OVERLAP = 0.3
 """Default overlap of blocks, as a fraction of their side."""
 
+_RELAY = 0.05
+"""Least gain of laying again, for each pixel of a frame's side, as a fraction of the sample's variance."""
+
 _COARSE = 24
 """Frames of at least this many pixels have mask cells 4 pixels wide, smaller frames 2 pixels."""
 
@@ -113,15 +116,9 @@ def planned(
             costs=guide_costs(steering.guides, pyramid.variance),
         )
     block = numbers.size * 2**numbers.level / scale
-    weights = LayWeights(
-        options.evenness * pyramid.variance,
-        options.variety * pyramid.variance,
-        options.tolerance,
-        max(0.0 if one is None else one.weight for one in wanted) * pyramid.variance / MISFIT,
-        sum(np.count_nonzero(mask) for mask in masks) / masks[0].size if masks else 1.0,
-    )
+    phase = max(0.0 if one is None else one.weight for one in wanted)
+    weights = LayWeights(options.tolerance, phase * pyramid.variance / MISFIT, _RELAY * pyramid.variance)
     density = _density(surface)
-    rows, columns = pyramid.empty_usage(numbers.symmetries.bit_count()).shape
     return LayPlan(
         surface,
         vectors,
@@ -136,7 +133,6 @@ def planned(
         numbers,
         weights,
         _OVERLAP if options.overlap is None else options.overlap / options.block,
-        (rows, columns),
         tuple(None if one is None else one.surface for one in wanted),
         int(np.random.SeedSequence(seed).generate_state(1, np.uint64)[0]),
         _parcels(surface, vectors, block if sizes is None else block * sizes.most, density, steering),
@@ -200,7 +196,7 @@ def laid_quilt(plan: LayPlan, threads: int | None = None, progress: Progress | N
     `threads` and `progress` are as for `upholster.parallel.run_tasks`; stage "blocks".
     """
     if len(plan.parcels) == 1:
-        _, drawn = lay_parcel(plan, 0, plan.empty_usage(), (), threads=threads, progress=progress)
+        _, drawn = lay_parcel(plan, 0, (), threads=threads, progress=progress)
         assert drawn is not None  # a surface has triangles
         return emitted_quilt(plan, label_pieces(plan, drawn, threads=threads), threads=threads)
     blocks = _laid_parcels(plan, threads, progress)
@@ -216,16 +212,14 @@ def laid_quilt(plan: LayPlan, threads: int | None = None, progress: Progress | N
 
 def _laid_parcels(plan: LayPlan, threads: int | None, progress: Progress | None) -> list[ParcelBlocks]:
     blocks: list[ParcelBlocks] = [ParcelBlocks.joined(plan, ())] * len(plan.parcels)
-    usage = plan.empty_usage()
 
     def lay(n: int, start: int, threads: int) -> None:
         before = [blocks[k] for k in plan.parcels.near(n) if k < start]
-        blocks[n], _ = lay_parcel(plan, n, usage, before, threads=threads)
+        blocks[n], _ = lay_parcel(plan, n, before, threads=threads)
 
-    for start, stop in plan.parcels.classes:
+    for start, stop in plan.parcels.ranks:
         inner = max(1, thread_count(threads) // (stop - start))
         run_tasks([partial(lay, n, start, inner) for n in range(start, stop)], threads=threads)
-        usage = sum((blocks[n].used for n in range(start, stop)), usage)
         if progress is not None:
             progress("blocks", stop, len(blocks))
     return blocks

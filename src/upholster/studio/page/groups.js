@@ -131,8 +131,6 @@ export function groups(store, live) {
       ),
       expert(
         add(seed(store)),
-        penalty('Evenness', 'evenness', 'Cost of using a part of the sample more often than others.'),
-        penalty('Variety', 'variety', 'Cost of repeating a part near where it was used.'),
         add(
           text(
             { label: 'Block', hint: 'Side of a block in pixels of the sample, 8 to 512.', option: '--block', placeholder: 'by itself' },
