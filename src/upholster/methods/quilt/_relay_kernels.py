@@ -40,10 +40,11 @@ from upholster.methods.quilt._lay_kernels import (
     write_block,
 )
 from upholster.methods.quilt._phase_kernels import want_phases
+from upholster.methods.quilt._sheet_kernels import field_at
 from upholster.quilt.placement import SYMMETRIES
 from upholster.types import FloatArray, IntArray, int64
 
-__all__ = ["RelayScratch", "relay_blocks"]
+__all__ = ["RelayScratch", "cost_steps", "relay_blocks"]
 
 _HELD = int64(2**40)
 """Cost of moving a cell to the other side of the cut if it must stay on its side."""
@@ -59,7 +60,8 @@ class RelayScratch(NamedTuple):
     """Scratch for the cells of a frame.
 
     `inner`, `right` and `below` are the cost of old cuts inside a cell, and towards the cells to its right
-    and below it. `away` (size, size) are the squared differences of a candidate and the old pixels. `marks`
+    and below it. `owners` (size, size) are the blocks shown at the frame's pixels, −1 for none. `away` (size,
+    size) are the squared differences of a candidate and the old pixels. `marks`
     (size, size) are the frame's marks, `held` the cells that stay old. `best` are the new cells of the best
     candidate, `tried` those of another one.
     """
@@ -67,6 +69,7 @@ class RelayScratch(NamedTuple):
     inner: NDArray[np.int64]
     right: NDArray[np.int64]
     below: NDArray[np.int64]
+    owners: IntArray
     away: NDArray[np.int32]
     marks: NDArray[np.uint8]
     held: NDArray[np.uint8]
@@ -77,12 +80,16 @@ class RelayScratch(NamedTuple):
     def of(cls, numbers: LayNumbers) -> "RelayScratch":
         """Return scratch for frames of the size in `numbers`."""
         cells, shape = (numbers.size // numbers.cell) ** 2, (numbers.size, numbers.size)
-        costs = [np.zeros(cells, np.int64) for _ in range(3)]
         return cls(
-            *costs,
+            np.zeros(cells, np.int64),
+            np.zeros(cells, np.int64),
+            np.zeros(cells, np.int64),
+            np.zeros(shape, np.int32),
             np.zeros(shape, np.int32),
             np.zeros(shape, np.uint8),
-            *(np.zeros(cells, np.uint8) for _ in range(3)),
+            np.zeros(cells, np.uint8),
+            np.zeros(cells, np.uint8),
+            np.zeros(cells, np.uint8),
         )
 
 
@@ -98,17 +105,47 @@ def _beyond(match: MatchImage, numbers: LayNumbers, source: int, symmetry: int, 
 
 @inline
 def _cut_between(
-    canvases: Canvases, match: MatchImage, numbers: LayNumbers, records: IntArray, p: int, q: int, down: int
+    canvases: Canvases,
+    match: MatchImage,
+    numbers: LayNumbers,
+    records: IntArray,
+    p: int,
+    q: int,
+    down: int,
+    right: int,
 ) -> Any:
-    # The cost of the cut between two steps, q below p or to its right: what both blocks show at both steps.
-    if p < 0 or q < 0 or canvases.owners[p] == canvases.owners[q]:
-        return int64(0)
+    # The cost of the cut between two steps, q `down` and `right` pixels from p: what both blocks show at both.
     one, other = int64(canvases.sources[p]), int64(canvases.sources[q])
     first, second = records[canvases.owners[p], SYMMETRY], records[canvases.owners[q], SYMMETRY]
-    there = _beyond(match, numbers, one, first, down, 1 - down)
-    here = _beyond(match, numbers, other, second, -down, down - 1)
+    there = _beyond(match, numbers, one, first, down, right)
+    here = _beyond(match, numbers, other, second, -down, -right)
     total = squared_difference(match.image[one], here) + squared_difference(match.image[other], there)
     return int64(total)
+
+
+@kernel
+def cost_steps(
+    ground: Ground, match: MatchImage, numbers: LayNumbers, records: IntArray, out: FloatArray
+) -> None:
+    """Write to `out` (steps,) the cost of cuts from each step of the canvases to the next ones on its chart."""
+    canvases = ground.canvases
+    owners = canvases.owners
+    for k in range(canvases.firsts.shape[0]):
+        width = canvases.widths[k]
+        for r in range(canvases.heights[k]):
+            for c in range(width):
+                p = canvases.firsts[k] + r * width + c
+                out[p] = 0.0
+                for down in range(2):
+                    if (r + 1 == canvases.heights[k]) if down else (c + 1 == width):
+                        continue
+                    q = p + (width if down else 1)
+                    if owners[p] < 0 or owners[q] < 0 or owners[p] == owners[q]:
+                        continue
+                    m = field_at(ground.field, k, float(r), float(c))
+                    y, x = (m[0], m[2]) if down else (m[1], m[3])
+                    y, x = int64(np.floor(y + 0.5)), int64(np.floor(x + 0.5))
+                    out[p] += _cut_between(canvases, match, numbers, records, p, q, y, x)
 
 
 @inline
@@ -121,26 +158,35 @@ def _cost_cuts(
     out: RelayScratch,
 ) -> Any:
     # Fills `inner`, `right` and `below`; returns their sum.
-    size, cell, total = numbers.size, numbers.cell, int64(0)
+    size, cell, steps, owners, total = numbers.size, numbers.cell, pixels.steps, out.owners, int64(0)
     across = size // cell
     out.inner[:], out.right[:], out.below[:] = 0, 0, 0
     for i in range(size):
         for j in range(size):
-            at, p = i // cell * across + j // cell, pixels.steps[i, j]
-            if j + 1 < size:
-                cost = _cut_between(canvases, match, numbers, records, p, pixels.steps[i, j + 1], 0)
-                total += cost
-                if (j + 1) % cell:
-                    out.inner[at] += cost
-                else:
-                    out.right[at] += cost
-            if i + 1 < size:
-                cost = _cut_between(canvases, match, numbers, records, p, pixels.steps[i + 1, j], 1)
-                total += cost
-                if (i + 1) % cell:
-                    out.inner[at] += cost
-                else:
-                    out.below[at] += cost
+            owners[i, j] = canvases.owners[steps[i, j]] if steps[i, j] >= 0 else -1
+    for i in range(size):
+        a = i // cell
+        ends = (i + 1) % cell == 0
+        for b in range(across):
+            at, last = a * across + b, b * cell + cell - 1
+            for j in range(b * cell, last + 1):
+                own = owners[i, j]
+                if own < 0:
+                    continue
+                if j + 1 < size and owners[i, j + 1] != own and owners[i, j + 1] >= 0:
+                    cost = _cut_between(canvases, match, numbers, records, steps[i, j], steps[i, j + 1], 0, 1)
+                    total += cost
+                    if j < last:
+                        out.inner[at] += cost
+                    else:
+                        out.right[at] += cost
+                if i + 1 < size and owners[i + 1, j] != own and owners[i + 1, j] >= 0:
+                    cost = _cut_between(canvases, match, numbers, records, steps[i, j], steps[i + 1, j], 1, 0)
+                    total += cost
+                    if ends:
+                        out.below[at] += cost
+                    else:
+                        out.inner[at] += cost
     return total
 
 
@@ -192,7 +238,8 @@ def _expand(
     for i in range(size):
         for j in range(size):
             place = base + pixels.ys[i, j] * numbers.width + pixels.xs[i, j]
-            out.away[i, j] = squared_difference(match.image[place], pixels.old[i, j])
+            is_laid = np.int32(pixels.marks[i, j] & LAID_PIXEL)
+            out.away[i, j] = is_laid * squared_difference(match.image[place], pixels.old[i, j])
     _prefer(match, numbers, base, pixels, cut)
     for at in range(cut.balance.shape[0]):
         cut.balance[at] += out.inner[at]

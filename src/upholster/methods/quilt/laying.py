@@ -34,7 +34,7 @@ from upholster.methods.quilt._block_kernels import (
 from upholster.methods.quilt._frame_kernels import KEPT_SHEET
 from upholster.methods.quilt._lay_kernels import BlockArrays, LayScratch, lay_blocks, replay_blocks
 from upholster.methods.quilt._put_kernels import put_block
-from upholster.methods.quilt._relay_kernels import RelayScratch, relay_blocks
+from upholster.methods.quilt._relay_kernels import RelayScratch, cost_steps, relay_blocks
 from upholster.methods.quilt._sheet_kernels import FIT, MOST_SHEETS, FieldArrays
 from upholster.methods.quilt.centres import Centres, centres_at, centres_on
 from upholster.methods.quilt.ground import PlacedGround, field_arrays, ground_of, whole_ground
@@ -67,12 +67,26 @@ and for its labels."""
 _REACH = 1.2
 """Distance from a block's centre, in blocks, to the end of the surface that the block covers or compares."""
 
-_NEAR = 2.0
+_NEAR = 1.6
 """Distance in blocks within which a block waits for earlier blocks and avoids their sources. Blocks that
 touch are less than 1.5 blocks apart."""
 
 _ROW = 2.0**20
 """A row is more steps than this after the one above it is, in the order of a flat texture."""
+
+_AGAIN = 0.5
+"""Distance of the places where laying again is tried, relative to that of blocks."""
+
+_TIMES = 3
+_APART = 0.7
+_INNER = 0.35
+"""Half the side of the square around such a place in which cuts must cost much, in blocks."""
+
+_EACH = 2
+"""Mean number of blocks of a rank for each thread: with fewer, starting a thread's share takes too long."""
+
+_FEW = 64
+"""Mean number of blocks between two reports of progress, at least."""
 
 _REPORTS = 32
 """Maximum number of reports of progress, each after several ranks of blocks."""
@@ -351,7 +365,11 @@ class _Laying:
         while len((centres := centres_on(self.placed, self.bare, step, 0.5 * step, bare=True)).steps):
             self.lay(centres)
             step = max(1.0, 0.5 * step)
-        self.lay(self._on_grids(apart, 0.5), again=True)
+        places = self._on_grids(_AGAIN * apart)
+        for _ in range(_TIMES):
+            worst = self._costly(places)
+            self.lay(places.chosen(worst), again=True)
+            places = places.chosen(~worst)
 
     def _put_all(self) -> None:
         # Lays the pieces that the user put, and fixes them.
@@ -371,12 +389,10 @@ class _Laying:
             canvases = self.placed.ground.canvases._replace(fixed=n + 1)
             self.placed = replace(self.placed, ground=self.placed.ground._replace(canvases=canvases))
 
-    def _on_grids(self, step: float, between: float = 0.0) -> Centres:
-        # Centres `step` steps apart, times the factor by which the sample is enlarged there. With `between`,
-        # this share of a step farther on.
-        first = 0.35 + between
+    def _on_grids(self, step: float) -> Centres:
+        # Centres `step` steps apart, times the factor by which the sample is enlarged there.
         if self.plan.sizes is None:
-            return centres_on(self.placed, self.own, step, GUTTER + first * step, bare=False)
+            return centres_on(self.placed, self.own, step, GUTTER + 0.35 * step, bare=False)
         middles = self.placed.ground.mesh.corners.mean(axis=1)
         sizes = self.plan.sizes.at(self.placed.parent, middles)
         finer = np.rint(np.log2(sizes) * _SIZES).astype(np.int64)
@@ -384,7 +400,7 @@ class _Laying:
         for number in np.unique(finer[self.own]).tolist():
             wide = max(2.0, step * 2.0 ** (number / _SIZES))
             own = self.own & (finer == number)
-            parts.append(centres_on(self.placed, own, wide, GUTTER + first * wide, bare=False))
+            parts.append(centres_on(self.placed, own, wide, GUTTER + 0.35 * wide, bare=False))
         found = centres_at(self.placed, np.zeros((0, 3), np.int32))
         for part in parts:
             found = found.with_more(part)
@@ -396,14 +412,36 @@ class _Laying:
         if not count:
             return
         spots = np.concatenate([self._laid_spots(), centres.spots])
-        near = near_blocks(spots, _NEAR * self.block, self.tile)
-        away = self._distances(near, centres)[first:]
+        near = near_blocks(spots, _NEAR * self.block, self.tile, first=first)
+        away = self._distances(near, centres, again)[first:]
         ranks = ranks_of(near, first, np.argsort(away, kind="stable"))
         order = np.lexsort((away, ranks))
         names = np.concatenate([np.arange(first), first + np.argsort(order)])
         self._add(centres.chosen(order), _NUMBERS * self.parcel + first - self.first + np.arange(count))
         earlier = None if again else near.earlier(names, first)
         self._lay_ranks(first, first + np.cumsum(np.bincount(ranks)), earlier)
+
+    def _costly(self, centres: Centres) -> NDArray[np.bool_]:
+        # Those of some centres around which cuts cost much, and more than around all others near them.
+        plan, ground = self.plan, self.placed.ground
+        canvases, costs = ground.canvases, np.zeros(len(ground.canvases.owners))
+        cost_steps(ground, plan.match, plan.numbers, self.records, costs)
+        reach = max(1, round(_INNER * plan.numbers.size * plan.density / plan.pixels))
+        found, least = np.zeros(len(centres.steps)), plan.weights.relay * plan.numbers.size
+        for chart in np.unique(centres.steps[:, 0]).tolist():
+            height, width, first = canvases.heights[chart], canvases.widths[chart], canvases.firsts[chart]
+            own = costs[first : first + height * width].reshape(height, width)
+            sums = np.pad(own.cumsum(axis=0).cumsum(axis=1), ((1, 0), (1, 0)))
+            mine = centres.steps[:, 0] == chart
+            at = centres.roots[mine, 1:3].astype(np.int64)
+            top, left = np.maximum(at - reach, 0).T
+            bottom, right = np.minimum(at + reach + 1, (height, width)).T
+            found[mine] = sums[bottom, right] - sums[top, right] - sums[bottom, left] + sums[top, left]
+        near = near_blocks(centres.spots, _APART * self.block, self.tile)
+        rows, highest = np.flatnonzero(np.diff(near.firsts)), np.zeros(len(found))
+        highest[rows] = np.maximum.reduceat(found[near.others], near.firsts[rows])
+        worst: NDArray[np.bool_] = (found >= highest) & (found * plan.pixels / plan.density > least)
+        return worst
 
     def _laid_spots(self) -> FloatArray:
         # The positions of the blocks so far; block 0, if it represents kept steps, is far from all others.
@@ -412,8 +450,10 @@ class _Laying:
             spots[0] = self.placed.ground.mesh.corners.min(axis=(0, 1)) - 4 * _NEAR * self.block
         return spots
 
-    def _distances(self, near: Near, centres: Centres) -> FloatArray:
-        # How far from what is laid already all blocks so far and some new ones are, see `distances_from`.
+    def _distances(self, near: Near, centres: Centres, again: bool) -> FloatArray:
+        # The order of the new blocks, as values for all blocks: how far each is from what is laid already.
+        if again:  # in any order: like this, few ranks follow each other
+            return np.append(np.zeros(len(self.records)), _scattered(len(centres.steps)))
         if self.plan.in_rows:
             return np.append(np.zeros(len(self.records)), centres.steps[:, 1:] @ np.array([_ROW, 1.0]))
         known = np.where(self.records[:, LAID] != 0, 0.0, np.inf)
@@ -442,17 +482,17 @@ class _Laying:
     def _lay_ranks(self, first: int, stops: NDArray[np.int64], near: Lists | None) -> None:
         # Lays blocks from `first` on, rank by rank; `stops` are the ends of the ranks. Without lists of the
         # blocks near each, blocks are laid over others.
-        starts = np.append(first, stops[:-1])
-        workers = min(thread_count(self.threads), int((stops - starts).max()))
-        parts = max(1, min(_REPORTS, len(stops) // 4))
+        count, starts = int(stops[-1]) - first, np.append(first, stops[:-1])
+        workers = max(1, min(thread_count(self.threads), count // (_EACH * len(stops))))
+        parts = max(1, min(_REPORTS, len(stops), count // _FEW))
         for ranks in np.array_split(np.column_stack([starts, stops]), parts):
-            ends = Barrier(workers)
-            tasks = [
-                partial(self._share_ranks, ranks.tolist(), near, (n, workers), ends) for n in range(workers)
-            ]
+            own, ends = ranks.tolist(), Barrier(workers)
+            if workers == 1:  # one after another, without a call for each rank
+                own = [(own[0][0], own[-1][1])]
+            tasks = [partial(self._share_ranks, own, near, (n, workers), ends) for n in range(workers)]
             run_tasks(tasks, threads=workers)
             if self.progress is not None:
-                self.progress("blocks", int(ranks[-1, 1]) - first, int(stops[-1]) - first)
+                self.progress("blocks", int(ranks[-1, 1]) - first, count)
 
     def _share_ranks(
         self, ranks: list[tuple[int, int]], near: Lists | None, share: tuple[int, int], ends: Barrier
@@ -544,3 +584,9 @@ class _Laying:
 
     def _scratch(self) -> LayScratch:
         return LayScratch.of(self.placed.ground, self.plan.numbers)
+
+
+def _scattered(count: int) -> FloatArray:
+    # Numbers in an order that looks random: Fibonacci hashing.
+    found: FloatArray = (np.arange(count, dtype=np.uint64) * np.uint64(_MULTIPLIER)).astype(np.float64)
+    return found

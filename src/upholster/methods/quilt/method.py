@@ -36,7 +36,7 @@ __all__ = ["laid_quilt", "planned", "step_level"]
 _OVERLAP = 0.3
 """Default overlap of blocks, as a fraction of their side."""
 
-_RELAY = 0.05
+_RELAY = 0.5
 """Least gain of laying again, for each pixel of a frame's side, as a fraction of the sample's variance."""
 
 _COARSE = 24

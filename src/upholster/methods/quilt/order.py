@@ -59,10 +59,11 @@ class Near:
         return np.append(0, np.cumsum(counts)), other[np.lexsort((other, one))]
 
 
-def near_blocks(spots: FloatArray, reach: float, tile: FloatArray | None = None) -> Near:
+def near_blocks(spots: FloatArray, reach: float, tile: FloatArray | None = None, *, first: int = 0) -> Near:
     """Return for each of some points (n, 3) the others that are less than `reach` away.
 
-    `tile` (2, 3) is the box of a tile, from, to: its opposite sides meet.
+    `tile` (2, 3) is the box of a tile, from, to: its opposite sides meet. The lists of points before `first`
+    are empty.
     """
     points, names = spots, np.arange(len(spots))
     if tile is not None:
@@ -71,13 +72,13 @@ def near_blocks(spots: FloatArray, reach: float, tile: FloatArray | None = None)
     shape = cells.max(axis=0, initial=0) + 2
     keys = (cells[:, 0] * shape[1] + cells[:, 1]) * shape[2] + cells[:, 2]
     order = np.argsort(keys, kind="stable")
-    ordered, own = keys[order], keys[: len(spots)]
+    ordered, own = keys[order], keys[first : len(spots)]
     found = [np.zeros((2, 0), np.int64)]
     for a, b, c in product((-1, 0, 1), repeat=3):
         wanted = own + (a * shape[1] + b) * shape[2] + c
         start, stop = np.searchsorted(ordered, wanted), np.searchsorted(ordered, wanted, "right")
         count = stop - start
-        one = np.repeat(np.arange(len(spots)), count)
+        one = np.repeat(np.arange(first, len(spots)), count)
         other = order[np.arange(len(one)) - np.repeat(np.cumsum(count) - count - start, count)]
         away = ((points[one] - points[other]) ** 2).sum(axis=1)
         found.append(np.stack([one, other])[:, (away < reach * reach) & (names[other] != one)])
