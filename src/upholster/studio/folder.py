@@ -14,12 +14,17 @@ from upholster.image.write import IMAGE_SUFFIXES
 from upholster.included import included_models, included_samples
 from upholster.shown import in_bytes
 
-__all__ = ["INCLUDED", "Folder", "file_kind"]
+__all__ = ["INCLUDED", "MADE", "Folder", "file_kind"]
 
 INCLUDED = "included"
 """The folder of samples and models that are included with the program."""
 
+MADE = ".made"
+"""A file in groups of files that the user does not have under these names: pasted, renamed, unpacked."""
+
+_PHOTOS = (*IMAGE_SUFFIXES, ".heic", ".heif", ".avif")
 _MOST_FILES = 1000
+_MOST_FOLDERS = 8
 _MOST_NAME = 120
 _SHARE = 8
 """All files together may be this many times as large as one file."""
@@ -34,7 +39,7 @@ def file_kind(name: str) -> str:
         return "project"
     if lower.endswith(_MODELS):
         return "model"
-    if lower.endswith(tuple(IMAGE_SUFFIXES)):
+    if lower.endswith(_PHOTOS):
         return "image"
     return "material" if lower.endswith(".zip") else "other"
 
@@ -91,8 +96,18 @@ class Folder:
             raise InputError(f"{name!r} does not exist; allowed: files that were dropped here")
         return place
 
-    async def store(self, parts: AsyncIterator[bytes], name: str, group: int | None) -> tuple[int, str]:
+    async def store(
+        self,
+        parts: AsyncIterator[bytes],
+        name: str,
+        group: int | None,
+        *,
+        folder: str = "",
+        is_made: bool = False,
+    ) -> tuple[int, str]:
         """Receive a file; return its group (a new one if None is given) and its path.
+
+        `folder` is where the file was in a dropped folder; `is_made` says that the user has no such file.
 
         Raises
         ------
@@ -102,10 +117,14 @@ class Folder:
         if group is not None and not 1 <= group <= self._groups:
             raise InputError(f"group is {group}; allowed: one that was made")
         number = group or self.new_group()
-        folder = self.path / str(number)
-        if len(list(folder.iterdir())) >= _MOST_FILES:
+        own = [one for one in folder.split("/") if one.strip(". ")][:_MOST_FOLDERS]
+        own.append(re.split(r"[/\\]", name)[-1])
+        target = self.path.joinpath(str(number), *map(_safe, own))
+        target.parent.mkdir(parents=True, exist_ok=True)
+        if is_made or own != [_safe(one) for one in own]:
+            (self.path / str(number) / MADE).touch()
+        if len(list(target.parent.iterdir())) >= _MOST_FILES:
             raise InputError(f"{name!r} is one file too many; allowed: {_MOST_FILES} together")
-        target = folder / _safe(name)
         size = 0
         partial = target.with_name(f".{target.name}.part")
         try:
@@ -120,7 +139,7 @@ class Folder:
         finally:
             partial.unlink(missing_ok=True)
         self._bytes += size
-        return number, f"{number}/{target.name}"
+        return number, target.relative_to(self.path).as_posix()
 
     def add(self, file: str | os.PathLike[str]) -> str:
         """Copy a file or a folder of images, named at start; return its path."""
@@ -154,6 +173,7 @@ class Folder:
                 for one in file.infolist():
                     if not one.is_dir():
                         self._unpack(file, one, self.path / str(number))
+                (self.path / str(number) / MADE).touch()
                 return f"{number}/{found[0].filename}"
         except (zipfile.BadZipFile, NotImplementedError, RuntimeError, EOFError, OSError) as error:
             raise InputError(f"{os.path.basename(name)}: it is not a readable zip file: {error}") from None

@@ -150,7 +150,8 @@ class Studio:
         if length.isdigit():
             self.folder.check(name, int(length))
         number = int(group) if group is not None and group.isdigit() else None
-        number, path = await self.folder.store(request.stream(), name, number)
+        folder, is_made = request.query_params.get("folder", ""), "made" in request.query_params
+        number, path = await self.folder.store(request.stream(), name, number, folder=folder, is_made=is_made)
         kind = file_kind(path)
         if kind == "material":
             project = await run_in_threadpool(self.folder.unpacked, path)
@@ -262,7 +263,10 @@ class Studio:
             raise InputError("targets is empty; allowed: names of files")
         for target in targets:
             _check_target(target)
-        return JSONResponse(await self.worker.ask("save", _entry(body, "revision"), targets))
+        depth = body.get("depth")
+        if not (depth is None or isinstance(depth, str)):
+            raise InputError("depth is not a text; allowed: a length, such as '0.6mm', or an empty text")
+        return JSONResponse(await self.worker.ask("save", _entry(body, "revision"), targets, depth))
 
     async def saved(self, request: Request) -> Response:
         """Return one saved file as a download, or all files of one save as a zip."""
