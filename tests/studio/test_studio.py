@@ -378,6 +378,12 @@ def test_what_was_shown_is_saved_after_a_change_that_fails(page):
     assert "error" in page.answer("POST", "/state", {"state": STATE | {"seed": -1}}, status=422)
     saved = page.answer("POST", "/save", {"revision": answer["revision"], "targets": ["x.uph"]})
     assert page.ask("GET", f"/saved/{saved['id']}/x.uph")[2] == looks[-1][0]
+    # Another save may be making a folder of any other name at the same time.
+    (page.studio.folder.path / "saved" / "unfinished").mkdir()
+    body = {"revision": answer["revision"], "targets": ["x.uph"]}
+    numbers = [page.answer("POST", "/save", body)["id"] for _ in range(2)]
+    (page.studio.folder.path / "saved" / "unfinished").rmdir()
+    assert [*numbers, page.answer("POST", "/save", body)["id"]] == [saved["id"] + n for n in (1, 2, 3)]
     body = {"revision": answer["revision"] + 1, "targets": ["x.uph"]}
     assert "changed" in page.answer("POST", "/save", body, status=422)["error"]
 

@@ -6,10 +6,13 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from browser import BRICKS, ROOT
 from gltf_models import BOX, BOX_TRIANGLES
 from hand import Hand, hand_at
+
+from upholster.image import write_image
 
 pytestmark = pytest.mark.browser
 
@@ -209,13 +212,14 @@ def test_progress_only_grows_and_a_model_is_saved_when_it_is_final(hand: Hand) -
 
 def test_a_file_for_printers_has_a_depth_or_says_that_it_is_flat(hand: Hand, tmp_path: Path) -> None:
     page = hand.page
-    page.get_by_title("weave").click()
-    page.get_by_title("chair").click()
+    waves = np.cos(np.linspace(0, 2 * np.pi, 48))[:, None, None] * [60, 50, 40] + 128
+    write_image(tmp_path / "waves.png", np.broadcast_to(waves, (48, 48, 3)).astype(np.uint8))
+    hand.drop_together(*box("Box"), ("waves.png", (tmp_path / "waves.png").read_bytes()))
     hand.final()
     hand.button("Save").click()
     row = page.locator("tr", has_text="3MF")
     depth = page.get_by_label("Depth of the relief")
-    assert depth.input_value().endswith("mm")
+    assert depth.input_value().endswith("m")  # a length with a unit
     assert "--displace-by luminance" in row.inner_text()
     sizes = []
     for text, says in ((None, "Bright is high"), ("", "Flat"), ("abc", "displace is 'abc'")):
@@ -230,7 +234,7 @@ def test_a_file_for_printers_has_a_depth_or_says_that_it_is_flat(hand: Hand, tmp
     assert sizes[0] != sizes[1] != ""
     page.get_by_text("The same as a command").click()
     assert page.get_by_label("The same as a command").input_value() == (
-        "upholster cover sample:weave --on sample:chair --texels 250000 -o chair_weave.glb"
+        "upholster cover waves.png --on box.gltf --texels 250000 -o box_waves.glb"
     )
     page.wait_for_function(
         "() => [...document.querySelectorAll('td.number')].every((one) => one.textContent !== '…')"

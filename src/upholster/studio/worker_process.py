@@ -287,9 +287,11 @@ class _Work:
             raise CancelledError("the model has changed in the meantime; save again")
         with self.changing:
             saved = self.folder / "saved"
-            number = 1 + (len(os.listdir(saved)) if saved.is_dir() else 0)  # an earlier worker's too
+            saved.mkdir(exist_ok=True)
+            before = [int(one) for one in os.listdir(saved) if one.isdigit()]  # an earlier worker's too
+            number = 1 + max(before, default=0)
             folder = saved / str(number)
-            folder.mkdir(parents=True)
+            folder.mkdir()
         notes: list[str] = []
         for target in targets:
             if target == "project":

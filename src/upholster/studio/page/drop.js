@@ -94,9 +94,12 @@ export async function send({ files, isFolder, isMade }, say, wrong) {
   }
   const [maps, others] = [true, false].map((is) => found.filter(({ kind }) => (kind === 'image') === is))
   if (!isFolder) return [...(isMaterial ? [{ path: maps.map(({ path }) => path), kind: 'material' }] : maps), ...others]
-  const folders = roles.some(Boolean) ? Map.groupBy(maps, ({ path }) => folderOf(path)) : new Map()
-  const materials = [...folders].map(([path, own]) => (own.length > 1 ? { path, kind: 'material' } : own[0]))
-  return [...(materials.length ? materials : maps), ...others]
+  if (!roles.some(Boolean)) return [...maps, ...others]
+  const materials = [...new Set(maps.map(({ path }) => folderOf(path)))].map((path) => {
+    const own = maps.filter((one) => folderOf(one.path) === path)
+    return own.length > 1 ? { path, kind: 'material' } : own[0]
+  })
+  return [...materials, ...others]
 }
 
 /** The paths of files whose names stand in other files among them. */

@@ -88,7 +88,7 @@ export class Live extends EventTarget {
         if (one.stage) this.#say(progress(one), true)
         else {
           if (!(await this.#viewer.replace(...one.streams)) || signal.aborted) return
-          this.#store.accept(state)
+          if (one.isFinal) this.#store.accept(state)
           this.streams = one.streams
           this.shown = this.#final = one.isFinal ? this.answer : null
           this.#emit('look', one)

@@ -70,7 +70,7 @@ export class Store extends EventTarget {
     this.set({ sample: Object.fromEntries(changed) }, key)
   }
 
-  /** Remember that a state can be shown. */
+  /** Remember that a state was shown completely. */
   accept(state) {
     this.#good.add(state)
   }
