@@ -4,13 +4,15 @@ With ``--publish`` the results become tables of docs/benchmarks.md (`benchmarks.
 ``codec``, ``profiles``, ``unwrap`` and ``meshstream`` take a folder; ``claims``, ``fidelity``, ``seams``,
 ``lattices``, ``photos``, ``fill``, ``guides``, ``live`` and ``first_hours`` take a folder and the options of
 their modules: ``python -m benchmarks fidelity FOLDER -o OUT``. ``sheet REV`` compares with a revision of git,
-and runs only by name.
+and ``eye FOLDER`` with textbook quilting; both run only by name.
 """
 
 import sys
 from pathlib import Path
 
 from benchmarks import claims as claims_module
+from benchmarks import eye as eye_module
+from benchmarks import eye_samples as eye_samples_module
 from benchmarks import fidelity as fidelity_module
 from benchmarks import fill as fill_module
 from benchmarks import first_hours as first_hours_module
@@ -71,6 +73,8 @@ PUBLISHED = {"quilt": "time", "stream": "streams"}
 """Benchmarks whose rows are a table of docs/benchmarks.md as they are, and the table's name."""
 
 PROGRAMS = {
+    "eye": eye_module.main,
+    "eye_samples": eye_samples_module.main,
     "sheet": sheet_module.main,
     "claims": claims_module.main,
     "fidelity": fidelity_module.main,

@@ -22,7 +22,6 @@ from upholster.options import WriteOptions
 from upholster.paging import PagedAtlas
 from upholster.parallel import Key
 from upholster.tiles.storage import Place
-from upholster.tiles.task_files import array_bytes
 from upholster.tiles.task_order import _Running
 from upholster.tiles.work import TileWork
 
@@ -72,12 +71,12 @@ def _work(texels: int, asked: argparse.Namespace) -> tuple[TileWork, dict[str, C
     parcels = Parcels.of(charted, vectors, _BLOCK / density, density)
     mesh = subdivided(charted, vectors, parcels.side / 8).surface.mesh if len(parcels) > 1 else charted.mesh
     steps = np.bincount(parcels.of_points(mesh.corners.mean(axis=1)), mesh.areas, len(parcels)) * density**2
-    plan: Any = SimpleNamespace(surface=charted, parcels=parcels, empty_usage=lambda: np.zeros((1, 1)))
+    plan: Any = SimpleNamespace(surface=charted, parcels=parcels)
     atlas = PagedAtlas.of(surface, charts, WriteOptions(atlas_size=asked.tile))
     pages = len(atlas.layout.pages)
     work = TileWork(plan, 1.0, atlas, {}, {}, Place(""))
     return work, {
-        "parcel": lambda n, _: 1e-9 * asked.lay * steps[n],
+        "parcel": lambda n: 1e-9 * asked.lay * steps[n],
         "label": lambda n: 1e-9 * asked.label * steps[n],
         "chart": lambda n: 1e-9 * asked.join * charts[n].height * charts[n].width,
         "tile": lambda shown: 1e-9 * asked.paint * texels / pages * len(shown),
@@ -88,7 +87,7 @@ class _Nowhere(Place):
     """A folder in which everything is, and is empty."""
 
     def read(self, name: str) -> bytes:  # noqa: ARG002
-        return array_bytes(np.zeros((1, 1)))
+        return b""
 
     def write(self, name: str, data: bytes) -> int:  # noqa: ARG002
         return 0

@@ -17,7 +17,7 @@ from tempfile import TemporaryDirectory
 import upholster
 from benchmarks.sheet_cases import Case
 
-__all__ = ["ROOT", "Made", "Side", "revision", "working_tree"]
+__all__ = ["ROOT", "Made", "Side", "commit_of", "revision", "unpack", "working_tree"]
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -115,18 +115,38 @@ def revision(text: str, cache: Path) -> Side:
     ValueError
         If there is no such revision.
     """
+    commit = commit_of(text)
+    folder = cache / commit
+    unpack(commit, folder / "source", "src")
+    return Side(
+        commit[:10], (folder / "source" / "src").resolve(), (folder / "results").resolve(), keeps=True
+    )
+
+
+def commit_of(text: str) -> str:
+    """Return the commit that a revision of git names.
+
+    Raises
+    ------
+    ValueError
+        If there is no such revision.
+    """
     found = _git("rev-parse", "--verify", "--quiet", f"{text}^{{commit}}")
     if found.returncode:
         raise ValueError(f"revision is {text!r}; allowed: what git knows, as HEAD~3 or main")
-    commit = found.stdout.decode().strip()
-    folder = cache / commit
-    if not (folder / "source").exists():
-        folder.mkdir(parents=True, exist_ok=True)
-        packed = _git("archive", "--format=tar", commit, "src").stdout
-        with TemporaryDirectory(dir=folder) as name, tarfile.open(fileobj=io.BytesIO(packed)) as archive:
-            archive.extractall(name, filter="data")
-            Path(name, "src").rename(folder / "source")
-    return Side(commit[:10], (folder / "source").resolve(), (folder / "results").resolve(), keeps=True)
+    return found.stdout.decode().strip()
+
+
+def unpack(commit: str, folder: Path, *paths: str) -> None:
+    """Lay out a commit's files, or those below some paths, in a folder that is not there yet."""
+    if folder.exists():
+        return
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    packed = _git("archive", "--format=tar", commit, *paths).stdout
+    with TemporaryDirectory(dir=folder.parent) as name, tarfile.open(fileobj=io.BytesIO(packed)) as archive:
+        archive.extractall(name, filter="data")
+        Path(name).rename(folder)
+        Path(name).mkdir()  # what ends the context removes
 
 
 def working_tree(out: Path) -> Side:

@@ -19,7 +19,7 @@ from upholster.types import FloatArray, PixelArray
 
 Flags = NDArray[np.bool_]
 
-__all__ = ["Found", "broken", "find", "flat_views", "recurrence", "views"]
+__all__ = ["Found", "broken", "find", "flat_views", "frames", "recurrence", "views"]
 
 SIDE = 49
 """Of a view, in pixels of the sample; odd, as all sides here, so that a pixel is the middle."""
@@ -93,7 +93,7 @@ def views(model: ShownModel, pixel: float | None, direction: str) -> list[PixelA
     direction. Places are spread evenly over the area, and the same on models of one shape; those are left
     out where the square would reach over an edge or a bend.
     """
-    origins, frames = _places(model, pixel, direction)
+    _, origins, steps_at = frames(model, pixel, direction)
     steps = np.arange(SIDE) - (SIDE - 1) / 2
     down, right = np.meshgrid(steps, steps, indexing="ij")
     across = np.stack([down.ravel(), right.ravel()], axis=1)
@@ -101,7 +101,7 @@ def views(model: ShownModel, pixel: float | None, direction: str) -> list[PixelA
     mesh = TriangleMesh(scene, model.corners.astype(np.float32))
     flat = _unit(np.cross(*np.moveaxis(model.corners[:, 1:] - model.corners[:, :1], 1, 0)))
     found = []
-    for origin, frame in zip(origins, frames, strict=True):
+    for origin, frame in zip(origins, steps_at, strict=True):
         outward = _unit(np.cross(frame[0], frame[1]))
         height = 0.25 * SIDE * float(np.linalg.norm(frame[0]))
         starts = (origin + height * outward + across @ frame).astype(np.float32)
@@ -197,8 +197,10 @@ def recurrence(found: Found, shape: tuple[int, ...]) -> float | None:
     return float((away < NEAR).mean() * free / (np.pi * NEAR**2))
 
 
-def _places(model: ShownModel, pixel: float | None, direction: str) -> tuple[FloatArray, FloatArray]:
-    """Return places (n, 3), and a step down and a step right of a pixel there, (n, 2, 3)."""
+def frames(
+    model: ShownModel, pixel: float | None, direction: str
+) -> tuple[NDArray[np.intp], FloatArray, FloatArray]:
+    """Return triangles (n,), places on them (n, 3), and a pixel's steps down and right there, (n, 2, 3)."""
     corners = model.corners
     edges = corners[:, 1:] - corners[:, :1]
     cross = np.cross(edges[:, 0], edges[:, 1])
@@ -213,8 +215,8 @@ def _places(model: ShownModel, pixel: float | None, direction: str) -> tuple[Flo
     if pixel is None:
         texels = model.uv[triangle, 1:] - model.uv[triangle, :1]
         usable = np.abs(np.linalg.det(texels)) > 1e-9
-        frames = np.linalg.inv(texels[usable]) @ edges[triangle[usable]]
-        return place[usable], frames[:, ::-1]
+        steps = np.linalg.inv(texels[usable]) @ edges[triangle[usable]]
+        return triangle[usable], place[usable], steps[:, ::-1]
     normal = _unit(cross[triangle])
     up = np.array([0.0, 0.0, 1.0])
     right = np.cross(up, normal if direction == "level" else place)
@@ -224,7 +226,8 @@ def _places(model: ShownModel, pixel: float | None, direction: str) -> tuple[Flo
         0.2 if direction == "level" else 0.2 * np.maximum(np.hypot(place[:, 0], place[:, 1]), 1e-9)
     )
     right, normal = _unit(right[usable]), normal[usable]
-    return place[usable], pixel * np.stack([np.cross(right, normal), right], axis=1)
+    steps = pixel * np.stack([np.cross(right, normal), right], axis=1)
+    return triangle[usable], place[usable], steps
 
 
 def _followed(windows: FloatArray, sample: FloatArray, place: FloatArray, matrix: FloatArray) -> Found:

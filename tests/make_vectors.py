@@ -21,6 +21,7 @@ from streams import CHARTS, anything, anything_bent, bent, laid, noise, stream
 
 from upholster.codec import decode, encode
 from upholster.geometry import Surface, surface_from_spec
+from upholster.image import read_image
 from upholster.quilt import Chart, Quilt
 from upholster.quilt.labels import LabelMap
 from upholster.quilt.placement import PLACEMENT
@@ -79,6 +80,7 @@ def images() -> Any:
     yield "lossless", encode(noise(48, 56, 4), sample_quality="lossless")
     yield "haar_16_bit", encode(noise(48, 56, 1, np.uint16), wavelet="haar")
     yield "float", encode(noise(31, 57, 2, np.float32))
+    yield "colour8", encode(read_image(FOLDER / "colour8.png"), sample_quality="lossless")
 
 
 def refused() -> Any:

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from cad_models import part, write_step
 from command_line import assert_one_line, run_cli
 
 from upholster.charts.axis_directions import axis_direction, closed_rounds
@@ -24,54 +25,6 @@ from upholster.occt.process import read_cad
 OCP = pytest.importorskip("OCP")
 
 SAMPLE = Path(__file__).parents[1] / "examples/granite.png"
-
-
-def part():
-    """A plate of 40 x 20 x 10 mm with a round hole of 8 mm, one long edge rounded by 3 mm."""
-    from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
-    from OCP.BRepFilletAPI import BRepFilletAPI_MakeFillet
-    from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox, BRepPrimAPI_MakeCylinder
-    from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt
-    from OCP.TopAbs import TopAbs_EDGE
-    from OCP.TopExp import TopExp_Explorer
-    from OCP.TopoDS import TopoDS
-
-    box = BRepPrimAPI_MakeBox(40, 20, 10).Shape()
-    rounded = BRepFilletAPI_MakeFillet(box)
-    rounded.Add(3.0, TopoDS.Edge(TopExp_Explorer(box, TopAbs_EDGE).Current()))
-    hole = BRepPrimAPI_MakeCylinder(gp_Ax2(gp_Pnt(20, 10, -1), gp_Dir(0, 0, 1)), 4, 12).Shape()
-    return BRepAlgoAPI_Cut(rounded.Shape(), hole).Shape()
-
-
-def write_step(path, shapes):
-    """Write an assembly of shapes: name, colour, shape, and where it stands."""
-    from OCP.gp import gp_Trsf, gp_Vec
-    from OCP.Quantity import Quantity_Color, Quantity_TOC_sRGB
-    from OCP.STEPCAFControl import STEPCAFControl_Writer
-    from OCP.TCollection import TCollection_ExtendedString
-    from OCP.TDataStd import TDataStd_Name
-    from OCP.TDocStd import TDocStd_Document
-    from OCP.TopLoc import TopLoc_Location
-    from OCP.XCAFDoc import XCAFDoc_ColorSurf, XCAFDoc_DocumentTool
-
-    document = TDocStd_Document(TCollection_ExtendedString("XmlOcaf"))
-    tool = XCAFDoc_DocumentTool.ShapeTool_s(document.Main())
-    colours = XCAFDoc_DocumentTool.ColorTool_s(document.Main())
-    whole = tool.NewShape()
-    TDataStd_Name.Set_s(whole, TCollection_ExtendedString("assembly"))
-    for name, colour, shape, places in shapes:
-        label = tool.AddShape(shape, False)
-        TDataStd_Name.Set_s(label, TCollection_ExtendedString(name))
-        colours.SetColor(label, Quantity_Color(*colour, Quantity_TOC_sRGB), XCAFDoc_ColorSurf)
-        for k, place in enumerate(places):
-            moved = gp_Trsf()
-            moved.SetTranslation(gp_Vec(*place))
-            component = tool.AddComponent(whole, label, TopLoc_Location(moved))
-            TDataStd_Name.Set_s(component, TCollection_ExtendedString(f"{name} {k + 1}"))
-    tool.UpdateAssemblies()
-    writer = STEPCAFControl_Writer()
-    writer.Transfer(document)
-    writer.Write(str(path))
 
 
 @pytest.fixture(scope="module")
@@ -94,6 +47,10 @@ def files(tmp_path_factory):
     writer = IGESControl_Writer("MM", 0)
     writer.AddShape(plate)
     writer.Write(str(folder / "plate.igs"))
+    # A name in UTF-8 whose length counts characters, as some programs write it: not the length in bytes.
+    data = (folder / "plate.igs").read_bytes()
+    assert b"13HFilename.iges" in data
+    (folder / "plate.igs").write_bytes(data.replace(b"13HFilename.iges", "12HFilenäm.iges".encode()))
     return folder
 
 
@@ -178,6 +135,7 @@ def test_brep_and_iges_give_the_same_plate_and_a_unit_where_the_file_has_none(fi
     iges = read_model(files / "plate.igs")
     assert (iges.mesh.neighbours >= 0).all()  # loose faces are sewn
     assert iges.mesh.areas.sum() == pytest.approx(wanted, rel=2e-3)
+    assert read_cad(files / "plate.igs").unit == "millimetre"
     with pytest.raises(InputError, match="states its unit itself"):
         read_model(files / "plate.igs", unit="mm")
 
@@ -303,12 +261,25 @@ def test_out_of_time_or_memory_is_one_line_and_writes_nothing(
     assert not list(tmp_path.iterdir())
 
 
-def test_a_crash_is_one_line(files, monkeypatch, tmp_path):
+@pytest.mark.parametrize(
+    ("does", "said"),
+    [
+        ("kill -SEGV $$", r"Open CASCADE crashes on it \(SIGSEGV\): it cannot be read"),
+        ("kill -KILL $$", "it cannot be read: the system ended the process .* if memory is short"),
+        ("kill -XCPU $$", "it cannot be read: it takes too much processor time"),
+        ("echo 'what(): std::bad_alloc' >&2; kill -ABRT $$", "it needs more than 12 GiB of memory to read"),
+        (
+            "echo 'OSError: No space left' >&2; exit 1",
+            "the process that reads it fails: OSError: No space left",
+        ),
+    ],
+)
+def test_a_crash_is_one_line_and_nothing_else_is_called_one(files, monkeypatch, tmp_path, does, said):
     fake = tmp_path / "python"
-    fake.write_text("#!/bin/sh\nkill -SEGV $$\n")
+    fake.write_text(f"#!/bin/sh\n{does}\n")
     fake.chmod(0o755)
     monkeypatch.setattr("upholster.occt.process.sys.executable", str(fake))
-    with pytest.raises(InputError, match=r"Open CASCADE crashes on it"):
+    with pytest.raises(InputError, match=said):
         read_cad(files / "two.step")
 
 

@@ -128,6 +128,15 @@ BAD = {
     "size": (["brick.png", "--on", "torus", "-o", "a.png", "--size", "0x3"], "size"),
     "size not numbers": (["brick.png", "--on", "torus", "-o", "a.png", "--size", "big"], "size"),
     "view": (["brick.png", "--on", "torus", "-o", "a.png", "--view", "0,inf"], "view"),
+    "view of a sheet": (
+        ["brick.png", "--on", "torus", "-o", "a.png", "--view", "sheet"],
+        "`upholster picture model.glb --view sheet`",
+    ),
+    "length with a unit": (
+        ["brick.png", "--on", "torus", "-o", "a.png", "--sample-size", "3cm"],
+        "--unit mm",
+    ),
+    "unit of a surface": (["brick.png", "--on", "torus", "-o", "a.png", "--unit", "mm"], "unit: for models"),
     "crop": (["brick.png", "--on", "torus", "-o", "a.png", "--crop", "60,60,32,32"], "crop"),
     "suffix": (["brick.png", "--on", "torus", "-o", "a.step"], ".step"),
     "no folder": (["brick.png", "--on", "torus", "-o", "nowhere/a.glb"], "nowhere"),

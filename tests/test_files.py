@@ -3,13 +3,26 @@ import stat
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from upholster.errors import InputError
-from upholster.files import outputs, read_bytes
+from upholster.export import (
+    PagedMesh,
+    write_3mf,
+    write_bare_obj,
+    write_bare_ply,
+    write_glb,
+    write_npz,
+    write_stl,
+)
+from upholster.files import outputs, read_bytes, write_bytes
+from upholster.model import Mesh
+from upholster.quilt import Chart, Texels
 
 
 def listing(folder: Path) -> Any:
@@ -70,6 +83,7 @@ def test_checked_before_the_work(tmp_path: Path) -> None:
     assert "is a directory" in refused(tmp_path / "folder.png")
     assert "is a directory" in refused(str(tmp_path / "folder.png") + "/")
     assert "directory does not exist" in refused(tmp_path / "none" / "x.png")
+    assert "File name too long" in refused(tmp_path / f"{'x' * 5000}.png")
     assert "not a regular file" in refused(tmp_path / "pipe")
     assert "not a regular file" in refused("/dev/null")
     assert "given twice" in refused(tmp_path / "x.png", tmp_path / "folder.png" / ".." / "x.png")
@@ -178,6 +192,36 @@ def test_errors_of_the_system_name_the_target(tmp_path: Path) -> None:
     with pytest.raises(FileNotFoundError), outputs([tmp_path / "x.png"]):
         (tmp_path / "other").read_text()
     assert not beside.exists()
+
+
+def written_by(kind: str) -> Callable[[Path | str], object]:
+    """A function that writes a file of a kind."""
+    corners, triangle = np.arange(9.0).reshape(3, 3), np.array([[0, 1, 2]], np.int32)
+    mesh = Mesh(corners, corners, corners[:, :2], np.zeros(3, np.int32), np.zeros((0, 4), np.int32), triangle)
+    pixels = np.random.default_rng(0).integers(0, 256, (64, 64, 3), dtype=np.uint8)
+    texels = Texels((Chart(0, 64, 64),), (pixels,))
+    functions: dict[str, Callable[[Path | str], object]] = {
+        "obj": lambda path: write_bare_obj(path, corners, triangle, name="x"),
+        "ply": lambda path: write_bare_ply(path, corners, triangle),
+        "stl": lambda path: write_stl(path, corners, triangle),
+        "3mf": lambda path: write_3mf(path, corners, triangle, name="x"),
+        "npz": lambda path: write_npz(path, texels),
+        "glb": lambda path: write_glb(path, PagedMesh(mesh, corners[:, :2] / 9, pixels)),
+        "bytes": lambda path: write_bytes(path, b"x" * 100_000),
+    }
+    return functions[kind]
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="this system has no full disk to try")
+@pytest.mark.parametrize("kind", ["obj", "ply", "stl", "3mf", "npz", "glb", "bytes"])
+def test_a_full_disk_names_the_file_and_the_bytes_that_it_takes(tmp_path: Path, kind: str) -> None:
+    write = written_by(kind)
+    write(tmp_path / "file")
+    size = (tmp_path / "file").stat().st_size
+    with pytest.raises(InputError) as raised:
+        write("/dev/full")
+    expected = f"'/dev/full' cannot be written: No space left on device; it takes {size:,} bytes"
+    assert str(raised.value) == expected
 
 
 def test_a_message_names_the_target_not_the_temporary_file(tmp_path):

@@ -5,7 +5,7 @@ import pytest
 
 from upholster.charts.axis_directions import Round
 from upholster.elements import Lattice
-from upholster.fitting import MOST_CHANGE, fitted
+from upholster.methods.fitting import MOST_CHANGE, fitted
 
 
 def test_fit_makes_whole_periods_go_round():

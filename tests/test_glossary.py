@@ -22,6 +22,7 @@ SHARED_MODULES = {
     "obj": "one format, read and written",
     "ply": "one format, read and written",
     "stl": "one format, read and written",
+    "three_mf": "one format, read and written",
 }
 """Names that several modules have, and why. Commands in ``cli`` are named after themselves."""
 

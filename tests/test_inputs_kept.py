@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from benchmarks.nets import write_nets
 
 import upholster
 from upholster import cli, codec, pipeline, writing
 from upholster.coverings import covering
 from upholster.errors import InputError
-from upholster.geometry import write_nets
 from upholster.image import Material, write_image
 from upholster.image.source import source_files
 

@@ -47,5 +47,5 @@ def test_what_is_no_length_is_refused_in_one_line(text: str | float) -> None:
 
 
 def test_a_unit_needs_a_model_that_knows_its_own() -> None:
-    with pytest.raises(InputError, match=r"size is '30cm', and this model does not state .* as 30$"):
+    with pytest.raises(InputError, match=r"^size is '30cm', and this model .* as 30; or .* --unit mm$"):
         parse_length("30cm", None, name="size")

@@ -7,6 +7,8 @@ import pytest
 from command_line import run_cli
 from gltf_models import Glb
 
+from upholster.export import write_3mf
+
 
 def test_info_tells_parts_and_sizes(tmp_path: Path) -> None:
     glb = Glb(materials=[{"name": "Oak"}])
@@ -62,3 +64,20 @@ def test_info_refuses_what_is_no_model(tmp_path: Path) -> None:
         assert done.returncode == 2, words
         assert said in done.stderr
         assert done.stderr.count("\n") == 1
+
+
+def test_info_names_the_kinds_it_knows_for_an_unknown_suffix(tmp_path: Path) -> None:
+    (tmp_path / "thing.abc").write_bytes(b"PK\3\4 and more")
+    done = run_cli("info", "thing.abc", cwd=tmp_path)
+    assert done.returncode == 2
+    said = " ".join(done.stderr.split())
+    assert "'thing.abc' is no stream and has suffix '.abc'; allowed: .uph, .glb" in said
+
+
+def test_info_describes_a_3mf(tmp_path: Path) -> None:
+    write_3mf(tmp_path / "tile.3mf", np.eye(3) * 20, np.array([[0, 1, 2]]), name="Tile")
+    done = run_cli("info", "tile.3mf", cwd=tmp_path)
+    assert done.returncode == 0
+    assert "1 triangle, 3 vertices, 1 part" in done.stdout
+    assert "2 x 2 x 2 cm" in done.stdout
+    assert "Tile" in done.stdout

@@ -1,5 +1,6 @@
 """Private parts of Numba that the program uses; where these tests pass on a newer one, the bound may rise."""
 
+import os
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -71,3 +72,34 @@ def test_machine_code_is_written_and_read_by_our_cache_alone(
         assert cache.has((numba.float64[::1],), compiled.targetctx)
         assert not cache.has((numba.float32[::1],), compiled.targetctx)
         assert [path.suffix for path in tmp_path.rglob("*") if path.is_file()] == [".kernel"]
+
+
+@pytest.mark.skipif(os.name != "posix", reason="files have owners there")
+def test_machine_code_of_strangers_is_not_loaded(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, recwarn: pytest.WarningsRecorder
+) -> None:
+    monkeypatch.setattr(config, "CACHE_DIR", str(tmp_path))
+    owners: dict[Path, int] = {}
+
+    def owned(path: Path, *others: int) -> bool:
+        return owners.get(path, 0) in (1000, *others)
+
+    monkeypatch.setattr("upholster.kernel_cache.belongs", owned)
+
+    def twice(value: float) -> float:
+        return 2 * value
+
+    first: Any = kernel(twice)
+    assert first(3.0) == 6
+    (file,) = tmp_path.glob("*.kernel")
+    for owner, hits in ((1000, 1), (0, 1), (2000, 0)):
+        owners[file] = owner
+        other: Any = kernel(twice)
+        assert other(3.0) == 6
+        assert sum(other.stats.cache_hits.values()) == hits, owner
+    owners[tmp_path] = 2000
+    alone: Any = kernel(twice)
+    assert alone(3.0) == 6
+    assert not isinstance(vars(alone)["_cache"], KernelCache)
+    (warning,) = recwarn.list
+    assert "the folder belongs to another user" in str(warning.message)

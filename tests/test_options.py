@@ -1,15 +1,18 @@
 """Options: each told once, checked in one place, and spelled out by the commands."""
 
 import inspect
+import re
 import subprocess
 import sys
 from dataclasses import fields, replace
+from pathlib import Path
 from typing import get_args
 
 import numpy as np
 import pytest
 
 import upholster
+from upholster.charts.directions import parse_direction
 from upholster.cli.cover import cover
 from upholster.cli.stream import refine
 from upholster.errors import InputError
@@ -17,7 +20,15 @@ from upholster.geometry import plane, sphere
 from upholster.methods import prepare
 from upholster.methods.paper import PaperOptions
 from upholster.methods.quilt import QuiltOptions
-from upholster.options import SynthesisOptions, WriteOptions, chosen, settled_options
+from upholster.options import (
+    AXIS_DIRECTIONS,
+    FIELD_DIRECTIONS,
+    PATCH_DIRECTIONS,
+    SynthesisOptions,
+    WriteOptions,
+    chosen,
+    settled_options,
+)
 
 KINDS = (SynthesisOptions, WriteOptions)
 
@@ -204,3 +215,14 @@ def test_options_are_known_without_numpy():
     code = "import sys, upholster.options; print('numpy' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "False"
+
+
+def test_help_and_studio_list_every_direction() -> None:
+    """Those that are parsed on patches, and those of CAD models."""
+    (entry,) = (entry for entry in fields(SynthesisOptions) if entry.name == "direction")
+    words = entry.metadata["metavar"].partition("]")[2].split("|")
+    assert set(words) >= {*FIELD_DIRECTIONS, *PATCH_DIRECTIONS, *AXIS_DIRECTIONS}
+    page = Path(upholster.__file__).with_name("studio") / "page" / "groups.js"
+    assert set(re.findall(r"^  \['(\w+)', '", page.read_text(), re.M)) >= set(FIELD_DIRECTIONS)
+    for word in (*FIELD_DIRECTIONS, *PATCH_DIRECTIONS):
+        assert parse_direction(word, patches=True).kind == word

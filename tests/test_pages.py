@@ -2,17 +2,22 @@
 
 import json
 import struct
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from gltf_models import rigged
 
 import upholster
 from upholster.charts.layout import uniform_layout
+from upholster.charts.mesh_layout import mesh_charts
+from upholster.charts.unwrap import unwrap
 from upholster.coverings import covering
 from upholster.errors import InputError
 from upholster.files import outputs
+from upholster.geometry.mesh_files import read_model
 from upholster.image import Material, read_image, write_image
 from upholster.options import WriteOptions
 from upholster.outputs import parse_outputs, write_output
@@ -133,6 +138,35 @@ def test_tiles_go_on_in_rows_of_ten(tmp_path: Path) -> None:
     assert sorted(page) == list(range(16))
     tiles = np.stack([np.arange(16) % 10, np.arange(16) // 10], axis=1)
     np.testing.assert_array_equal(np.floor(uv), tiles[page][model.mesh.chart])
+
+
+def test_a_chart_may_be_larger_than_a_tile(tmp_path: Path) -> None:
+    """Its island is cut in the atlas: charts, and with them all that is painted, stay as they are."""
+    model = read_model(rigged(tmp_path))
+    surface, _ = unwrap(model.mesh)
+    charts = mesh_charts(surface, 300.0)
+    places = [np.stack([*np.indices((chart.height, chart.width)) // 8] * 2, -1)[:, :, :3] for chart in charts]
+    texels = Texels(charts, tuple(each.astype(np.uint8) for each in places))
+    textured = TexturedModel(surface, texels, replace(OPTIONS, texture="png"), file=model)
+    assert max(chart.height for chart in charts) > 256
+    wanted = parse_outputs(
+        [f"{tmp_path}/{name}" for name in ("t.<UDIM>.png", "t.obj", "t.glb")], WriteOptions()
+    )
+    with outputs([file for each in wanted for file in each.files((), len(textured.layout.pages))]) as files:
+        for output in wanted:
+            write_output(output, textured, files)
+    tiles = sorted(tmp_path.glob("t.1*.png"))
+    assert len(tiles) > 6
+    assert {read_image(tile).shape[:2] for tile in tiles} == {(256, 256)}
+    lines = [line.split() for line in (tmp_path / "t.obj").read_text().splitlines()]
+    places = np.array([line[1:] for line in lines if line[0] == "vt"], float)
+    faces = [[int(corner.split("/")[1]) - 1 for corner in line[1:]] for line in lines if line[0] == "f"]
+    inside = np.floor(places[np.array(faces)])
+    assert (inside == inside[:, :1]).all()  # each face is on one tile
+    kept = read_model(tmp_path / "t.glb").mesh
+    assert len(kept.triangles) == len(model.mesh.triangles)
+    assert len(faces) > len(kept.triangles)
+    assert any("larger than a page of 256 texels and stays whole in glTF" in note for note in textured.notes)
 
 
 def test_pictures_do_not_depend_on_pages(folder: Path) -> None:

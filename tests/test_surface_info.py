@@ -5,10 +5,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from benchmarks.nets import write_nets
 from command_line import run_cli
 
 from upholster.cli.show_surface import show_surface
-from upholster.geometry import surface_from_spec, write_nets
+from upholster.geometry import surface_from_spec
 
 
 @pytest.mark.parametrize(

@@ -178,7 +178,11 @@ export class UphClient {
     }
     this.total = this.#painted.total
     this.#worker.postMessage({ kind: 'shown', buffers }, buffers)
-    if (!this.first && !this.#painted.placements) return // there is no texture to be seen yet
+    // Without a placement there is hardly a texture: as long as more comes, a better picture is waited for.
+    if (this.first || this.#painted.placements) this.#show()
+  }
+
+  #show() {
     const isFirst = !this.first
     this.first = true
     this.#view.show(this.#painted, isFirst)
@@ -188,6 +192,7 @@ export class UphClient {
   #settle() {
     const state = this.#state
     if (!state?.idle || state.ticket !== this.#ticket || this.#queue.length) return
+    if (this.#ended && this.#painted && !this.first) this.#show()
     if (this.#ended && !this.complete && !this.#failed) {
       if (this.received === this.total) {
         this.complete = true

@@ -23,7 +23,9 @@ export interface GlbModel {
   }[]
   /** Triangles on no chart. */
   plain: { positions: Float32Array; normals: Float32Array; indices: Uint16Array | Uint32Array } | null
-  /** Their colour, 0 to 1, sRGB. */
+  /** Length of the model's unit; it is taken as a metre if it is not known. */
+  metres?: number | null
+  /** The colour of triangles on no chart, 0 to 1, sRGB. */
   mean: [number, number, number]
   roles: string[]
   alpha: 'opaque' | 'mask' | 'blend'

@@ -10,12 +10,12 @@ import { ROLES, TARGETS } from './uph/roles.js'
  *
  * `model` has `name`; `charts`, each with its `size` {height, width}, its `geometry` {positions, normals, tangents, parameters, indices}
  * and its `textures` by target (color, normal, surface, emission; as `uph-worker.js` paints them, with a gutter of one texel:
- * {height, width, data}); `plain`, the triangles on no chart, or null, and their colour `mean`; `roles`, and `alpha`: 'opaque', 'mask'
+ * {height, width, data}); `plain`, the triangles on no chart, or null, and their colour `mean`; `metres`, the length of its unit, or null; `roles`, and `alpha`: 'opaque', 'mask'
  * or 'blend'. What is read of it is read before the first wait.
  */
 export async function writeGlb(model) {
-  const { name, charts, plain, alpha } = model
-  const writer = new GlbWriter(name)
+  const { name, charts, plain, metres, alpha } = model
+  const writer = new GlbWriter(name, metres ?? 1)
   const drawn = packCharts(charts.map(({ size }) => size)).map((page) => ({
     page,
     mesh: joined(page, charts),

@@ -34,7 +34,7 @@ export interface UphModelEvents extends Object3DEventMap {
 /** Loads `.uph` streams like three.js' loaders; the model refines further while bytes arrive. */
 export class UphLoader extends Loader<UphModel> {
   constructor(manager?: LoadingManager)
-  /** Largest side of a texture in texels; larger charts are halved. 4096 by default. */
+  /** Largest side of a texture in texels; charts that are larger get fewer texels. 4096 by default. */
   maxTextureSize: number
   /** Texels of all charts together, 2^26 by default; models with more are shown at half the size, or a quarter. */
   maxTexels: number
@@ -68,7 +68,7 @@ export class UphModel extends Group<UphModelEvents> {
   readonly complete: boolean
   /** Whether there is a textured picture. */
   readonly first: boolean
-  /** State of the picture on screen: bytes used, shares (0 to 1) of significant coefficients and of placements. */
+  /** State of the picture on screen: bytes used, shares (0 to 1) of significant coefficients and of placements; 1 when all has come. */
   readonly shown: { bytes: number; coefficients: number; placements: number }
   /** Maps of which some data is known: 'albedo', 'normal' … */
   readonly roles: string[]

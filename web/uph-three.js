@@ -12,7 +12,7 @@ let spareWorker = null // waits for a stream
 
 /** Loads `.uph` streams like three.js' loaders; the model refines further while bytes arrive. */
 export class UphLoader extends Loader {
-  /** Texture side that every graphics card supports; larger charts are halved. */
+  /** Texture side that every graphics card supports; charts that are larger get fewer texels. */
   maxTextureSize = DEFAULTS.maxTextureSize
   /** Texels of all charts together; models with more are shown at half the size, or a quarter… */
   maxTexels = DEFAULTS.maxTexels

@@ -20,8 +20,8 @@
 //      join {port}                        another stream: the same messages through a port of its own
 //      close {}                           the stream is no longer wanted
 //      Any may have a `ticket`: states contain the last one that was handled.
-// Out: surface {bounds, sphere, plain, exemplar}
-//                                         spheres around the charts, and around all of them; triangles on no chart; height and width of the exemplar; once
+// Out: surface {bounds, sphere, plain, metres, exemplar}
+//                                         spheres around the charts, and around all of them; triangles on no chart; length of the unit, or null; height and width of the exemplar; once
 //      meshes {pieces, counts}            geometry of the charts that changed
 //      textures {entries, state}          changed textures, and the state that they show. An entry has a target (color, normal …)
 //                                         and is `data` for a chart; or the gutter only, `gutter`.

@@ -6,7 +6,7 @@ export interface ViewerModel extends EventTarget {
   readonly complete: boolean
   /** Whether there is a textured picture. */
   readonly first: boolean
-  /** State of the picture on screen: bytes used, shares (0 to 1) of significant coefficients and of placements. */
+  /** State of the picture on screen: bytes used, shares (0 to 1) of significant coefficients and of placements; 1 when all has come. */
   readonly shown: { bytes: number; coefficients: number; placements: number }
   /** Maps of which some data is known: 'albedo', 'normal' … */
   readonly roles: string[]

@@ -55,7 +55,7 @@ export class UpholsterViewer extends HTMLElement {
 
   constructor() {
     super()
-    const root = this.attachShadow({ mode: 'open' })
+    const root = this.attachShadow({ mode: 'open', delegatesFocus: true })
     root.adoptedStyleSheets = [style()]
     this.#ui = new ViewerUI(root, {
       act: (name) => this.#act(name),

@@ -1,5 +1,7 @@
 """Several output files written as one: all of them appear, or none does; and never over an input."""
 
+import errno
+import io
 import os
 import re
 import secrets
@@ -7,10 +9,11 @@ import time
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import Any, BinaryIO, cast
 
 from upholster.errors import InputError
 
-__all__ = ["Outputs", "outputs", "path_inside", "path_text", "read_bytes"]
+__all__ = ["Outputs", "outputs", "path_inside", "path_text", "read_bytes", "write_bytes", "writing"]
 
 MAX_BYTES = 1 << 30
 
@@ -20,6 +23,9 @@ _TEMPORARY = re.compile(r"\.upholster-(\d+)-[0-9a-f]{8}(\.[^/]*)?")
 _ABANDONED = 3600.0
 """Seconds without a change after which the temporary file of a dead process may be removed: on a shared disk
 the process may run on another machine."""
+
+_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+"""Errors of a file for which there is no room."""
 
 _Identity = tuple[int, int]
 """Device and inode: equal for all names of one file."""
@@ -96,6 +102,72 @@ def path_inside(folders: Sequence[str | os.PathLike[str]], name: str | os.PathLi
         listed = " or ".join(repr(os.fspath(folder)) for folder in folders)
         raise InputError(f"it refers to {os.fspath(name)[:80]!r}; allowed: files in the folder {listed}")
     return place
+
+
+@contextmanager
+def writing(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
+    """Open a file to be written. If there is no room for it, the error gives the bytes that it takes.
+
+    Raises
+    ------
+    InputError
+        At the end of the body, if there is no room: so that all that it writes is counted.
+    """
+    file = _Counting(path)
+    with io.BufferedWriter(file) as buffered:
+        yield cast(BinaryIO, buffered)
+    if file.error is not None:
+        raise InputError(
+            f"{os.fspath(path)!r} cannot be written: {file.error.strerror}; it takes {file.size:,} bytes"
+        )
+
+
+def write_bytes(path: str | os.PathLike[str], data: bytes) -> None:
+    """Write a file; errors as for `writing`."""
+    with writing(path) as file:
+        file.write(data)
+
+
+class _Counting(io.RawIOBase):
+    """A file that goes on without writing when there is no room: `size` is what it takes, `error` why."""
+
+    def __init__(self, path: str | os.PathLike[str]) -> None:
+        self._file = open(path, "wb", buffering=0)  # noqa: SIM115  # closed by `close`
+        self._at = self.size = 0
+        self.error: OSError | None = None
+
+    def writable(self) -> bool:
+        return True
+
+    def seekable(self) -> bool:
+        return True
+
+    def write(self, data: Any, /) -> int:
+        view = memoryview(data).cast("B")
+        left = view
+        while len(left) and self.error is None:
+            try:
+                left = left[self._file.write(left) :]
+            except OSError as error:
+                if error.errno not in _FULL:
+                    raise
+                self.error = error
+        self._at += len(view)
+        self.size = max(self.size, self._at)
+        return len(view)
+
+    def seek(self, offset: int, whence: int = os.SEEK_SET) -> int:
+        self._at = offset + (0, self._at, self.size)[whence]
+        if self.error is None:
+            self._file.seek(self._at)
+        return self._at
+
+    def tell(self) -> int:
+        return self._at
+
+    def close(self) -> None:
+        super().close()
+        self._file.close()
 
 
 class Outputs:
@@ -257,8 +329,11 @@ def outputs(
 
 def _flush(file: Path) -> None:
     """Wait until a file's bytes are on the disk: a name must never lead to a file that is not there yet."""
-    with file.open("rb+") as opened:
-        os.fsync(opened.fileno())
+    try:
+        with file.open("rb+") as opened:
+            os.fsync(opened.fileno())
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, os.fspath(file)) from None
 
 
 def _sweep(folder: Path) -> None:
@@ -297,13 +372,13 @@ def _identity(path: str | os.PathLike[str]) -> _Identity | None:
 
 def _check_writable(name: str, place: Path, probe: Path) -> None:
     """Raise unless a file can be made at `place`. Permissions do not prove that: `probe` is made there."""
-    if not place.parent.is_dir():
-        raise InputError(f"output {name!r} cannot be written: its directory does not exist")
-    if name.endswith(("/", os.sep)) or place.is_dir():
-        raise InputError(f"output {name!r} is a directory; allowed: a file")
-    if place.exists() and not place.is_file():
-        raise InputError(f"output {name!r} is not a regular file; allowed: a new or a regular file")
     try:
+        if not place.parent.is_dir():
+            raise InputError(f"output {name!r} cannot be written: its directory does not exist")
+        if name.endswith(("/", os.sep)) or place.is_dir():
+            raise InputError(f"output {name!r} is a directory; allowed: a file")
+        if place.exists() and not place.is_file():
+            raise InputError(f"output {name!r} is not a regular file; allowed: a new or a regular file")
         probe.open("xb").close()
         probe.unlink()
     except OSError as error:

@@ -14,6 +14,7 @@ __all__ = [
     "CAD_SUFFIXES",
     "INPUTS",
     "LDR_PICTURES",
+    "MESH_SUFFIXES",
     "MODEL_SUFFIXES",
     "OUTPUTS",
     "PICTURES",
@@ -68,6 +69,7 @@ INPUTS = (
     InputKind("PLY", (".ply",)),
     InputKind("STL", (".stl",)),
     InputKind("OFF", (".off",)),
+    InputKind("3MF", (".3mf",)),
     InputKind("STEP", (".step", ".stp"), "cad"),
     InputKind("IGES", (".iges", ".igs"), "cad"),
     InputKind("BREP", (".brep", ".brp"), "cad"),
@@ -82,6 +84,7 @@ def _input_suffixes(*holds: str) -> tuple[str, ...]:
     return tuple(suffix for kind in INPUTS if kind.holds in holds for suffix in kind.suffixes)
 
 
+MESH_SUFFIXES = _input_suffixes("mesh")
 MODEL_SUFFIXES = _input_suffixes("mesh", "cad")
 CAD_SUFFIXES = _input_suffixes("cad")
 SURFACE_SUFFIXES = _input_suffixes("patches")

@@ -4,7 +4,7 @@ Numba's own cache keeps an index per function. Processes that compile at the sam
 in it, and it does not notice when a function changes that a kernel calls. Here a file's name identifies its
 content: the kernel, a digest of all its sources, and a digest of its signature and machine. So a folder may
 serve several versions and copies of the program. A file begins with a checksum: a damaged file is deleted,
-and its kernel compiled again.
+and its kernel compiled again. Folders and files of strangers are not used: see `_Files.is_trusted`.
 """
 
 import hashlib
@@ -29,10 +29,13 @@ from numba.core.runtime import rtsys
 from numba.core.serialize import dumps
 
 from upholster._version import __version__
+from upholster.ownership import belongs
 
 __all__ = ["KernelCache", "kernel_name"]
 
 _ROOT = Path(__file__).parent
+
+_ADMINISTRATOR = 0
 
 _KEPT = 8
 """Number of versions of a kernel that a folder keeps: the most recently used ones."""
@@ -58,13 +61,15 @@ class KernelCache(FunctionCache):  # type: ignore[misc]  # numba is untyped
         locator = self._impl.locator
         if config.CACHE_DIR:  # a folder named by the user holds all kernels, wherever the sources are
             locator._cache_path = config.CACHE_DIR
-        self._cache_file = _Files(
-            Path(locator.get_cache_path()), kernel_name(function), Path(locator._py_file)
-        )
+        folder = Path(locator.get_cache_path())
+        self._cache_file = _Files(folder, kernel_name(function), Path(locator._py_file))
+        if not self._cache_file.is_trusted(folder):
+            _report_stranger(folder)
+            raise RuntimeError("the folder belongs to another user")
 
     @classmethod
     def attach(cls, dispatcher: Dispatcher) -> None:
-        """Give a kernel its cache, unless no folder is writable."""
+        """Give a kernel its cache, unless no folder is writable, or it is another user's."""
         with suppress(RuntimeError):
             vars(dispatcher)["_cache"] = cls(dispatcher.py_func)
 
@@ -100,10 +105,23 @@ class _Files:
         self._folder, self._kernel, self._source = folder, kernel, source
 
     def has(self, key: Any) -> bool:
-        return self._path(key).exists()
+        path = self._path(key)
+        return path.exists() and self.is_trusted(path)
+
+    def is_trusted(self, path: Path) -> bool:
+        """Whether a path belongs to this user, the administrator, or the owner of the program's sources.
+
+        Other users could have it run anything; these can anyway. A path that does not exist is no danger.
+        """
+        try:
+            return belongs(path, _ADMINISTRATOR, self._source.stat().st_uid)
+        except OSError:
+            return not path.exists()
 
     def load(self, key: Any) -> Any:
         path = self._path(key)
+        if not self.is_trusted(path):
+            return None
         try:
             written = path.read_bytes()
         except OSError:
@@ -157,6 +175,16 @@ class _Files:
         # Whether bounds checks are compiled in: Numba's own key leaves that out.
         machine = (__version__, numba.__version__, sys.version, str(config.BOUNDSCHECK), str(config.OPT))
         return _stamp(self._source, *machine)
+
+
+@lru_cache
+def _report_stranger(folder: Path) -> None:
+    warnings.warn(
+        f"compiled kernels in {folder} are not used: the folder belongs to another user. They are compiled "
+        "at each start, unless NUMBA_CACHE_DIR names your own",
+        RuntimeWarning,
+        2,
+    )
 
 
 @lru_cache

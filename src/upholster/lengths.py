@@ -52,7 +52,7 @@ class Length:
         if metres_per_unit is None:
             raise InputError(
                 f"{name} is {self.text!r}, and this model does not state the length of its unit; "
-                f"allowed: a number of model units, as {self.number:g}"
+                f"allowed: a number of model units, as {self.number:g}; or a model's file with --unit mm"
             )
         return self.number * METRES[self.unit] / metres_per_unit
 

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, fields
 
-from upholster.errors import check_whole
+from upholster.errors import FormatError, check_whole
 
 __all__ = ["Limits"]
 
@@ -18,7 +18,8 @@ class Limits:
     Attributes
     ----------
     texels
-        Texels of all charts together, 1 to 2^31: 2^28 by default, a square of 16384.
+        Texels of all charts together, 1 to 2^31: 2^28 by default, a square of 16384. Label maps may have as
+        many cells, or 65,536 if that is more.
     samples
         Height × width × channels, of all maps of the exemplar together: one per texel, at least 65,536, at
         most 12.8 million.
@@ -47,6 +48,27 @@ class Limits:
             else:
                 value = check_whole(f"limit of {name}", given, 1, _MOST[name])
             object.__setattr__(self, name, value)
+
+    def check(self, what: str, name: str, count: int) -> None:
+        """Raise FormatError if a file demands more than a limit; arguments as for `refusal`."""
+        if refused := self.refusal(what, name, count):
+            raise FormatError(refused)
+
+    def refusal(self, what: str, name: str, count: int) -> str:
+        """Return why a demand is refused, and the limit that would allow it; empty if it is allowed.
+
+        Parameters
+        ----------
+        what
+            What demands it, as "layout has".
+        name, count
+            The limit's name, and the number demanded.
+        """
+        most = self.of(name)
+        if count <= most:
+            return ""
+        cure = "" if count > _MOST[name] else f"; --limit {count * _TEXELS_EACH.get(name, 1)} allows it"
+        return f"{what} {count} {name}; allowed here: {most}{cure}"
 
     def of(self, name: str) -> int:
         """Return a limit by its name: never None, even if it was not given."""

@@ -12,7 +12,7 @@ import numpy as np
 from upholster import export
 from upholster.charts.layout import LONGEST
 from upholster.errors import InputError
-from upholster.files import Outputs
+from upholster.files import Outputs, write_bytes
 from upholster.formats import OUTPUTS, UDIM, OutputKind, kind_of, split_name, suffixes_of
 from upholster.geometry import MeshSurface
 from upholster.image import alpha_channel, from_linear, write_image
@@ -244,14 +244,14 @@ def _write_flat(model: TexturedModel, to: _Places) -> None:
 
 
 def _paged(model: TexturedModel) -> export.PagedMesh:
-    page, uv = model.atlas.page_coordinates(model.mesh)
-    return export.PagedMesh(model.mesh, uv, model.atlas.images(), page)
+    page, uv = model.atlas.page_coordinates(model.atlas_mesh)
+    return export.PagedMesh(model.atlas_mesh, uv, model.atlas.images(), page, model.metres)
 
 
 def _write_obj(model: TexturedModel, to: _Places) -> None:
     how: dict[str, Any] = {"stem": to.path.stem}
-    if isinstance(model.surface, MeshSurface):
-        mesh, file = model.surface.mesh, model.file
+    if isinstance(model.atlas_surface, MeshSurface):
+        mesh, file = model.atlas_surface.mesh, model.file
         materials = [""] * len(mesh.parts) if file is None else [each.material for each in file.parts]
         labels = [export.ObjPart(*each) for each in zip(mesh.parts, materials, strict=True)]
         how |= {"parts": labels, "part": mesh.part}
@@ -286,8 +286,10 @@ def _write_picture(model: TexturedModel, to: _Places) -> None:
             glb = Path(folder, "model.glb")
             _write_glb(glb, replace(model, options=replace(options, texture="png"), notes=[]))
             how: dict[str, Any] = {"size": options.size, "supersample": options.supersample}
-            how |= {"threads": model.threads, "progress": to.progress}
+            notes: list[str] = []
+            how |= {"threads": model.threads, "progress": to.progress, "notes": notes}
             (picture,) = redrawn(glb, [options.view], **how)
+            _note(model, notes)
     linear = to.path.suffix.lower() == ".exr"
     pixels = picture if linear else from_linear(picture, "uint8", dither=True)
     write_image(to.own[0], pixels, quality=options.quality)
@@ -299,7 +301,7 @@ def _write_glb(place: Path, model: TexturedModel) -> None:
     how: dict[str, Any] = {"texture": options.texture, "quality": options.quality}
     how["normal_scale"] = options.normal_scale
     if model.file is not None and model.file.gltf is not None:
-        covers = [_cover(part) for part in model.parts or (model,)]
+        covers = [_cover(_with_whole_triangles(part, model)) for part in model.parts or (model,)]
         _note(model, export.write_retextured_glb(place, model.file, covers, **how))
         return
     export.write_glb(
@@ -328,17 +330,34 @@ def _write_usdz(model: TexturedModel, to: _Places) -> None:
     with TemporaryDirectory(prefix="upholster-") as folder:
         glb = Path(folder, "model.glb")
         _write_glb(glb, model if own == model.options else replace(model, options=own))
-        is_gltf = model.file is not None and model.file.gltf is not None
-        metres = 1.0 if is_gltf else model.metres or 1.0
-        _note(model, export.write_usdz(to.own[0], glb.read_bytes(), metres=metres))
+        _note(model, export.write_usdz(to.own[0], glb.read_bytes()))
+
+
+def _with_whole_triangles(part: TexturedModel, model: TexturedModel) -> TexturedModel:
+    """Return a model whose atlas cuts no triangles: those of a glTF file stay as they are.
+
+    `part` is the model, or the part of it with one material.
+    """
+    cuts = part.layout.cuts
+    if cuts is None or not cuts.halved:
+        return part
+    _note(
+        model,
+        [
+            f"a triangle is larger than a page of {part.options.atlas_size} texels and stays whole in glTF: "
+            "pages there are as large as their charts need"
+        ],
+    )
+    return replace(part, options=replace(part.options, atlas_size=None), packed=None)
 
 
 def _cover(model: TexturedModel) -> export.Cover:
     """Return a model's texture on the triangles that it covers."""
-    assert isinstance(model.surface, MeshSurface)  # models are read from files as meshes
-    page, uv = model.atlas.page_coordinates(model.mesh)
-    covered = np.flatnonzero(model.surface.island >= 0)
-    corners = model.mesh.triangles[covered]
+    surface, mesh = model.atlas_surface, model.atlas_mesh
+    assert isinstance(surface, MeshSurface)  # models are read from files as meshes
+    page, uv = model.atlas.page_coordinates(mesh)
+    covered = np.flatnonzero(surface.island >= 0)
+    corners = mesh.triangles[covered]
     return export.Cover(
         uv[corners],
         model.atlas.images(),
@@ -369,7 +388,7 @@ _WRITERS: dict[str, Callable[[TexturedModel, _Places], object]] = {
     "obj": _write_obj,
     "ply": _write_ply,
     "npz": lambda model, to: export.write_npz(to.own[0], model.texels, maps=model.maps),
-    "stream": lambda model, to: to.own[0].write_bytes(model.stream),
+    "stream": lambda model, to: write_bytes(to.own[0], model.stream),
     "page": lambda model, to: export.write_html(
         to.own[0], model.stream, title=to.path.stem, poster=model.poster()
     ),

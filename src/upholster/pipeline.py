@@ -17,17 +17,18 @@ from upholster.charts.surface_to_cover import CoveredLike, as_covered
 from upholster.coverings.covering import Covering, check_streamed
 from upholster.coverings.joint_work import (
     counted,
-    notes_of,
     painted_model,
+    read_notes,
     roles_of,
     settled_values,
     synthesized,
+    work_notes,
 )
 from upholster.coverings.pins import Pinned
 from upholster.coverings.request import Request, check_not_swapped, read_materials, read_sample
 from upholster.coverings.request_reading import read_coverings
 from upholster.errors import InputError
-from upholster.files import Outputs, outputs, path_text
+from upholster.files import Outputs, outputs, path_text, write_bytes
 from upholster.geometry import Surface
 from upholster.image import Material
 from upholster.image.source import Sample, Source, as_exemplar, source_names, source_parts
@@ -90,7 +91,7 @@ def cover(
     on
         The surface: a text, see `upholster.surface_from_spec`, a file's path, or a `Surface`. With method
         "paper" a sphere consists of octants, unless its text says otherwise. Or a model's file (GLB, glTF,
-        OBJ, PLY, STL, OFF), its mesh, or ``sample:chair``, a model in the program.
+        OBJ, PLY, STL, OFF, 3MF), its mesh, or ``sample:chair``, a model in the program.
     targets
         Files to write, one or several, by suffix; none may be an input. ``atlas:`` before an image's path
         writes the atlas instead of a picture. With texels of width × height, images are the flat texture
@@ -156,9 +157,10 @@ def cover(
     with keeping(), outputs([*files_of(wanted), *([report] if report else [])], inputs=inputs) as files:
         run = _Run(wanted, options, files, seed, threads, workers, scheduler, progress, tell)
         coverings = _read(request, run)
+        notes = run.reported(read_notes(coverings))
         _check_read(coverings, run)
         layout = _prepare(coverings, run)
-        notes = run.reported(notes_of(coverings, in_memory=not are_tiles_alone(wanted, coverings)))
+        notes += run.reported(work_notes(coverings, in_memory=not are_tiles_alone(wanted, coverings)))
         textured, written, counts = _make(coverings, layout, run)
         notes += [] if textured is None else run.reported(notes_after(wanted, textured, run.seconds))
         model_file = coverings[0].covered.model
@@ -176,7 +178,7 @@ def cover(
             textured,
         )
         if report:
-            files.path(report).write_text(json.dumps(result.to_json(), indent=2) + "\n", encoding="utf-8")
+            write_bytes(files.path(report), (json.dumps(result.to_json(), indent=2) + "\n").encode())
     return result
 
 

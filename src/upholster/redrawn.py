@@ -13,10 +13,12 @@ from upholster.geometry.mesh_files import ModelFile, read_model
 from upholster.geometry.mesh_files.accessors import Accessors
 from upholster.geometry.mesh_files.gltf import Gltf, Json
 from upholster.geometry.mesh_files.gltf_nodes import stands
+from upholster.geometry.triangle_mesh import MAX_TRIANGLES
 from upholster.image import from_linear, to_linear
 from upholster.image.read import read_image_data
 from upholster.image.roles import MAP_ROLES
 from upholster.render import render
+from upholster.shown import number_of
 from upholster.types import FloatArray, PixelArray, Progress
 
 __all__ = ["SHEET", "ShownModel", "redrawn", "shown_model"]
@@ -32,6 +34,9 @@ _UP = np.array([[1.0, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
 
 _GREY = 200
 """Red, green and blue of a part whose file says nothing of its colour."""
+
+_MOST_TRIANGLES = MAX_TRIANGLES
+"""Greatest number of triangles in a picture, of all placements together."""
 
 _DATA = ("normal", "roughness", "metallic", "ao")
 """Roles of maps other than the colour."""
@@ -51,6 +56,8 @@ class ShownModel:
         (H, W, 4) uint8, sRGB-coded.
     maps
         The other maps, of the colour's height and width.
+    left
+        Number of placements that are left out: beyond four million triangles.
     """
 
     corners: FloatArray
@@ -58,6 +65,7 @@ class ShownModel:
     uv: FloatArray
     color: PixelArray
     maps: Mapping[str, PixelArray]
+    left: int = 0
 
 
 def redrawn(
@@ -68,6 +76,7 @@ def redrawn(
     supersample: int = 2,
     threads: int | None = None,
     progress: Progress | None = None,
+    notes: list[str] | None = None,
 ) -> list[NDArray[np.float32]]:
     """Draw a GLB or glTF file from several sides.
 
@@ -84,6 +93,8 @@ def redrawn(
         (width, height) of each picture in pixels.
     supersample, threads, progress
         As for `upholster.render.render`.
+    notes
+        A list that gets what a user should know.
 
     Returns
     -------
@@ -96,6 +107,9 @@ def redrawn(
         If the file is not glTF, or cannot be read.
     """
     model = shown_model(path)
+    if model.left and notes is not None:
+        lacking = number_of(model.left, "instance")
+        notes.append(f"the picture lacks {lacking}: with them it would have too many triangles")
     corners, normals = model.corners.reshape(-1, 3), model.normals.reshape(-1, 3)
     height, width = model.color.shape[:2]
     return [
@@ -134,8 +148,9 @@ def shown_model(path: str | os.PathLike[str]) -> ShownModel:
         mine = model.mesh.part == number
         primitive = model.gltf.item("meshes", part.mesh)["primitives"][part.primitive]
         uv[mine] = images.placed(primitive.get("material"), uv[mine])
-    placed = _everywhere(model, uv)
-    return ShownModel(*placed, images.stacked("color", (255, 255, 255, 255)), images.maps())
+    corners, normals, uv, left = _everywhere(model, uv)
+    color = images.stacked("color", (255, 255, 255, 255))
+    return ShownModel(corners, normals, uv, color, images.maps(), left)
 
 
 def part_colors(model: ModelFile) -> NDArray[np.uint8]:
@@ -155,23 +170,31 @@ def part_colors(model: ModelFile) -> NDArray[np.uint8]:
     return out
 
 
-def _everywhere(model: ModelFile, uv: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return corners, their normals and places in the images, (N, 3, …), of all parts at all their places."""
+def _everywhere(model: ModelFile, uv: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, int]:
+    """Return corners, their normals and places in the images, (N, 3, …), of all parts at all their places.
+
+    The last number is that of the placements that would exceed the limit of triangles.
+    """
     assert model.gltf is not None
     mesh = model.mesh
     corners = mesh.positions[mesh.triangles]
     flat = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normals = np.repeat(flat[:, None], 3, axis=1) if mesh.normals is None else mesh.normals
     found = [(corners, normals, uv)]
+    room, left = _MOST_TRIANGLES - len(corners), 0
     standing = {stand.mesh: stand for stand in stands(model.gltf, Accessors(model.gltf))}
     for number, part in enumerate(model.gltf_parts):
         mine, stand = mesh.part == number, standing[part.mesh]
-        for other in stand.others:
+        count = int(mine.sum())
+        fitting = stand.others[: max(0, room) // max(1, count)]
+        left += len(stand.others) - len(fitting)
+        room -= count * len(fitting)
+        for other in fitting:
             matrix = _UP @ other @ np.linalg.pinv(stand.matrix) @ _UP.T
             turn = np.linalg.pinv(matrix[:3, :3])
             found.append((corners[mine] @ matrix[:3, :3].T + matrix[:3, 3], normals[mine] @ turn, uv[mine]))
     joined = [np.concatenate(parts) for parts in zip(*found, strict=True)]
-    return joined[0], joined[1], joined[2]
+    return joined[0], joined[1], joined[2], left
 
 
 def _tangents(corners: FloatArray, uv: FloatArray) -> FloatArray:

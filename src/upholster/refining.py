@@ -56,7 +56,7 @@ class RefineReport(Shown):
     complete
         Whether all were used.
     placements, coefficients
-        Shares, 0 to 1, of placements that are known and of significant coefficients.
+        Shares, 0 to 1, of placements that are known, and of significant coefficients; of a complete stream 1.
     written
         Bytes of each file.
     model
@@ -199,8 +199,8 @@ def _density(texels: int | None, surface: AnySurface, decoder: StreamDecoder, mo
         low, high = math.ceil(steps * least**2), math.floor(steps * greatest**2)
         raise InputError(f"texels is {texels}; allowed of this stream: {low} to {high}")
     count = sum(chart.height * chart.width for chart in painted_charts(charts, density))
-    if count > most.texels:
-        raise InputError(f"charts would have {count} texels; allowed here: {most.texels}")
+    if refused := most.refusal("charts would have", "texels", count):
+        raise InputError(refused)
     return density
 
 
@@ -211,7 +211,7 @@ def _report(decoder: StreamDecoder, written: dict[str, int], model: TexturedMode
         decoder.total or decoder.received,
         decoder.complete,
         placed / total if total else float(decoder.plan_known),
-        known / count,
+        1.0 if decoder.complete else known / count,
         written,
         model,
     )

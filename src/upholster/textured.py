@@ -145,9 +145,25 @@ class TexturedModel(Shown):
         return tessellate(self.surface, self.texels.charts, self.seams, quads=self.options.quads)
 
     @cached_property
+    def atlas_mesh(self) -> Mesh:
+        """The mesh with places in the atlas: `mesh`, unless islands are cut there."""
+        cuts = self.layout.cuts
+        return self.mesh if cuts is None else mesh_on_charts(cuts.surface, cuts.charts)
+
+    @property
+    def atlas_surface(self) -> AnySurface:
+        """The surface of `atlas_mesh`."""
+        return self.surface if self.layout.cuts is None else self.layout.cuts.surface
+
+    @cached_property
     def atlas(self) -> Atlas:
         """All charts' texels in one image, with gutters, on as many pages as needed."""
-        return build_atlas(self.texels, self.seams, self.layout, threads=self.threads)
+        return self._atlas_of(self.texels)
+
+    def _atlas_of(self, texels: Texels) -> Atlas:
+        cuts = self.layout.cuts
+        shown = texels if cuts is None else cuts.texels(texels)
+        return build_atlas(shown, self.seams, self.layout, threads=self.threads)
 
     @cached_property
     def layout(self) -> AtlasLayout:
@@ -190,20 +206,20 @@ class TexturedModel(Shown):
         texels = self.maps[role]
         if role == "normal" and not isinstance(self.surface, MeshSurface):
             return build_normal_atlas(self.surface, texels, self.seams, self.layout, threads=self.threads)
-        return build_atlas(texels, self.seams, self.layout, threads=self.threads)
+        return self._atlas_of(texels)
 
     @cached_property
     def uv(self) -> FloatArray:
-        """Texture coordinates of the mesh's vertices in the complete atlas."""
-        return self.atlas.texture_coordinates(self.mesh)
+        """Texture coordinates of the vertices of `atlas_mesh` in the complete atlas."""
+        return self.atlas.texture_coordinates(self.atlas_mesh)
 
     @cached_property
     def tangents(self) -> FloatArray | None:
-        """Tangents of the mesh's vertices; None without a normal map, the only user of them."""
+        """Tangents of the vertices of `atlas_mesh`; None without a normal map, the only user of them."""
         if "normal" not in self.maps:
             return None
         if isinstance(self.surface, MeshSurface):
-            return charted_tangents(self.mesh)
+            return charted_tangents(self.atlas_mesh)
         return vertex_tangents(self.surface, self.texels.charts, self.mesh)
 
     @property
@@ -271,10 +287,10 @@ class TexturedModel(Shown):
             options = replace(self.options, padding=GUTTER, atlas_size=None, pot=False)
             return replace(self, options=options, packed=None).picture(progress=progress)
         return render(
-            self.mesh.positions,
-            self.mesh.normals,
+            self.atlas_mesh.positions,
+            self.atlas_mesh.normals,
             self.uv,
-            self.mesh.all_triangles(),
+            self.atlas_mesh.all_triangles(),
             self.atlas.pixels,
             maps={role: self.map_atlas(role).pixels for role in self.maps if role in SHOWN},
             tangents=self.tangents,

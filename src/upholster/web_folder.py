@@ -8,7 +8,7 @@ from pathlib import Path
 from urllib.parse import quote
 
 from upholster.errors import FormatError, InputError
-from upholster.files import outputs, path_text, read_bytes
+from upholster.files import outputs, path_text, read_bytes, write_bytes
 from upholster.stream.chunks import ChunkReader
 
 __all__ = ["write_web_folder"]
@@ -82,7 +82,7 @@ def write_web_folder(
         raise InputError(f"folder {os.fspath(place)!r} cannot be made: {error.strerror}") from None
     with outputs([place / name for name in files], inputs=streams) as written:
         for name, data in files.items():
-            written.path(place / name).write_bytes(data)
+            write_bytes(written.path(place / name), data)
     return list(files)
 
 

@@ -178,6 +178,35 @@ def test_odd_meshes_get_directions():
         np.testing.assert_allclose(np.linalg.norm(field.vectors, axis=1), [1] * 6 + [0], atol=1e-12)
 
 
+DEGENERATE = {
+    "two triangles on a line with the same edges": (
+        [(2, 0, 1), (1, 0, 1), (0, 0, 1), (2, 0, 0), (0, -1, 1)],
+        [(0, 2, 3), (0, 1, 2), (2, 0, 4), (2, 1, 0)],
+    ),
+    "two triangles back to back": ([(0, 1, 1), (0, 0, 1), (1, 0, 0)], [(0, 1, 2), (0, 2, 1)]),
+    "one of four points, three of which coincide": (
+        [(2, 0, 0), (2, 1, 0), (1, 2, 0), (2, 0, 0), (2, 0, 0)],
+        [(4, 0, 2), (4, 3, 0), (3, 1, 2)],
+    ),
+    "one triangle": ([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)]),
+    "one without area": ([(0, 0, 0), (1, 0, 0), (2, 0, 0)], [(0, 1, 2)]),
+    "points": (
+        [(1, 0, 0), (1, 0, 0), (1, 0, 0), (2, 0, 0), (0, 1, 0)],
+        [(0, 1, 2), (2, 1, 0), (0, 3, 4)],
+    ),
+}
+
+
+@pytest.mark.parametrize("name", DEGENERATE)
+@pytest.mark.filterwarnings("error")
+def test_flat_faces_without_a_border_or_an_area_get_directions(name):
+    points, triangles = DEGENERATE[name]
+    mesh = TriangleMesh(np.array(points, float), np.array(triangles))
+    for direction in ("level", "smooth", "edges", "curvature"):
+        field = direction_field(mesh, direction)
+        np.testing.assert_allclose(np.linalg.norm(field.corner_vectors, axis=2), 1, atol=1e-6)
+
+
 @pytest.mark.parametrize(
     ("mesh", "euler"), [(sphere(8), 2), (torus(10, 20), 0), (two_rings(), -2), (box(), 2)]
 )

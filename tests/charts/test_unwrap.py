@@ -194,6 +194,17 @@ def test_one_triangle_and_none() -> None:
         unwrap(TriangleMesh(corner, [[0, 1, 1]]))
 
 
+@pytest.mark.parametrize("apart", [0.0, 1e-200])
+def test_triangles_that_are_points_are_left_out(apart: float) -> None:
+    corners = np.array([(2, 0, 0), (2, 1, 0), (1, 2, 0), (2, apart, 0), (2, 0, apart)])
+    surface, report = unwrap(TriangleMesh(corners, [[4, 0, 2], [4, 3, 0], [3, 1, 2]]))
+    assert surface.island.tolist() == [0, -1, 1]
+    assert report.flat == 1
+    assert np.isfinite(surface.parameters).all()
+    with pytest.raises(InputError, match="no triangle has an area"):
+        unwrap(TriangleMesh(np.zeros((3, 3)), [[0, 1, 2]]))
+
+
 def test_only_what_is_chosen_is_laid_out() -> None:
     mesh = torus()
     chosen = np.arange(len(mesh.triangles)) % 96 < 30

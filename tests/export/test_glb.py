@@ -11,6 +11,7 @@ from upholster._version import __version__
 from upholster.errors import InputError
 from upholster.export import PagedMesh, TextureFormat, write_glb
 from upholster.geometry import plane
+from upholster.geometry.mesh_files import read_model
 from upholster.image import from_linear, read_exemplar
 from upholster.model import tessellate
 
@@ -164,3 +165,13 @@ def test_pages_that_do_not_fit_are_refused(tmp_path: Path, page: Any, maps: Any,
     with pytest.raises(InputError, match=said):
         write_glb(tmp_path / "x.glb", paged, maps=maps)
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(("metres", "scale"), [(None, None), (1.0, None), (0.001, [0.001] * 3)])
+def test_a_known_unit_becomes_metres(tmp_path: Path, metres: float | None, scale: list[float] | None) -> None:
+    model = make_model()
+    write_glb(tmp_path / "x.glb", PagedMesh(model.mesh, model.uv, model.pixels, metres=metres))
+    assert Glb(tmp_path / "x.glb").json["nodes"][0].get("scale") == scale
+    found = read_model(tmp_path / "x.glb").mesh
+    size = (model.mesh.positions.max(axis=0) - model.mesh.positions.min(axis=0)) * (metres or 1.0)
+    np.testing.assert_allclose(found.box[1] - found.box[0], size, rtol=1e-5)

@@ -28,8 +28,8 @@ __all__ = ["CASES", "costly", "image_header", "rebuilt"]
 PLANE = bytes([4])
 BY_PATCH, ONE_FACE, SAME, SQUARE = 1, 2, 4, 8
 MOST_SIDE = 16384
-SQUARE_SIDE = 2048
-"""A chart as large as the fuzzer's limit of texels allows."""
+SQUARE_SIDE = 2046
+"""A chart with as many cells of a step as the fuzzer's limit of texels allows."""
 
 MOST_PARTS = 1300
 

@@ -13,13 +13,14 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
+from benchmarks.nets import write_nets
 from gltf_models import Glb
 
 from upholster.codec import decode, encode
 from upholster.export.bare import write_bare_obj, write_bare_ply
+from upholster.export.three_mf import write_3mf
 from upholster.geometry import read_surface, surface_from_spec
 from upholster.geometry.mesh_files import read_model
-from upholster.geometry.surface_files import write_nets
 from upholster.image import encode_image, read_exemplar, read_material
 from upholster.limits import Limits
 from upholster.occt.process import read_cad
@@ -68,6 +69,8 @@ def written(suffix: str, folder: Path, method: int = zipfile.ZIP_DEFLATED) -> by
         facets = np.zeros(len(_TRIANGLES), [("normal", "<3f4"), ("corners", "<(3,3)f4"), ("rest", "<u2")])
         facets["corners"] = _POINTS[_TRIANGLES]
         return bytes(80) + len(facets).to_bytes(4, "little") + facets.tobytes()
+    elif suffix == "3mf":
+        write_3mf(path, _POINTS, _TRIANGLES)
     elif suffix == "off":
         lines = [f"{x} {y} {z}" for x, y, z in _POINTS] + [f"3 {a} {b} {c}" for a, b, c in _TRIANGLES]
         path.write_text(f"OFF\n{len(_POINTS)} {len(_TRIANGLES)} 0\n" + "\n".join(lines) + "\n")
@@ -141,7 +144,7 @@ def installed(suffix: str) -> bool:
 
 SOURCES = tuple(
     suffix
-    for suffix in (*IMAGES, "ezw", "zip", "json", "bpt", "glb", "obj", "ply", "stl", "off", *CAD)
+    for suffix in (*IMAGES, "ezw", "zip", "json", "bpt", "glb", "obj", "ply", "stl", "off", "3mf", *CAD)
     if installed(suffix)
 )
 

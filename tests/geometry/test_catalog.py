@@ -5,9 +5,10 @@ import re
 from pathlib import Path
 
 import pytest
+from benchmarks.nets import write_nets
 
 from upholster.errors import InputError
-from upholster.geometry import SURFACES, plane, surface_from_spec, write_nets
+from upholster.geometry import SURFACES, plane, surface_from_spec
 
 
 @pytest.mark.parametrize("name", SURFACES)

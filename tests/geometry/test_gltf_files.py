@@ -16,6 +16,7 @@ from upholster.errors import FormatError, InputError
 from upholster.export import Cover, write_retextured_glb
 from upholster.geometry import TriangleMesh
 from upholster.geometry.mesh_files import read_model
+from upholster.redrawn import shown_model
 
 
 def is_closed_cube(mesh: TriangleMesh, edge: float = 1.0) -> None:
@@ -204,6 +205,59 @@ def test_instances_are_read_once_and_sizes_reported(tmp_path: Path) -> None:
     np.testing.assert_allclose(model.mesh.box, [(3, -3, 0), (6, 0, 3)])
     assert model.parts[0].instances == 2
     assert "0.333" in model.notes[0]
+
+
+def instanced(glb: Glb, **attributes: Any) -> dict[str, Any]:
+    given = {name: glb.accessor(np.array(rows, np.float32)) for name, rows in attributes.items()}
+    return {"EXT_mesh_gpu_instancing": {"attributes": given}}
+
+
+def test_instances_of_a_node_are_where_the_extension_puts_them(tmp_path: Path) -> None:
+    glb = Glb(extensionsUsed=["EXT_mesh_gpu_instancing"], extensionsRequired=["EXT_mesh_gpu_instancing"])
+    places = instanced(
+        glb,
+        TRANSLATION=[(10, 0, 0), (0, 0, 4), (0, 0, 8)],
+        ROTATION=[(0, 0, 0, 1), (0, 0, 0.5**0.5, 0.5**0.5), (0, 0, 0, 1)],
+        SCALE=[(1, 1, 1), (1, 1, 1), (3, 3, 3)],
+    )
+    box = glb.mesh("box", glb.box())
+    glb.node(name="grass", mesh=box, scale=[2, 2, 2], extensions=places)
+    glb.node(name="stone", mesh=box, translation=[0, 0, 40])
+    path = glb.write(tmp_path / "meadow.glb")
+    model = read_model(path)
+    assert model.parts[0].instances == 4
+    np.testing.assert_allclose(model.mesh.box, [(20, -2, 0), (22, 0, 2)])
+    assert any("4 times at different sizes (0.5 to 3 times the first)" in note for note in model.notes)
+    shown = shown_model(path).corners.reshape(4, -1, 3)
+    lowest = [(20, -2, 0), (-2, -10, 0), (0, -22, 0), (0, -41, 0)]
+    np.testing.assert_allclose(shown.min(axis=1), lowest, atol=1e-6)
+    np.testing.assert_allclose(shown.max(axis=1) - shown.min(axis=1), [[s] * 3 for s in (2, 2, 6, 1)])
+
+
+def test_odd_instances_are_refused_in_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    glb = Glb()
+    places = instanced(glb, TRANSLATION=[(0, 0, 0)] * 2, SCALE=[(1, 1, 1)] * 3)
+    glb.node(mesh=glb.mesh("box", glb.box()), extensions=places)
+    with pytest.raises(FormatError, match="instances of node 0 have 2 and 3 values"):
+        read_model(glb.write(tmp_path / "x.glb"))
+    many = Glb()
+    zeros = many.add("accessors", {"componentType": 5126, "count": 4, "type": "VEC3"})
+    attributes = {"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": zeros}}}
+    box = many.mesh("box", many.box())
+    for _ in range(3):
+        many.node(mesh=box, extensions=attributes)
+    monkeypatch.setattr("upholster.geometry.mesh_files.gltf_nodes._MOST_INSTANCES", 10)
+    with pytest.raises(InputError, match="more than 10 instances"):
+        read_model(many.write(tmp_path / "x.glb"))
+
+
+def test_a_picture_shows_as_many_instances_as_it_can(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    glb = Glb()
+    places = instanced(glb, TRANSLATION=[(n, 0, 0) for n in range(9)])
+    glb.node(mesh=glb.mesh("box", glb.box()), extensions=places)
+    monkeypatch.setattr("upholster.redrawn._MOST_TRIANGLES", 50)
+    shown = shown_model(glb.write(tmp_path / "x.glb"))
+    assert (len(shown.corners), shown.left) == (48, 5)
 
 
 def test_a_skin_stands_as_its_joints_pose_it(tmp_path: Path) -> None:

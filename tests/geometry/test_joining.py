@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from benchmarks.nets import write_nets
 
 from upholster.errors import FormatError, InputError
 from upholster.geometry import (
@@ -14,7 +15,6 @@ from upholster.geometry import (
     ring_cyclide,
     surface_from_spec,
     vase,
-    write_nets,
 )
 
 

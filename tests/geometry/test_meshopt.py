@@ -1,6 +1,9 @@
 """Meshopt's codecs, against plain encoders made from the specification alone."""
 
+import base64
+import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -8,6 +11,7 @@ from gltf_models import BOX, BOX_TRIANGLES, Glb
 from numpy.typing import NDArray
 
 from upholster.errors import FormatError, InputError
+from upholster.export import Cover, write_retextured_glb
 from upholster.geometry.mesh_files import read_model
 from upholster.geometry.mesh_files._meshopt_kernels import decode_attributes, decode_indices, decode_triangles
 from upholster.geometry.mesh_files.meshopt import _filtered
@@ -343,3 +347,18 @@ def test_wrong_descriptions_are_refused(tmp_path: Path, change: dict, said: str)
     glb.json["bufferViews"][0]["extensions"]["EXT_meshopt_compression"] |= change
     with pytest.raises((InputError, FormatError), match=said):
         read_model(glb.write(tmp_path / "box.glb"))
+
+
+@pytest.mark.parametrize("placeholder", [{}, {"extensions": {"EXT_meshopt_compression": {"fallback": True}}}])
+def test_a_placeholder_without_bytes_is_kept_in_a_glb(tmp_path: Path, placeholder: dict[str, Any]) -> None:
+    glb = compressed_box()
+    data = base64.b64encode(glb.binary).decode()
+    held = {"byteLength": len(glb.binary), "uri": f"data:application/octet-stream;base64,{data}"}
+    glb.json["buffers"] = [held, {"byteLength": 168, **placeholder}]
+    (tmp_path / "box.gltf").write_text(json.dumps(glb.json))
+    model = read_model(tmp_path / "box.gltf")
+    cover = Cover(np.zeros((12, 3, 2)), np.zeros((4, 4, 3), np.uint8))
+    write_retextured_glb(tmp_path / "out.glb", model, [cover])
+    again = read_model(tmp_path / "out.glb")
+    assert again.parts[0].features == ("meshopt",)
+    np.testing.assert_array_equal(again.mesh.corners, model.mesh.corners)

@@ -9,6 +9,7 @@ import pytest
 from gltf_models import BOX, BOX_FACES, BOX_TRIANGLES
 from hypothesis import given
 from hypothesis import strategies as st
+from three_mf_packages import mesh, model, package
 
 from upholster.errors import FormatError, InputError
 from upholster.geometry import TriangleMesh
@@ -67,9 +68,14 @@ def ply(order: str = "<", word: str = "little") -> bytes:
     return head.encode() + body
 
 
+def three_mf() -> bytes:
+    return package(model(mesh(), 'objectid="1"'))
+
+
 WAYS: list[tuple[str, Callable[[], bytes]]] = [
     ("box.obj", obj),
     ("box.off", off),
+    ("box.3mf", three_mf),
     ("broken.off", off_broken),
     ("box.stl", stl),
     ("text.stl", stl_text),
@@ -168,7 +174,7 @@ def test_obj_has_parts_coordinates_and_normals(tmp_path: Path) -> None:
         ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1/1 2/1 3/1\n", "names vt 1; there are 0"),
         ("v 0 0 0\nv 1 0 0\nv 0 1 zero\nf 1 2 3\n", "not numbers: 'zero'"),
         ("v 0 0 0\nv 1 0 nan\nv 0 1 0\nf 1 2 3\n", "not all finite"),
-        ("v 0 0 0\nv 1 0\nv 0 1 0\nf 1 2 3\n", "a v line has 2 numbers"),
+        ("v 0 0 0\nv 1 0\nv 0 1 0\nf 1 2 3\n", "v has 2 numbers"),
         ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1.5 2 3\n", "not whole numbers"),
         ("v 0 0 1e30\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "beyond"),
         ("v 0 0 0\n" + "f" + " 1" * 5000 + "\n", "5000 corners"),
@@ -230,3 +236,46 @@ def test_polygons_without_area_or_that_cross_themselves_end(tmp_path: Path) -> N
         (cut,) = cut_polygons(points, np.arange(len(points))[None])
         assert cut.shape == (len(points) - 2, 3)
         TriangleMesh(points, cut)
+
+
+@pytest.mark.parametrize("encoding", ["utf-16", "utf-8-sig"])
+@pytest.mark.parametrize(
+    ("name", "data"), [("box.obj", obj), ("box.off", off), ("box.ply", ply_text), ("box.stl", stl_text)]
+)
+def test_text_may_have_a_mark_of_its_encoding(
+    tmp_path: Path, name: str, data: Callable[[], bytes], encoding: str
+) -> None:
+    (tmp_path / name).write_bytes(data().decode().encode(encoding))
+    assert len(read_model(tmp_path / name).mesh.triangles) == 12
+
+
+def test_a_binary_file_that_begins_like_text_is_binary(tmp_path: Path) -> None:
+    data = b"\xff\xfe\x00\xd8" + stl()[4:]
+    (tmp_path / "box.stl").write_bytes(data)
+    assert len(read_model(tmp_path / "box.stl").mesh.triangles) == 12
+
+
+THREE = "v 0 0 0\nv 1 0 0\nv 0 1 0\n"
+
+
+@pytest.mark.parametrize(
+    ("kind", "text", "said"),
+    [
+        ("obj", f"# v a\n\n{THREE}v 0 1,5 0\nf 1 2 3\n", "line 6: numbers of v are not numbers: '1,5'"),
+        ("obj", "v 0 0 0\nv 1 \\\n0 0\nv 0 inf 0\nf 1 2 3\n", "line 4: numbers of v are not all finite"),
+        ("obj", "v 0 0 0\nv 1 0\nv 0 1 0\nf 1 2 3\n", "line 2: v has 2 numbers"),
+        ("obj", f"{THREE}f 1 2\nf 1 2 3\nf 1 2 x\n", "line 6: corners of a face are not numbers: 'x'"),
+        ("obj", f"{THREE}f 1 2 3\nf 1 2 1.5\n", "line 5: corners of a face are not whole"),
+        ("obj", f"{THREE}f 1 2 3\nf 1 2 9\n", "line 5: a face names v 9; there are 3"),
+        ("obj", f"{THREE}f 1 2 3\nf 1 2 0\n", "line 5: a face names vertex 0"),
+        ("off", "OFF\n3 1 0\n\n0 0 0\n1 0 x\n0 1 0\n3 0 1 2\n", "line 5: vertices are not numbers: 'x'"),
+        ("off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 y\n", "face 0: its vertices are not numbers"),
+        ("off", "# c\nOFF\n3 z 0\n0 0 0\n", "line 3: the counts are not numbers: 'z'"),
+        ("stl", "solid\nfacet\nvertex 0 0 0\nvertex 1 0 q\nvertex 0 1 0\nendfacet\n", "line 4: coord"),
+        ("ply", ply_text().decode().replace("0.0 1.0", "0.0 w", 1), "line 11: its rows are not numbers: 'w'"),
+    ],
+)
+def test_errors_in_numbers_have_lines(tmp_path: Path, kind: str, text: str, said: str) -> None:
+    (tmp_path / f"a.{kind}").write_text(text)
+    with pytest.raises(FormatError, match=said):
+        read_model(tmp_path / f"a.{kind}")

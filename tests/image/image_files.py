@@ -36,7 +36,10 @@ FOUR_COLORS = ((200, 60, 40), (60, 160, 70), (50, 80, 190), (220, 200, 120))
 
 
 def write_raw(path: Path, pixels: Any, samples: str, names: tuple[str, ...] = (), **attributes: Any) -> None:
-    """Write through OpenImageIO as it comes; ``__`` in attribute names stands for a colon."""
+    """Write through OpenImageIO as it comes; ``__`` in attribute names stands for a colon.
+
+    An attribute may be a type and its value.
+    """
     spec = ImageSpec(pixels.shape[1], pixels.shape[0], pixels.shape[2], samples)
     if names:
         spec.channelnames = names
@@ -45,6 +48,8 @@ def write_raw(path: Path, pixels: Any, samples: str, names: tuple[str, ...] = ()
     for name, value in attributes.items():
         if isinstance(value, bytes):
             spec.attribute(name, TypeDesc(f"uint8[{len(value)}]"), np.frombuffer(value, np.uint8))
+        elif isinstance(value, tuple):
+            spec.attribute(name, *value)
         else:
             spec.attribute(name.replace("__", ":"), value)
     file = ImageOutput.create(str(path))

@@ -1,5 +1,6 @@
 """HEIC and AVIF: read where their libraries are, refused with what to install where they are not."""
 
+import struct
 import sys
 from io import BytesIO
 from pathlib import Path
@@ -13,6 +14,7 @@ from PIL import Image
 
 from upholster.errors import InputError
 from upholster.image import read_exemplar
+from upholster.image.heif import heif_kind
 
 
 def quarters(pixels: Any) -> Any:
@@ -81,3 +83,31 @@ def test_size_is_checked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, data: 
     monkeypatch.setattr("upholster.image.read.MAX_BYTES", 5000)
     with pytest.raises(InputError, match="64x48 pixels"):
         read_exemplar(path)
+
+
+@pytest.mark.parametrize("data", [FOUR_COLORS_HEIC, avif()], ids=["heic", "avif"])
+def test_what_is_too_large_for_the_library_is_not_called_damaged(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, data: bytes
+) -> None:
+    place = data.index(b"ispe") + 8
+    huge = data[:place] + struct.pack(">II", 17000, 17000) + data[place + 8 :]
+    path = written(tmp_path / "x.avif", huge)
+    with pytest.raises(InputError, match="is 17000x17000 pixels; allowed: 200,000,000"):
+        read_exemplar(path)
+    monkeypatch.setenv("UPHOLSTER_MAX_PIXELS", "400000000")
+    if heif_kind(data) == "AVIF":
+        with pytest.raises(InputError, match="17000x17000 pixels, too large for the library"):
+            read_exemplar(path)
+
+
+def test_colour_codes_are_applied(tmp_path: Path) -> None:
+    data = avif()
+    place = data.index(b"colrnclx") + 8
+    for codes, more in (((1, 13), 0), ((12, 13), 8)):  # sRGB, Display P3
+        coded = data[:place] + struct.pack(">HH", *codes) + data[place + 4 :]
+        red = quarters(read_exemplar(written(tmp_path / "x.avif", coded)))[0]
+        assert red[0] >= FOUR_COLORS[0][0] + more - 8 * (not more)
+    notes: list[str] = []
+    coded = data[:place] + struct.pack(">HH", 9, 16) + data[place + 4 :]
+    read_exemplar(written(tmp_path / "x.avif", coded), notes=notes)
+    assert "pq_rec2020 is not converted" in notes[0]

@@ -187,6 +187,47 @@ def test_colour_takes_the_opacity_map_as_alpha() -> None:
     assert albedo.flags.writeable  # the caller's own
 
 
+def with_alpha(seed: int) -> Any:
+    pixels = image(seed, 4)
+    pixels[..., 3] = 255
+    pixels[: len(pixels) // 2, :, 3] = 0
+    return pixels
+
+
+def test_colours_with_alpha_next_to_colours_are_the_opacity(tmp_path: Path) -> None:
+    both = with_alpha(1)
+    files = {"leaf-color": image(2), "leaf-diffuse-alpha": both}
+    material = read_material(folder(tmp_path, **files))
+    np.testing.assert_array_equal(material.maps["albedo"], files["leaf-color"])
+    np.testing.assert_array_equal(material.maps["opacity"], both[..., 3:])
+    assert any("has an alpha, which is read as the opacity" in note for note in material.notes)
+
+
+@pytest.mark.parametrize("name", ["leaf-diffuse-alpha", "leaf_BaseColorOpacity_2k"])
+def test_colours_with_alpha_alone_are_the_albedo(tmp_path: Path, name: str) -> None:
+    both = with_alpha(1)
+    material = read_material(folder(tmp_path, **{name: both, "leaf-roughness": image(2, 1)}))
+    np.testing.assert_array_equal(material.maps["albedo"], both)
+    assert "opacity" not in material.maps
+
+
+def test_a_grey_opacity_map_with_an_opaque_alpha_is_read_by_its_grey(tmp_path: Path) -> None:
+    grey = image(1, 1)
+    opaque = np.full_like(grey, 255)
+    files = {"leaf_color": image(2), "leaf_opacity": np.concatenate([grey, opaque], axis=2)}
+    material = read_material(folder(tmp_path, **files))
+    np.testing.assert_array_equal(material.maps["opacity"], grey)
+
+
+def test_large_maps_are_reduced_alike_with_a_note(tmp_path: Path) -> None:
+    size = (33, 4100)
+    files = {"wall_color": image(1, 3, size), "wall_roughness": image(2, 1, size)}
+    material = read_material(folder(tmp_path, **files))
+    assert material.shape == (33, 4096)
+    assert {pixels.shape[:2] for pixels in material.maps.values()} == {(33, 4096)}
+    assert "4100x33 pixels and was reduced to 4096x33" in material.notes[-1]
+
+
 def test_matching_sees_all_maps_by_their_weights() -> None:
     maps = {"albedo": image(0), "normal": image(1, dtype=np.uint16), "height": image(2, 1), "ao": image(3, 1)}
     material = Material(maps)

@@ -30,7 +30,7 @@ def refused(path: Path, **options: object) -> str:
 def read_or_refuse(path: Path) -> Any:
     """Return the pixels, None if they were refused in one line; any other exception passes through."""
     try:
-        return read_exemplar(path)
+        return read_exemplar(path, notes=[])
     except InputError as error:
         if "\n" in str(error):
             raise
@@ -199,10 +199,14 @@ def test_resize_keeps_the_ratio_or_says_so(tmp_path: Path) -> None:
 def test_sizes(tmp_path: Path) -> None:
     write_image(tmp_path / "x.png", np.zeros((32, 31, 3), np.uint8))
     assert "31x32 pixels; allowed: 32x32" in refused(tmp_path / "x.png")
-    write_image(tmp_path / "x.png", np.zeros((4100, 32, 1), np.uint8))
-    assert "32x4100 pixels" in (message := refused(tmp_path / "x.png"))
-    assert "--resize 4096" in message
-    assert read_exemplar(tmp_path / "x.png", crop=(0, 4, 32, 4096)).shape == (4096, 32, 1)
+    write_image(tmp_path / "x.png", np.zeros((4100, 33, 1), np.uint8))
+    notes: list[str] = []
+    assert read_exemplar(tmp_path / "x.png", notes=notes).shape == (4096, 33, 1)
+    (note,) = notes
+    assert "33x4100 pixels and was reduced to 33x4096" in note
+    with pytest.warns(UserWarning, match="was reduced to 33x4096"):
+        read_exemplar(tmp_path / "x.png")
+    assert read_exemplar(tmp_path / "x.png", crop=(0, 4, 32, 4096), notes=[]).shape == (4096, 32, 1)
 
 
 @pytest.mark.parametrize("size", [100_000, 20_000])

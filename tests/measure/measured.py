@@ -1,11 +1,12 @@
 """Textures and quilts that several tests share."""
 
 import numpy as np
+from warp_fields import quantised
 
 from upholster.quilt import Chart, Quilt
 from upholster.quilt.labels import LabelMap, label_shape, nearest_labels
 from upholster.quilt.placement import PLACEMENT
-from upholster.quilt.warp_field import WarpField, node_count
+from upholster.quilt.warp_field import node_count
 
 
 def grains(height=64, width=64, channels=3, seed=0):
@@ -60,7 +61,7 @@ def random_field(rng, height, width, scale, *, vary=0.1):
     matrices = np.empty((*shape, 2, 2))
     matrices[..., 0, 0], matrices[..., 0, 1] = sizes[0] * np.cos(angle), -sizes[1] * np.sin(angle + 0.05)
     matrices[..., 1, 0], matrices[..., 1, 1] = sizes[0] * np.sin(angle), sizes[1] * np.cos(angle + 0.05)
-    return WarpField.quantised(matrices)
+    return quantised(matrices)
 
 
 def warped(rng, scale, *, chart=(96, 80), block=16, exemplar=(128, 128)):

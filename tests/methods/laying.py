@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 from plain_laying import SYMMETRIES
+from warp_fields import quantised
 
 from upholster.charts.charted import ChartedSurface
 from upholster.charts.subdivision import subdivided
@@ -112,7 +113,7 @@ def folded(
         places[own] = steps
         height, width = np.ceil(steps.max(axis=(0, 1))).astype(int) + 8
         charts.append(Chart(n, int(height), int(width)))
-        fields.append(WarpField.quantised(np.tile(scale / density * turn / stretch, (2, 2, 1, 1))))
+        fields.append(quantised(np.tile(scale / density * turn / stretch, (2, 2, 1, 1))))
     charted = ChartedSurface(mesh, islands.astype(np.int32), places, tuple(charts), mesh.neighbours)
     return Folded(charted, plane, np.repeat(along[:, None], 3, axis=1), tuple(fields), scale)
 

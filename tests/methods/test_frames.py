@@ -8,6 +8,7 @@ import pytest
 from laying import Folded, cylinder, plane, texture
 from laying_kernels import lie, look, write
 from plain_laying import SYMMETRIES, barycentric
+from warp_fields import quantised
 
 from upholster.charts._step_kernels import StepGrid, locate_steps
 from upholster.methods.quilt._block_kernels import BLOCK_COLUMNS, FramePixels, LayNumbers
@@ -26,7 +27,7 @@ def bent(scale: float, by: float, degrees: float = 0.0) -> WarpField:
     i, j = np.mgrid[:6, :7]
     angle = np.radians(degrees) + by * (i - 1.5 * j)
     turn = np.stack([np.cos(angle), np.sin(angle), -np.sin(angle), np.cos(angle)], -1).reshape(6, 7, 2, 2)
-    return WarpField.quantised(scale * 2 ** (0.5 * by * (i + j))[..., None, None] * turn)
+    return quantised(scale * 2 ** (0.5 * by * (i + j))[..., None, None] * turn)
 
 
 def arrays_of(field: WarpField) -> FieldArrays:

@@ -296,3 +296,11 @@ def test_labels_of_a_photo_that_is_resampled_are_refused(folder: Path, reading: 
     sample = read_exemplar(folder / "sample.png")
     with pytest.raises(InputError, match="with rectify or resize, which would mix colours; allowed"):
         read_guidance(labels, sample, SampleOptions(**reading), None)
+
+
+def test_labels_that_would_be_reduced_are_refused(folder: Path, tmp_path: Path) -> None:
+    write_image(tmp_path / "labels.png", np.zeros((33, 4100, 3), np.uint8))
+    labels = SynthesisOptions(labels=(f"{tmp_path}/labels.png=height>0.5",))
+    sample = read_exemplar(folder / "sample.png")
+    with pytest.raises(InputError, match="more than 4096 pixels a side, and reducing them would mix colours"):
+        read_guidance(labels, sample, SampleOptions(), None)

@@ -18,7 +18,7 @@ from upholster.measure.cuts import cut_seam_ratio
 from upholster.methods import lay_plan, prepare, synthesize
 from upholster.methods.quilt import laying
 from upholster.methods.quilt.match_pyramid import SamplePart, match_pyramid
-from upholster.methods.quilt.method import synthesize_quilt
+from upholster.methods.quilt.method import laid_quilt, planned
 from upholster.methods.quilt.quilt_options import QuiltOptions
 from upholster.options import SynthesisOptions
 from upholster.parallel import Stop, cancelled_by
@@ -324,10 +324,10 @@ def test_what_is_all_in_bits_is_covered() -> None:
 def test_progress_counts_blocks() -> None:
     calls: list[tuple[str, int, int]] = []
     surface = plane(100, 100)
-    synthesize_quilt(
-        EXEMPLAR, surface.charted, surface.fields, surface.vectors, 1.0,
-        options=QuiltOptions(block=20), threads=2, progress=lambda *call: calls.append(call),
-    )  # fmt: skip
+    plan = planned(
+        EXEMPLAR, surface.charted, surface.fields, surface.vectors, 1.0, options=QuiltOptions(block=20)
+    )
+    laid_quilt(plan, 2, lambda *call: calls.append(call))
     assert {stage for stage, _, _ in calls} == {"blocks"}
     assert all(0 < done <= total for _, done, total in calls)
     assert any(done == total for _, done, total in calls)
@@ -343,11 +343,11 @@ def test_a_region_under_way_ends_when_work_is_cancelled(monkeypatch: pytest.Monk
 
     monkeypatch.setattr(laying, "lay_blocks", cancelled)
     surface = plane(100, 100)
+    plan = planned(
+        EXEMPLAR, surface.charted, surface.fields, surface.vectors, 1.0, options=QuiltOptions(block=20)
+    )
     with cancelled_by(stop), pytest.raises(CancelledError):
-        synthesize_quilt(
-            EXEMPLAR, surface.charted, surface.fields, surface.vectors, 1.0,
-            options=QuiltOptions(block=20), threads=1,
-        )  # fmt: skip
+        laid_quilt(plan, 1)
     assert shown == [False]
 
 

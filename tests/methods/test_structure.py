@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from upholster.methods.quilt.exemplar_structure import block_size, shifted_products
+from upholster.methods.quilt.exemplar_structure import block_size
 
 
 def noise(height, width, channels=3, seed=1):
@@ -23,18 +23,6 @@ def tiled(side, height, width, shift=0):
     rows, columns = np.arange(side)[:, None], np.arange(side)
     repeated = tile[rows % height, (columns - shift * (rows // height)) % width]
     return (repeated // 2 + noise(side, side, 1)[..., 0] // 8).astype(np.uint8)[..., None]
-
-
-@pytest.mark.parametrize(("height", "width", "reach"), [(9, 7, (4, 3)), (6, 11, (5, 10)), (5, 5, (0, 0))])
-def test_shifted_products_are_plain_sums(height, width, reach):
-    plane = noise(height, width, 1)[..., 0].astype(np.int64) - 128
-    found = shifted_products(plane, reach)
-    assert found.shape == (reach[0] + 1, 2 * reach[1] + 1)
-    for i in range(reach[0] + 1):
-        for j in range(-reach[1], reach[1] + 1):
-            here = plane[: height - i, max(0, -j) : width - max(0, j)]
-            there = plane[i:, max(0, j) : width + min(0, j)]
-            assert found[i, j + reach[1]] == pytest.approx((here * there).sum(), abs=1e-6)
 
 
 def test_a_block_grows_with_the_grain():

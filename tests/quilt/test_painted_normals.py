@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from plain_painting import plain_turned
+from warp_fields import quantised
 
 from upholster.errors import InputError
 from upholster.geometry import ring_cyclide, sphere
@@ -144,7 +145,7 @@ def covered_surface(surface, shape, rho):
         i, j = np.mgrid[: node_count(shape[0], 1), : node_count(shape[1], 1)]
         by_row, by_column, _, e1, e2 = frames(patch, FIELD_STEP * (i - 1), FIELD_STEP * (j - 1), shape)
         matrix = [[(e * step).sum(-1) for step in (by_row, by_column)] for e in (e2, e1)]
-        fields.append(WarpField.quantised(rho * np.moveaxis(np.array(matrix), (0, 1), (-2, -1))))
+        fields.append(quantised(rho * np.moveaxis(np.array(matrix), (0, 1), (-2, -1))))
         cells = label_shape(*shape, 16)
         block = np.zeros(cells[0] * cells[1], PLACEMENT)
         block["chart"] = k

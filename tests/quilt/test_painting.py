@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from plain_painting import plain_halved, plain_matrix, plain_paint
 from random_quilts import SHAPE, changed, exemplar_of, random_field, random_quilt
+from warp_fields import quantised
 
 from upholster.errors import InputError
 from upholster.quilt import Chart, Quilt, paint
@@ -281,7 +282,7 @@ def test_far_from_its_centre_a_placement_stands_still():
 def test_the_level_is_the_one_whose_pixels_come_nearest_to_texels():
     scales = 2.0 ** np.array([-3, 0, 0.4, 0.6, 1, 1.4, 1.6, 5, 6])
     placed = np.zeros(1, PLACEMENT)
-    fields = [WarpField.quantised(np.broadcast_to(s * np.eye(2), (2, 2, 2, 2))) for s in scales]
+    fields = [quantised(np.broadcast_to(s * np.eye(2), (2, 2, 2, 2))) for s in scales]
     centres = np.concatenate([centre_matrices(field, placed) for field in fields])
     assert levels_of(centres, 9).tolist() == [0, 0, 0, 1, 1, 1, 2, 5, 6]
     assert levels_of(centres, 2).tolist() == [0, 0, 0, 1, 1, 1, 2, 2, 2]

@@ -68,9 +68,13 @@ def test_limits_that_are_not_given_go_with_the_texels() -> None:
     [
         ("quilt", Limits(texels=65_535), "layout has 65536 texels; allowed here: 65535"),
         ("density_2", Limits(texels=19_267), "layout has 19268 texels; allowed here: 19267"),
-        ("quilt", Limits(charts=15), "layout has 16 charts; allowed here: 15"),
-        ("material", Limits(samples=8_959), "maps have 8960 samples; allowed here: 8959"),
-        ("mesh", Limits(triangles=319), "number of triangles is 320; allowed: 1 to 319"),
+        ("quilt", Limits(charts=15), "layout has 16 charts; allowed here: 15; --limit 4096 allows it"),
+        (
+            "material",
+            Limits(samples=8_959),
+            "maps have 8960 samples; allowed here: 8959; --limit 8960 allows it",
+        ),
+        ("mesh", Limits(triangles=319), "mesh has 320 triangles; allowed here: 319; --limit 2560 allows it"),
     ],
 )
 def test_a_caller_refuses_what_another_takes(name: str, limits: Limits, message: str) -> None:
@@ -78,6 +82,30 @@ def test_a_caller_refuses_what_another_takes(name: str, limits: Limits, message:
     read_stream(data, limits=Limits(texels=65_536, samples=13_824))
     with pytest.raises(FormatError, match=message):
         read_stream(data, limits=limits)
+
+
+@pytest.mark.parametrize("name", ["quilt", "density_2", "material", "mesh"])
+def test_a_refusal_names_the_limit_that_allows_it(name: str) -> None:
+    data, texels = (REFUSED.parent / f"{name}.uph").read_bytes(), [1]
+    decoder = None
+    while decoder is None:
+        try:
+            decoder = read_stream(data, limits=Limits(texels=texels[-1]))
+        except FormatError as error:
+            texels.append(int(str(error).rpartition("; --limit ")[2].removesuffix(" allows it")))
+    assert decoder.complete
+    assert 1 < len(texels) == len(set(texels))
+
+
+def test_cells_of_labels_count_like_texels() -> None:
+    # A chart of 256 × 256 steps, with cells of 1 step: 258 × 258 of them, and so small that none are coded.
+    data = bytes.fromhex(
+        "75706802382b530104a3bccd8f4c030f8002e1534597580f4000400003010600008000800080005b81"
+        "24515107010300000201029bb5975d"
+    )
+    read_stream(data, strict=False, limits=Limits(texels=66_564))
+    with pytest.raises(FormatError, match="label maps have 66564 cells; allowed here: 65536"):
+        read_stream(data, strict=False, limits=Limits(texels=65_536))
 
 
 def test_samples_of_images_are_limited() -> None:

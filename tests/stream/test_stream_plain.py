@@ -8,6 +8,7 @@ import plain_plan
 import pytest
 from plain_coder import PlainBytes
 from streams import anything, anything_bent, at_cells, bent, laid
+from warp_fields import quantised
 
 from upholster.errors import FormatError
 from upholster.quilt import Chart, Quilt
@@ -147,7 +148,7 @@ def test_any_nodes_are_refused_by_both_or_by_none() -> None:
 def smooth() -> tuple[WarpField, ...]:
     """Fields whose sizes go far."""
     steps = [[[[2.0**i, 0.1], [0, 2.0**-j]] for j in range(5)] for i in range(5)]
-    return (WarpField.quantised(np.array(steps)),) * 2
+    return (quantised(np.array(steps)),) * 2
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -13,11 +13,11 @@ from streams import CHARTS, anything, anything_bent, at_cells, laid, noise, same
 
 from upholster.errors import FormatError, InputError
 from upholster.quilt import Chart, Quilt, paint
-from upholster.quilt.labels import LabelMap, nearest_labels
+from upholster.quilt.labels import LabelMap, label_shape, nearest_labels
 from upholster.quilt.placement import PLACEMENT, bare_placement
 from upholster.stream.byte_reader import ByteReader, varint
 from upholster.stream.plan import PlanCode, PlanDecoder, encode_plan
-from upholster.stream.plan_head import PlanHead
+from upholster.stream.plan_head import PlanHead, PlanPart
 
 
 def decoder_of(quilt: Quilt, head: bytes) -> PlanDecoder:
@@ -346,3 +346,20 @@ def test_memory_grows_with_what_has_come() -> None:
     tracemalloc.stop()
     assert decoder.known < 10
     assert peak < 2**20  # 2^19 placements and boxes take 40 MB
+
+
+def test_a_label_map_is_made_once_however_many_calls_decode_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    chart = Chart(0, 256, 256)
+    blanks: list[int] = []
+    blank = PlanPart.blank
+    monkeypatch.setattr(PlanPart, "blank", lambda part: (blanks.append(part.number), blank(part))[1])
+    placed = np.zeros(2, PLACEMENT)
+    placed["row"], placed["column"] = 8, (8, 24)
+    labels = LabelMap(1, np.zeros(label_shape(256, 256, 1), np.int32))
+    code = encode_plan(Quilt((chart,), (64, 64), placed, ((labels,),)))
+    blanks.clear()
+    decoder = PlanDecoder(PlanHead.parse(ByteReader(code.head), (chart,)), (64, 64))
+    decoder.feed_placements(code.placements)
+    decoder.feed_labels(code.labels)
+    assert decoder.complete
+    assert len(blanks) <= 2

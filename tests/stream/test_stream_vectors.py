@@ -6,12 +6,15 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from make_vectors import hashes, images_at
 
+from upholster.codec import decode
+from upholster.image import read_image
 from upholster.stream import StreamDecoder, read_stream
 
 VECTORS = sorted((Path(__file__).parents[1] / "vectors").glob("*.uph"))
@@ -42,10 +45,25 @@ def test_a_vector_decodes_as_frozen(path: Any) -> None:
         assert hashes(decoder) == wanted
 
 
-def test_the_worked_example_of_the_specification_is_a_vector() -> None:
+@pytest.mark.parametrize("name", ["smallest.uph", "colour8.ezw"])
+def test_the_worked_examples_of_the_specification_are_vectors(name: str) -> None:
     text = (Path(__file__).parents[2] / "SPEC.md").read_text(encoding="utf-8")
-    data = (Path(__file__).parents[1] / "vectors" / "smallest.uph").read_bytes().hex(" ")
-    shown = text[text.index("## 11. Example") :]
+    data = (Path(__file__).parents[1] / "vectors" / name).read_bytes().hex(" ")
+    shown = text[text.index("## 11. Examples") :].partition(name)[2].partition("\n**")[0]
     lines = [line.strip() for line in shown.splitlines() if line.startswith("    ")]
     bytes_of = [re.match(r"(?:[0-9a-f]{2} )*[0-9a-f]{2}(?= {2,}|$)", line) for line in lines]
     assert " ".join(found[0] for found in bytes_of if found) == data
+
+
+def test_the_image_of_the_specification_is_its_picture() -> None:
+    folder = Path(__file__).parents[1] / "vectors"
+    image = decode((folder / "colour8.ezw").read_bytes()).image
+    np.testing.assert_array_equal(image, read_image(folder / "colour8.png"))
+
+
+def test_every_vector_is_described() -> None:
+    folder = Path(__file__).parents[1] / "vectors"
+    text = (folder / "README.md").read_text(encoding="utf-8")
+    described = set(re.findall(r"^\| `(\S+\.(?:uph|ezw))`", text, re.MULTILINE))
+    found = [path.relative_to(folder).as_posix() for path in folder.rglob("*.*")]
+    assert described == {name for name in found if name.endswith((".uph", ".ezw"))}

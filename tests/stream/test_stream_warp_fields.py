@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from streams import bent, same_fields, woven
+from warp_fields import quantised
 
 from upholster.errors import FormatError, InputError
 from upholster.quilt import Chart
@@ -48,7 +49,7 @@ def test_smooth_fields_take_less_than_half_a_byte_a_node() -> None:
         size = 1.2 + 0.5 * np.sin(rows + n) * np.cos(0.7 * columns)
         angle = 0.4 * np.sin(columns) + 0.3 * rows
         symmetry = np.stack([np.cos(angle), -np.sin(angle), np.sin(angle), np.cos(angle)], axis=-1)
-        fields.append(WarpField.quantised((size[..., None] * symmetry).reshape(*rows.shape, 2, 2)))
+        fields.append(quantised((size[..., None] * symmetry).reshape(*rows.shape, 2, 2)))
     nodes = sum(field.nodes[..., 0].size for field in fields)
     assert len(pack_fields(fields, charts).nodes) < 0.5 * nodes
 

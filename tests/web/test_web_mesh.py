@@ -229,6 +229,10 @@ def test_it_keeps_its_promises_under_node() -> None:
     run("--test", HERE / "mesh.test.mjs")
 
 
+def test_the_glb_writer_keeps_its_promises() -> None:
+    run("--test", HERE / "glb.test.mjs")
+
+
 def test_it_runs_under_a_strict_policy() -> None:
     web = ROOT / "web"
     for path in (web / "uph-mesh.js", *(web / "mesh").rglob("*.js")):

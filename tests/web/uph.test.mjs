@@ -245,6 +245,10 @@ test('a stream that asks for more than a caller allows is refused', () => {
     assert.throws(take(limits), (error) => error instanceof UphError && error.message.includes(what))
   }
   assert.throws(() => new UphDecoder({ limits: { triangles: 319 } }).feed(read('mesh.uph')), /number of triangles is 320/)
+  // A chart of 256 × 256 steps, with cells of 1 step: 258 × 258 of them.
+  const cells = Buffer.from('75706802382b530104a3bccd8f4c030f8002e1534597580f4000400003010600008000800080005b8124515107010300000201029bb5975d', 'hex')
+  new UphDecoder({ limits: { texels: 66_564 } }).feed(cells)
+  assert.throws(() => new UphDecoder({ limits: { texels: 65_536 } }).feed(cells), /number of cells is 66564; allowed: 1 to 65536/)
   assert.throws(() => new EzwDecoder({ limits: { samples: 0 } }), RangeError)
   assert.throws(() => new UphDecoder({ limits: { work: 1 } }), /limit work is unknown/)
 })

@@ -277,6 +277,27 @@ test('a model too large for the graphics card is painted smaller', async () => {
   assert.deepEqual(texture.slice(4 * (line + 3), 4 * (2 * line + 3)), decoder.rgba(0, { density, into: new Uint8Array(4 * line), stop: 1 }))
 })
 
+test('there are as many texels as the size on screen takes, and hardly more', async () => {
+  const [, data] = streams.find(([name]) => name === 'quilt.uph')
+  const texels = []
+  for (let pixels = 100; texels.length < 9; pixels *= 2 ** -0.25) {
+    const { sizes } = await shown(data, { pixels })
+    texels.push([...sizes.values()].reduce((sum, { height, width }) => sum + height * width, 0))
+  }
+  const ratios = texels.slice(1).map((count, n) => texels[n] / count)
+  assert.ok(texels[0] > 5 * texels.at(-1), `${texels}`)
+  assert.ok(ratios.every((ratio) => ratio < 2), `${texels}`) // a step of sizes is √2, and charts have whole texels
+})
+
+test('a complete stream has all of its coefficients', async () => {
+  const [, data] = streams.find(([name]) => name === 'quilt.uph')
+  const page = new Page()
+  await page.send({ kind: 'feed', bytes: data.slice(0, -1) })
+  assert.ok(page.state.coefficients < 1)
+  await page.send({ kind: 'feed', bytes: data.slice(-1) })
+  assert.equal(page.state.coefficients, 1)
+})
+
 test('what is nearest to the eye is painted first', async () => {
   const [, data] = streams.find(([name]) => name === 'quilt.uph')
   for (const eye of [[0, 0, 1], [-1, 0, 0]]) {

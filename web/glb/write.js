@@ -22,10 +22,11 @@ export class GlbWriter {
   }
   #primitives = []
 
-  constructor(name) {
-    // The model's z is up, glTF's y.
+  constructor(name, metres) {
+    // The model's z is up, glTF's y; glTF's unit is a metre.
+    const scale = metres === 1 ? {} : { scale: [metres, metres, metres] }
     Object.assign(this.#document, {
-      nodes: [{ name, mesh: 0, rotation: [-HALF, 0, 0, HALF] }],
+      nodes: [{ name, mesh: 0, rotation: [-HALF, 0, 0, HALF], ...scale }],
       meshes: [{ name, primitives: this.#primitives }],
     })
   }

@@ -5,8 +5,8 @@ import { putGutter } from '../uph-gutter.js'
 import { Detail } from './detail.js'
 
 /**
- * Texture side that every graphics card supports; larger charts are halved, and all charts if there are more texels. And the largest distance
- * of the mesh from the surface, in pixels.
+ * Texture side that every graphics card supports, and the number of all texels: if there would be more, all charts get fewer. And the largest
+ * distance of the mesh from the surface, in pixels.
  */
 export const DEFAULTS = { maxTextureSize: 4096, maxTexels: 2 ** 26, errorPixels: 0.4 }
 
@@ -31,6 +31,7 @@ export class Model extends EventTarget {
   #sheets = {}
   /** Triangles on no chart, and their colour. */
   plain = null
+  metres = null // length of the model's unit, if it is known
   mean = [0.5, 0.5, 0.5]
   texels = 0
   shown = { bytes: 0, coefficients: 0, placements: 0 }
@@ -164,9 +165,10 @@ export class Model extends EventTarget {
     this.dispatchEvent(Object.assign(new Event(type), detail, { detail }))
   }
 
-  #begin({ bounds, sphere, plain }) {
+  #begin({ bounds, sphere, plain, metres }) {
     this.charts = bounds.map((one) => ({ bounds: one, geometry: null, textures: {} }))
     this.plain = plain
+    this.metres = metres
     this.sphere = sphere
     this.#detail = new Detail(bounds, this.#errorPixels, (counts) => this.#client.send({ kind: 'counts', counts }))
   }

@@ -115,12 +115,12 @@ export class UphModel extends Group {
     await this.settled()
     if (this.shown.placements < 1) throw new Error('the model is not complete: placements are still to come')
     await this.#model.refineTo(pixels / 2 / this.sphere.radius)
-    const { plain, alpha, mean, roles } = this.#model
+    const { plain, metres, alpha, mean, roles } = this.#model
     const charts = this.#model.charts.map(({ geometry, textures }) => {
       const { height, width } = textures.color
       return { size: { height: height - 2, width: width - 2 }, geometry, textures }
     })
-    return writeGlb({ name, charts, plain, alpha, mean, roles })
+    return writeGlb({ name, charts, plain, metres, alpha, mean, roles })
   }
 
   get wireframe() {

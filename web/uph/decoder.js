@@ -7,7 +7,7 @@ import { IDENTITY_FIELD } from './field.js'
 import { ImageDecoder } from './image/image-decoder.js'
 import { MAX_MAP_SAMPLES, parseImageHeader } from './image/header.js'
 import { parseLayout } from './layout.js'
-import { LIMITS, checkCharts, checkSamples } from './limits.js'
+import { LIMITS, checkCells, checkCharts, checkSamples } from './limits.js'
 import { ChartPainter, paintedSize } from './paint/painter.js'
 import { MapPyramid } from './paint/pyramid.js'
 import { toRgba } from './paint/rgba.js'
@@ -143,6 +143,7 @@ export class UphDecoder {
     else if (tag === 'Q') {
       this.#quilt = new QuiltDecoder(reader, this.charts, this.exemplarSize)
       checkCharts(reader, this.charts.map((chart) => paintedSize(chart, this.density)), this.#limits)
+      checkCells(reader, this.#quilt.cells, this.#limits)
     } else reader.fail(`chunk ${tag} has no reader here`, 0)
   }
 

@@ -6,6 +6,8 @@ export const LIMITS = { texels: 2 ** 28, samples: 12_800_000, charts: 2 ** 18, t
 /** The longest side of a chart. */
 export const MAX_SIDE = 16384
 
+const LEAST_CELLS = 2 ** 16
+
 const countTexels = (charts) => charts.reduce((sum, { height, width }) => sum + height * width, 0)
 
 /** Check charts, of so many steps or texels. */
@@ -19,6 +21,11 @@ export function checkCharts(reader, charts, limits) {
 export function checkSamples(reader, headers, limits) {
   const samples = headers.reduce((sum, { height, width, channels }) => sum + height * width * channels, 0)
   reader.within(samples, 'number of samples', 1, limits.samples, 0)
+}
+
+/** Check the cells of all label maps: decoding one takes as long as painting a texel. Small charts have more cells than texels. */
+export function checkCells(reader, cells, limits) {
+  reader.within(cells, 'number of cells', 1, Math.max(LEAST_CELLS, limits.texels), 0)
 }
 
 // If only texels are given: the least value, and the number of texels per unit.

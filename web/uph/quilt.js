@@ -73,7 +73,8 @@ export class QuiltDecoder {
     this.density = LEAST_DENSITY * 2 ** reader.u8('density', 9)
     const bits = [reader.u8('bits of sources', 4), reader.u8('bits of offsets', 7)]
     const grids = range(count).map(() => parseGrids(reader, charts))
-    checkCells(reader, grids.flat(), charts)
+    /** How many cells all label maps have. */
+    this.cells = countedCells(reader, grids.flat(), charts)
     const layers = grids.map((all, n) =>
       all.map((grid, chart) => new Layer(chart, grid, reader.varint('number of placements', grid.size, n ? 0 : 1), n > 0)),
     )
@@ -157,8 +158,9 @@ function parseGrids(reader, charts) {
   return charts.map((chart) => new CellGrid(chart, common || cell(), Boolean(flags & HALF)))
 }
 
-function checkCells(reader, grids, charts) {
+function countedCells(reader, grids, charts) {
   const steps = charts.reduce((sum, { height, width }) => sum + height * width, 0)
   const cells = grids.reduce((sum, { size }) => sum + size, 0)
   reader.within(cells, 'number of cells', 1, Math.min(MAX_CELLS, CELLS_A_STEP * steps + CELLS_A_CHART * charts.length))
+  return cells
 }

@@ -15,6 +15,7 @@ const FIRST_PIXELS = 300 // of the model on screen, before anybody has seen it
 const FIRST_SHARE = 1 / 4 // of the charts: a first picture waits for as many
 const GROWTH = 9 / 8 // charts are painted again when there are so many times as many placements
 const LEAST_SHARE = 1 / 16 // of a chart's texels, each way, where the page can not show all
+const STEPS = 4 // of a density on the way to its half
 const MESH_ARRAYS = ['positions', 'normals', 'tangents', 'parameters', 'indices', 'outline']
 
 /** One stream. `post(message, transfer)` sends to the page; messages are listed in `uph-worker.js`. `samples` are those of other streams. */
@@ -261,7 +262,8 @@ export class StreamSession {
     this.#nearness = bounds.map(({ center }) => center.reduce((sum, x, k) => sum + x * (this.eye?.[k] ?? 0), 0))
     const sphere = enclosing(bounds)
     this.#counts = new Uint16Array(bounds.flatMap((one) => countsFor(one, FIRST_PIXELS / 2 / sphere.radius, 0.5)))
-    this.#post({ kind: 'surface', bounds, sphere, plain: this.#mesher.plainMesh?.() ?? null, exemplar: exemplarSize })
+    const plain = this.#mesher.plainMesh?.() ?? null
+    this.#post({ kind: 'surface', bounds, sphere, plain, metres: surface.metres ?? null, exemplar: exemplarSize })
     this.#radius = sphere.radius
     this.#mesh()
   }
@@ -285,14 +287,16 @@ export class StreamSession {
   }
 
   /**
-   * With how many texels a step the page can show them: as many as the stream asks for, half, a quarter …, and no more than
-   * make a texel one pixel where the model is nearest.
+   * With how many texels a step the page can show them: as many as the stream asks for, or fewer, in `STEPS` to the half, and hardly more
+   * than make a texel one pixel where the model is nearest.
    */
   #densityFor() {
     const least = LEAST_SHARE * this.#density
     const enough = Math.max(least, ((this.pixels ?? Infinity) / this.#radius) * this.#stepLength)
-    for (let density = this.#density; density >= least; density /= 2) {
-      if (density / 2 >= enough) continue
+    const coarser = (k) => this.#density * 2 ** (-k / STEPS)
+    for (let k = 0; coarser(k) >= least; k++) {
+      const density = coarser(k)
+      if (coarser(k + 1) >= enough) continue
       const sizes = this.#sizesAt(density)
       const fits = ({ height, width }) => Math.max(height, width) <= this.maxTextureSize - 2
       if (texelsOf(sizes) <= this.maxTexels && sizes.every(fits)) return density
@@ -353,7 +357,7 @@ export class StreamSession {
       needed: decoder.needed,
       complete: decoder.complete,
       roles: decoder.roles.filter((role) => hasMap(decoder, role)),
-      coefficients: knownShare(decoder),
+      coefficients: decoder.complete ? 1 : knownShare(decoder),
       placements: known / (count || 1),
     }
   }

@@ -11,7 +11,7 @@ from typing import Any
 from upholster._version import __version__
 from upholster.batch.jobs import Job
 from upholster.errors import FormatError, InputError
-from upholster.files import outputs, read_bytes
+from upholster.files import outputs, read_bytes, write_bytes
 
 __all__ = ["Record", "state_of"]
 
@@ -78,7 +78,7 @@ class Record:
         found = [self.entries[words] for words in wanted if words in self.entries]
         content = {"upholster": __version__, "jobs": self._jobs, "results": found}
         with outputs([self.path]) as files:
-            files.path(self.path).write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+            write_bytes(files.path(self.path), (json.dumps(content, indent=1) + "\n").encode())
         self._written = time.monotonic()
 
     def _read(self) -> None:

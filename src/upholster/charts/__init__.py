@@ -6,7 +6,7 @@
   `tessellation`: those of patches; `subdivision`: shorter edges
 - `directions`: the texture's direction; `creases`: edges over which it does not continue
 - `part_directions`, `axis_directions`: directions of a model's parts, and along the axes of CAD faces
-- `turns`, `mesh_warp_fields`: from directions to warp fields
+- `turns`, `mesh_warp_fields`: from directions to warp fields; `far_vertices`: stray vertices
 - `phases`: aligned periods of a sample that repeats; `multigrid`: the solver for directions and phases
 - `maps`: surface maps; `size_map`: the factor of the sample's size at each place
 """

@@ -10,10 +10,7 @@ from upholster.geometry.mesh_files import ModelFile
 from upholster.types import FloatArray
 from upholster.vectors import unit_vectors
 
-__all__ = ["AXIS_DIRECTIONS", "Round", "axis_direction", "closed_rounds"]
-
-AXIS_DIRECTIONS = ("along", "around")
-"""The names by which users ask for them."""
+__all__ = ["Round", "axis_direction", "closed_rounds"]
 
 _ALIKE = 1e-4
 """Directions, and places divided by the model's size, count as equal if they differ by less."""

@@ -1,5 +1,6 @@
 """The layout: which charts cover which faces, and their sizes."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,7 +17,9 @@ __all__ = [
     "LONGEST",
     "TextureScale",
     "area_of",
+    "default_width",
     "density_layout",
+    "face_areas",
     "texture_scale",
     "uniform_layout",
 ]
@@ -217,7 +220,7 @@ def texture_scale(
         raise InputError("density and texels are both given; allowed: at most one of them")
     area = _checked_area(area_of(surface), surface)
     if sample_size is None:
-        width = min(surface.size / SHARE, float(np.sqrt(area)) / 2)
+        width = default_width(surface.size, area)
     else:
         width = _positive("sample size", sample_size, "model units")
     scale = exemplar_width / width
@@ -276,6 +279,11 @@ def _positive(name: str, value: float, unit: str) -> float:
     return float(value)
 
 
+def default_width(size: float, area: float) -> float:
+    """Return the default width of the sample on a surface of this diagonal and area: see `texture_scale`."""
+    return min(size / SHARE, float(np.sqrt(area)) / 2)
+
+
 def area_of(surface: AnySurface) -> float:
     """Return a surface's area in square model units.
 
@@ -283,15 +291,25 @@ def area_of(surface: AnySurface) -> float:
     """
     if isinstance(surface, MeshSurface):
         return float(surface.mesh.areas[surface.island >= 0].sum())
+    return sum(area for _, area in _row_areas(surface))
+
+
+def face_areas(surface: Surface) -> FloatArray:
+    """Return the areas of a surface's faces, (F,), in square model units."""
+    faces, areas = zip(*_row_areas(surface), strict=True)
+    return np.bincount(faces, areas).astype(np.float64)
+
+
+def _row_areas(surface: Surface) -> Iterator[tuple[int, float]]:
+    """Yield the area of each row of patches, with the number of its face."""
     nodes, weights = np.polynomial.legendre.leggauss(8)
     u, w = (nodes + 1) / 2, weights / 2
-    total = 0.0
-    for face in surface.faces:
+    for number, face in enumerate(surface.faces):
         across = (np.arange(face.columns)[:, None] + u).ravel()
         for row in range(face.rows):
             _, by_s, by_t = face.derivatives_grid(row + u, across)
-            total += float(w @ np.linalg.norm(np.cross(by_s, by_t), axis=2) @ np.tile(w, face.columns))
-    return total
+            area = w @ np.linalg.norm(np.cross(by_s, by_t), axis=2) @ np.tile(w, face.columns)
+            yield number, float(area)
 
 
 def _checked_area(area: float, surface: AnySurface) -> float:

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from upholster.charts.far_vertices import blamed_on_far
 from upholster.errors import InputError
 from upholster.geometry import MeshSurface
 from upholster.quilt.chart import MAX_CHART, Chart
@@ -18,6 +19,10 @@ __all__ = [
 
 GUTTER = 8
 """Texels by which a chart extends beyond its island each way."""
+
+_SPARE, _EACH = 2**26, 4
+"""Charts may have this many texels in all, and so many times those of the surface and of their gutters. Only
+thin islands that are bent, such as rings, need more."""
 
 
 @stage
@@ -43,12 +48,27 @@ def mesh_charts(surface: MeshSurface, density: float) -> tuple[Chart, ...]:
         if max(sides) > MAX_CHART:
             raise InputError(
                 f"island {number} would have {sides[1]} x {sides[0]} texels; allowed: {MAX_CHART} each way: "
-                "ask for fewer texels"
+                f"ask for fewer texels{blamed_on_far(surface.mesh)}"
             )
         # Integer texels from one origin on all islands: a stream stores such charts in few bytes.
         (s0, t0), (s1, t1) = (low * (1 / density)).tolist(), ((low + sides) * (1 / density)).tolist()
         charts.append(Chart(number, sides[0], sides[1], s0, s1, t0, t1))
+    _check_total(surface, charts, density)
     return tuple(charts)
+
+
+def _check_total(surface: MeshSurface, charts: Sequence[Chart], density: float) -> None:
+    """Refuse charts that have far more texels than their islands."""
+    sizes = [chart.height * chart.width for chart in charts]
+    shown = density**2 * float(surface.mesh.areas[surface.island >= 0].sum())
+    most = _SPARE + _EACH * (shown + (2 * GUTTER + 1) ** 2 * len(sizes))
+    if sum(sizes) > most:
+        worst = int(np.argmax(sizes))
+        raise InputError(
+            f"charts of thin islands, such as {charts[worst].width} x {charts[worst].height} for island "
+            f"{worst}, would have {sum(sizes):,} texels for {shown:,.0f} of the surface; allowed: "
+            f"{most:,.0f}, as with fewer texels{blamed_on_far(surface.mesh)}"
+        )
 
 
 def chart_places(surface: MeshSurface, charts: Sequence[Chart]) -> FloatArray:

@@ -5,11 +5,12 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.charts.axis_directions import AXIS_DIRECTIONS, axis_direction
+from upholster.charts.axis_directions import axis_direction
 from upholster.charts.directions import TriangleVectors, Vectors, parse_direction
 from upholster.errors import InputError
 from upholster.geometry import TriangleMesh
 from upholster.geometry.mesh_files import ModelFile
+from upholster.options import AXIS_DIRECTIONS
 from upholster.types import FloatArray
 from upholster.vectors import unit_vectors
 

@@ -14,7 +14,9 @@ from upholster.charts._subdivision_kernels import (
     order_pieces,
 )
 from upholster.charts.charted import ChartedSurface
+from upholster.charts.far_vertices import blamed_on_far, place_in_words
 from upholster.charts.tessellation import connected
+from upholster.errors import InputError
 from upholster.geometry import TriangleMesh
 from upholster.geometry.edge_pairs import edge_pairs, numbered_edges
 from upholster.parallel import check_cancelled
@@ -24,6 +26,10 @@ from upholster.vectors import unit_vectors
 __all__ = ["Subdivided", "subdivided", "subdivided_in"]
 
 _ROUNDS = 24
+
+_SPARE, _EACH = 2**18, 8
+"""A surface may have this many pieces, and so many more for each of its triangles and for each piece that its
+area explains. Only triangles that are very long and thin make more."""
 
 _NARROW = 0.25
 """Share of the longest edge allowed: triangles whose short edge is shorter are cut across, into strips.
@@ -63,6 +69,11 @@ def subdivided(surface: ChartedSurface, vectors: FloatArray, longest: float) -> 
         (T, 3, 3), of unit length, at its triangles' corners.
     longest
         Greatest length of an edge, in model units.
+
+    Raises
+    ------
+    InputError
+        If there would be far more pieces than the surface's area and triangles explain.
     """
     found = subdivided_in(surface, vectors, longest, None)
     assert found is not None  # it has an island
@@ -81,6 +92,9 @@ def subdivided_in(
     positions = surface.mesh.positions.copy()
     if box is not None:
         kept = kept[_meets(positions, surface.mesh.triangles[kept], box)]
+    _check_pieces(
+        surface.mesh, kept, longest, np.inf if box is None else float(np.linalg.norm(box[1] - box[0]))
+    )
     values = np.concatenate([surface.places[kept], vectors[kept]], axis=2)
     triangles = Pieces(surface.mesh.triangles[kept], values, kept)
     joined = _joined_vertices(surface)
@@ -118,6 +132,31 @@ def subdivided_in(
     across = mesh.neighbours if joined is None else edge_pairs(positions, joined[vertices])
     flat = ChartedSurface(mesh, surface.chart[parent], places, surface.charts, across)
     return Subdivided(flat, parent, fine)
+
+
+def _check_pieces(mesh: TriangleMesh, kept: IntArray, longest: float, reach: float) -> None:
+    """Refuse to cut the triangles `kept` into far more pieces than their area and number explain.
+
+    Of a triangle, only a part as long as `reach` is cut.
+    """
+    edges = np.roll(mesh.corners[kept], -1, axis=1) - mesh.corners[kept]
+    length = np.sqrt(np.einsum("tki,tki->tk", edges, edges)).max(axis=1, initial=0.0)
+    areas = mesh.areas[kept]
+    height = 2 * areas / np.maximum(length, 1e-300)
+    # Edges are halved until they are short enough.
+    along, across = (
+        2.0 ** np.ceil(np.log2(np.maximum(np.minimum(side, reach) / longest, 1.0)))
+        for side in (length, height)
+    )
+    pieces = float(np.where(along > 1, along * (across + 1), 1.0).sum())
+    most = _SPARE + _EACH * (len(kept) + 8 * float(areas.sum()) / longest**2)
+    if pieces > most:
+        worst = int((along / across).argmax())
+        raise InputError(
+            f"triangles are as thin as {length[worst]:.3g} by {height[worst]:.3g}, at "
+            f"{place_in_words(mesh.corners[kept[worst], 0])}, and take {pieces:,.0f} pieces of "
+            f"{longest:.3g}; allowed: {most:,.0f}, as with a larger sample size{blamed_on_far(mesh)}"
+        )
 
 
 def _meets(positions: FloatArray, vertices: IntArray, box: FloatArray) -> NDArray[np.bool_]:

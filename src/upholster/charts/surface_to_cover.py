@@ -7,6 +7,7 @@ from typing import TypeGuard, cast
 
 import numpy as np
 
+from upholster.charts.far_vertices import far_vertices
 from upholster.charts.unwrap import unwrap
 from upholster.disk_cache import kept_on_disk
 from upholster.errors import InputError
@@ -23,7 +24,7 @@ from upholster.geometry import (
 from upholster.geometry.mesh_files import ModelFile, read_model
 from upholster.geometry.patch_mesh import can_be_mesh, patch_mesh
 from upholster.included import model_path
-from upholster.options import ModelOptions
+from upholster.options import ModelOptions, differing
 from upholster.stages import file_stage, stage
 from upholster.types import Progress
 
@@ -104,8 +105,9 @@ def as_covered(
     if isinstance(on, TriangleMesh):
         return _covered_mesh(on, options.uv == "keep", progress=progress)
     if options != ModelOptions():
+        given = ", ".join(differing(options))
         raise InputError(
-            "part, uv, unit, up, deviation and unique are for models; allowed: none of them on other surfaces"
+            f"{given}: for models, and this is a surface; allowed: a model's file, such as chair.glb"
         )
     if isinstance(on, MeshSurface):
         return Covered(on)
@@ -113,7 +115,7 @@ def as_covered(
     kind = None if file is None else input_kind(file)
     listed = kind is not None and kind.name == "patch list"
     if patches or not listed or not of_patches.degenerate or not can_be_mesh(of_patches):
-        return Covered(of_patches)
+        return Covered(of_patches, None, tuple(_far_notes(of_patches)))
     return _without_poles(of_patches, progress=progress)
 
 
@@ -131,7 +133,12 @@ def _without_poles(surface: Surface, *, progress: Progress | None) -> Covered:
     mesh = patch_mesh(surface)
     flat, report = unwrap(mesh, progress=progress)
     note = f"its patches have poles: covered as a mesh of {len(mesh.triangles):,} triangles on them"
-    return Covered(flat, None, (note, *report.notes))
+    return Covered(flat, None, (note, *_far_notes(surface), *report.notes))
+
+
+def _far_notes(surface: Surface) -> list[str]:
+    far = far_vertices(surface)
+    return [] if far is None else [far.words]
 
 
 def _parts_inputs(found: dict[str, Covered], on: CoveredLike, *_: object, **__: object) -> list[str]:

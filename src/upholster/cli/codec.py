@@ -48,7 +48,7 @@ def encode(
 ) -> None:
     """Encode an image as an embedded zerotree stream: any prefix of the file is a picture."""
     from upholster import codec
-    from upholster.files import outputs
+    from upholster.files import outputs, write_bytes
     from upholster.image import read_image
 
     if Path(output).suffix.lower() != ".ezw":
@@ -68,7 +68,7 @@ def encode(
             wavelet=wavelet,  # type: ignore[arg-type]  # checked by encode
             levels=levels,
         )
-        files.path(output).write_bytes(data)
+        write_bytes(files.path(output), data)
         found = codec.decode(data)
     if not quiet:
         rate = f"{8 * len(data) / (pixels.shape[0] * pixels.shape[1]):.3g} bits per pixel"

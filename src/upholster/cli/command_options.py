@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
-from upholster.cli.console import byte_count, large_count, numbers, share, texel_count
+from upholster.cli.console import byte_count, large_count, numbers, share, texel_count, view_angles
 from upholster.errors import InputError
 from upholster.options import chosen
 
@@ -37,7 +37,7 @@ _AS_TEXT: dict[str, tuple[_Read, _Write]] = {
     "texture": (str, str),
     "coefficients": (lambda text: share("coefficients", text), str),
     "size": (lambda text: numbers("size", text, "x", 2, int), lambda size: f"{size[0]}x{size[1]}"),
-    "view": (lambda text: numbers("view", text, ",", 2, float), lambda view: f"{view[0]:g},{view[1]:g}"),
+    "view": (view_angles, lambda view: f"{view[0]:g},{view[1]:g}"),
     "displace": (str, str),
     "triangles": (lambda text: large_count("triangles", text), str),
     "sample_quality": (lambda text: number_or_text(text), lambda quality: f"{quality:g}"),

@@ -38,6 +38,7 @@ __all__ = [
     "say",
     "share",
     "texel_count",
+    "view_angles",
 ]
 
 EVERY = 10.0
@@ -53,8 +54,10 @@ def check_suffix(name: str, path: str, suffixes: Sequence[str]) -> None:
         raise InputError(f"{name} {path!r} has suffix {suffix!r}; allowed: {', '.join(suffixes)}")
 
 
-def numbers(name: str, text: str, separator: str, count: int, kind: Callable[[str], Any]) -> Any:
-    """Read `count` numbers separated by `separator`."""
+def numbers(
+    name: str, text: str, separator: str, count: int, kind: Callable[[str], Any], *, other: str = ""
+) -> Any:
+    """Read `count` numbers separated by `separator`; `other` names the other allowed values."""
     parts = text.lower().split(separator)
     try:
         found = tuple(kind(part) for part in parts)
@@ -62,7 +65,16 @@ def numbers(name: str, text: str, separator: str, count: int, kind: Callable[[st
         found = ()
     if len(found) != count:
         form = separator.join(["N"] * count)
-        raise InputError(f"{name} is {text!r}; allowed: {count} numbers as {form}")
+        raise InputError(f"{name} is {text!r}; allowed: {count} numbers as {form}{other}")
+    return found
+
+
+def view_angles(text: str) -> tuple[float, float]:
+    """Read ``--view``: azimuth and elevation in degrees, ``30,30``."""
+    other = " (azimuth, elevation)"
+    if text.strip().lower() == "sheet":
+        other += "; `sheet`, four sides in one picture, is for `upholster picture model.glb --view sheet`"
+    found: tuple[float, float] = numbers("view", text, ",", 2, float, other=other)
     return found
 
 

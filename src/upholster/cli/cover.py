@@ -8,7 +8,7 @@ import typer
 from upholster.cli.command_options import by_name, spelled_out
 from upholster.cli.console import compiled, new_console, progress_bars, say
 from upholster.errors import InputError
-from upholster.formats import is_model_name, kind_of, outputs_in_words, split_name
+from upholster.formats import MESH_SUFFIXES, is_model_name, kind_of, outputs_in_words, split_name
 from upholster.included import INCLUDED_PREFIX, included_models, included_samples
 from upholster.options import ModelOptions, SampleOptions, SynthesisOptions, WriteOptions, differing
 from upholster.shown import in_bytes, number_of, texels_in_words
@@ -41,7 +41,7 @@ def surfaces() -> None:
     table.add_row(
         "[bold]FILE.json[/]", "", "[italic]your own control nets with weights, of any degree[/]", ""
     )
-    table.add_row("[bold]FILE.glb[/]", "", "[italic]a model: .glb .gltf .obj .ply .stl .off[/]", "")
+    table.add_row("[bold]FILE.glb[/]", "", f"[italic]a model: {' '.join(MESH_SUFFIXES)}[/]", "")
     table.add_row("[bold]FILE.step[/]", "", "[italic]a CAD model: .step .iges .brep .3dm[/]", "")
     table.add_row("[bold]FILE.bpt[/]", "", "[italic]the classic list of bi-cubic patches (teapot)[/]", "")
     new_console().print(table)
@@ -123,8 +123,8 @@ def cover(
         typer.Option(
             "--on",
             metavar="SURFACE",
-            help="A model (GLB, glTF, OBJ, PLY, STL, OFF); or `cyclide`, `torus:R=2,r=0.7`, `nets.json`, "
-            "`teapot.bpt`, `sample:chair` … (see `surfaces`).",
+            help="A model (GLB, glTF, OBJ, PLY, STL, OFF, 3MF); or `cyclide`, `torus:R=2,r=0.7`, "
+            "`nets.json`, `teapot.bpt`, `sample:chair` … (see `surfaces`).",
         ),
     ],
     output: Annotated[

@@ -71,7 +71,7 @@ def measure(
     """Measure a result: seams, scale, fidelity to the sample, verbatim copies."""
     import json as codec
 
-    from upholster.files import outputs
+    from upholster.files import outputs, write_bytes
     from upholster.image import IMAGE_SUFFIXES
 
     suffix = Path(result).suffix.lower()
@@ -104,7 +104,7 @@ def measure(
             asked = asked if suffix == ".uph" else {}
             figures = {"result": result, "sample": sample, **given, **asked, **found.to_json()}
             text = codec.dumps(figures, indent=2)
-            files.path(json).write_text(text + "\n", encoding="utf-8")
+            write_bytes(files.path(json), (text + "\n").encode())
     if not quiet:
         _show(found, state)
 

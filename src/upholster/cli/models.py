@@ -23,6 +23,7 @@ _LEAST = 0.0005
 
 def show_model(path: str, *, unit: str | None = None) -> None:
     """Print a model's parts, their sizes and texture coordinates, and their defects."""
+    from upholster.charts.far_vertices import far_vertices
     from upholster.geometry.mesh_files import read_model
     from upholster.geometry.mesh_state import mesh_states
 
@@ -35,7 +36,9 @@ def show_model(path: str, *, unit: str | None = None) -> None:
     lines = [f"{part.name}: {', '.join(odd)}" for part, state in shown if (odd := _odd(part, state))]
     if len(states) > _LINES:
         lines.append(f"and {number_of(len(states) - _LINES, 'part')} more")
-    for line in (*lines, *(f"note: {note}" for note in model.notes)):
+    far = far_vertices(model.mesh)
+    lines += [f"note: {note}" for note in (*model.notes, *([] if far is None else [far.words]))]
+    for line in lines:
         say(line)
 
 

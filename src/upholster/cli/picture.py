@@ -1,11 +1,11 @@
 """``upholster picture``: a GLB drawn again, without synthesis."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
-from upholster.cli.console import check_suffix, numbers, progress_bars, say
+from upholster.cli.console import check_suffix, numbers, progress_bars, say, view_angles
 from upholster.formats import PICTURES
 from upholster.shown import in_bytes
 
@@ -39,15 +39,19 @@ def picture(
     check_suffix("output", output, PICTURES)
     width, height = numbers("size", size, "x", 2, int)
     is_sheet = view == "sheet"
-    views = SHEET if is_sheet else (numbers("view", view, ",", 2, float),)
+    views = SHEET if is_sheet else (view_angles(view),)
     each = (width // 2, height // 2) if is_sheet else (width, height)
+    notes: list[str] = []
+    how: dict[str, Any] = {"size": each, "supersample": supersample, "threads": threads, "notes": notes}
     with (
         progress_bars(quiet, ["picture"]) as progress,
         outputs([output], inputs=[model]) as files,
     ):
-        found = redrawn(model, views, size=each, supersample=supersample, threads=threads, progress=progress)
+        found = redrawn(model, views, progress=progress, **how)
         linear = np.vstack([np.hstack(found[:2]), np.hstack(found[2:])]) if is_sheet else found[0]
         is_linear = Path(output).suffix.lower() == ".exr"
         write_image(files.path(output), linear if is_linear else from_linear(linear, "uint8", dither=True))
     if not quiet:
+        for note in notes:
+            say(f"note: {note}")
         say(f"wrote {output} ({in_bytes(Path(output).stat().st_size)})")

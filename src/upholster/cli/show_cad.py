@@ -59,13 +59,15 @@ def _head(path: str, state: "CadState") -> list[str]:
     bodies = len(record.bodies)
     patches = number_of(state.patches, "rational Bézier patch", "rational Bézier patches")
     several = f" in {places} places" if places > bodies else ""
+    others = number_of(len(record.files), "other file")
+    named = f"; it names {others}" if record.files else ""
     size = " x ".join(f"{side:.4g}" for side in record.box[1] - record.box[0])
     unit = (
         f"the file's unit: {record.unit}" if record.unit else "the file states no unit: millimetres (--unit)"
     )
     return [
         f"{path}: {record.format}, {number_of(bodies, 'body', 'bodies')}{several}, "
-        f"{number_of(faces, 'face')}, {patches}",
+        f"{number_of(faces, 'face')}, {patches}{named}",
         f"{size} mm (x, y, z); {unit}; tolerance {record.tolerance:.2g} mm",
     ]
 

@@ -24,7 +24,8 @@ def is_surface(text: str) -> bool:
 
 def show_surface(text: str) -> None:
     """Print a surface's patches and their degrees, its size and area, and how its edges meet."""
-    from upholster.charts.layout import area_of, texture_scale
+    from upholster.charts.far_vertices import far_vertices
+    from upholster.charts.layout import area_of, default_width
     from upholster.geometry import surface_from_spec
 
     surface = surface_from_spec(text)
@@ -32,10 +33,10 @@ def show_surface(text: str) -> None:
     kinds = ", ".join(f"{count} of degree ({m}, {n})" for (m, n), count in degrees)
     patches = number_of(len(surface.patches), "patch", "patches")
     say(f"{text}: {number_of(len(surface.faces), 'face')}, {patches}: {kinds}")
-    width = texture_scale(surface, 1, block=1).sample_size
+    area = area_of(surface)
     say(
-        f"{_extent(surface)} (x, y, z) in model units; area {area_of(surface):.4g}; without --sample-size "
-        f"the sample is {width:.3g} wide"
+        f"{_extent(surface)} (x, y, z) in model units; area {area:.4g}; without --sample-size "
+        f"the sample is {default_width(surface.size, area):.3g} wide"
     )
     border = len({(each.patch, each.edge) for each in surface.border})
     state = f"open: {number_of(border, 'edge')} at the border" if border else "closed"
@@ -45,6 +46,9 @@ def show_surface(text: str) -> None:
     near, tolerance = surface.nearly_meeting
     if near:
         say(f"note: {number_of(near, 'edge')} would also meet with a tolerance of {tolerance:g}")
+    far = far_vertices(surface)
+    if far is not None:
+        say(f"note: {far.words}")
 
 
 def _extent(surface: "Surface") -> str:

@@ -1,5 +1,6 @@
 """``upholster refine``, ``info`` and ``levels``: a stream's contents, and files made from a stream."""
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -17,13 +18,23 @@ from upholster.cli.console import (
     progress_bars,
     say,
     share,
+    view_angles,
 )
 from upholster.cli.models import show_model
 from upholster.cli.show_cad import show_cad
 from upholster.cli.show_project import show_project
 from upholster.cli.show_surface import is_surface, show_surface
 from upholster.errors import InputError
-from upholster.formats import CAD_SUFFIXES, LDR_PICTURES, OUTPUTS, PROJECT_SUFFIX, is_model_name, suffixes_of
+from upholster.formats import (
+    CAD_SUFFIXES,
+    LDR_PICTURES,
+    MODEL_SUFFIXES,
+    OUTPUTS,
+    PROJECT_SUFFIX,
+    SURFACE_SUFFIXES,
+    is_model_name,
+    suffixes_of,
+)
 from upholster.included import model_path
 from upholster.options import WriteOptions
 from upholster.shown import in_bytes
@@ -107,9 +118,8 @@ def info(
     file: Annotated[
         str,
         typer.Argument(
-            help="A stream, or the start of one; or a model: .glb .gltf .obj .ply .stl .off, or .step "
-            ".iges .brep .3dm; or a surface, `torus:R=2,r=0.7`, `nets.json`, `teapot.bpt`; or a project, "
-            ".upholster.json.",
+            help=f"A stream, or the start of one; or a model: {' '.join(MODEL_SUFFIXES)}; or a surface, "
+            "`torus:R=2,r=0.7`, `nets.json`, `teapot.bpt`; or a project, .upholster.json.",
             metavar="FILE",
         ),
     ],
@@ -147,9 +157,17 @@ def _show_stream(stream: str, most_texels: str | None) -> None:
     from upholster.files import read_bytes
     from upholster.levels import share_text
     from upholster.stream import describe
+    from upholster.stream.chunks import MAGIC
 
+    data = read_bytes(stream)
+    suffix = Path(stream).suffix
+    if suffix.lower() != ".uph" and not data.startswith(MAGIC):
+        raise InputError(
+            f"{stream!r} is no stream and has suffix {suffix!r}; allowed: .uph, "
+            f"{', '.join((*MODEL_SUFFIXES, *SURFACE_SUFFIXES))}, {PROJECT_SUFFIX}, or a built-in surface"
+        )
     with naming(stream):
-        found = describe(read_bytes(stream), limits=limits_of(most_texels))
+        found = describe(data, limits=limits_of(most_texels))
     console = new_console()
     state = "complete" if found.complete else f"incomplete, {in_bytes(found.total)} in all"
     say(f"{stream}: {found.received:,} bytes, {state}; first view at {found.view:,} bytes")
@@ -187,9 +205,7 @@ def levels(
     from upholster.levels import curve_picture, levels_picture
 
     check_suffix("output", output, LDR_PICTURES)
-    options = WriteOptions(
-        size=numbers("size", size, "x", 2, int), view=numbers("view", view, ",", 2, float), supersample=3
-    )
+    options = WriteOptions(size=numbers("size", size, "x", 2, int), view=view_angles(view), supersample=3)
     with (
         naming(stream),
         progress_bars(quiet, ["levels"]) as progress,

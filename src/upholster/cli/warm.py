@@ -25,7 +25,7 @@ def warm(
     caches = [getattr(job.dispatcher(), "_cache", None) for job in jobs]
     folders = {str(cache.cache_path) for cache in caches if isinstance(cache, KernelCache)}
     if not folders:
-        raise InputError("no folder for kernels is writable; set NUMBA_CACHE_DIR to one that is")
+        raise InputError("no folder for kernels is writable and your own; set NUMBA_CACHE_DIR to one that is")
     with compiling(threads=threads) as compiler, bars(quiet, compiler):
         if compiler is not None:
             compiler.wait()

@@ -163,9 +163,8 @@ def decode(
             f"byte {len(data)}: the file is cut in its magic; needs {len(MAGIC) - len(data)} more bytes"
         )
     header = ImageHeader.parse(data[len(MAGIC) : len(MAGIC) + _LONGEST_HEADER], offset=len(MAGIC))
-    samples, most = header.height * header.width * header.channels, (limits or Limits()).of("samples")
-    if samples > most:
-        raise FormatError(f"byte {len(MAGIC)}: the image has {samples} samples; allowed here: {most}")
+    samples = header.height * header.width * header.channels
+    (limits or Limits()).check(f"byte {len(MAGIC)}: the image has", "samples", samples)
     start = len(MAGIC) + header.length
     decoder = ImageDecoder(header)
     if coefficients is None:

@@ -16,19 +16,24 @@ from upholster.types import Progress
 
 __all__ = [
     "counted",
-    "notes_of",
     "painted_model",
     "progress_of_each",
+    "read_notes",
     "roles_of",
     "settled_values",
     "synthesized",
+    "work_notes",
 ]
 
 
-def notes_of(coverings: Sequence[Covering], *, in_memory: bool = True) -> list[str]:
-    """Return all warnings from reading, then all about the work ahead; see `Covering.work_notes`."""
-    found = [note for each in coverings for note in each.notes]
-    return found + [note for each in coverings for note in each.work_notes(in_memory=in_memory)]
+def read_notes(coverings: Sequence[Covering]) -> list[str]:
+    """Return all warnings from reading."""
+    return [note for each in coverings for note in each.notes]
+
+
+def work_notes(coverings: Sequence[Covering], *, in_memory: bool = True) -> list[str]:
+    """Return all warnings about the work ahead; see `Covering.work_notes`."""
+    return [note for each in coverings for note in each.work_notes(in_memory=in_memory)]
 
 
 def roles_of(coverings: Sequence[Covering], *, all_have: bool = False) -> tuple[str, ...]:

@@ -1,9 +1,10 @@
 """The structure of a sample: the waves at which it repeats, and the joints between its stones or boards.
 
 `lattice` finds waves, how certain they are, and their phase at every pixel (`find_lattice`). `planes`
-computes the planes that are examined, `peaks` finds waves that stand out of the spectrum, `following`
-measures how steadily one runs through the sample, `choice` picks one or two waves that all others are made
-of. `joints` finds thin lines, and the distance of each pixel from the nearest (`find_joints`).
+computes the planes that are examined, `autocorrelation` how alike they and their shifted copies are.
+`translations` finds two translations after which a sample is alike, `bases` the shortest two of a lattice,
+`rows` the distance of even rows. `following` finds a wave's own phase everywhere. `joints` finds thin lines,
+and the distance of each pixel from the nearest (`find_joints`).
 """
 
 from upholster.elements.joints import Joints, find_joints

@@ -1,5 +1,6 @@
-"""Following a wave over a sample: its own phase everywhere, and how steady it is."""
+"""Following a wave over a sample: its own phase everywhere."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,13 +10,16 @@ from upholster.elements._lattice_kernels import add_beats, interpolate_phases, s
 from upholster.elements.planes import Plane
 from upholster.types import FloatArray
 
-__all__ = ["Followed", "follow", "pixel_phases"]
+__all__ = ["Followed", "follow", "pixel_phases", "strength"]
 
 TURN = 2**16
 _FINE = 2**32
 """Units of phase in a turn, for results and for a wave's growth from pixel to pixel."""
 
 _COSINES = np.rint(2**14 * np.cos(2 * np.pi * np.arange(4096) / 4096)).astype(np.int64)
+
+_FAINT = 0.1
+"""A plane hardly contains a wave below this share of its root mean square."""
 
 _CELLS = 2
 """The least number of nodes in a period."""
@@ -30,66 +34,59 @@ class Followed:
 
     Attributes
     ----------
-    wave
-        (2,) cycles per pixel, rows and columns: its mean over the plane.
     step
         The assumed growth of its phase per row and per column, in 2^-32 of a turn.
     cell
         Pixels between nodes.
     nodes
         (n, m) int16: how far the wave is ahead of this growth, in 2^-16 of a turn.
-    steadiness
-        Squared mean of its amplitude over the mean of the square: 1 is equally strong everywhere; noise has
-        0.79.
-    residues
-        Points that the phase turns around, per square of a period: noise has 0.07.
     """
 
-    wave: FloatArray
     step: tuple[int, int]
     cell: int
     nodes: NDArray[np.int16]
-    steadiness: float
-    residues: float
 
 
 def follow(plane: Plane, wave: FloatArray) -> Followed:
     """Follow a wave: shift its frequency to zero, then average the plane over about a period.
+
+    A wave that the plane hardly contains is assumed to grow evenly.
 
     Parameters
     ----------
     plane
         (H, W).
     wave
-        (2,) cycles per pixel, from a spectrum.
+        (2,) cycles per pixel.
 
     References
     ----------
-    Liu, Collins, Tsin: A computational model for periodic pattern perception based on frieze and wallpaper
-    groups, PAMI 26 (2004), on lattices; demodulation is that of interferograms: Takeda, Ina, Kobayashi,
-    JOSA 72 (1982).
+    Demodulation is that of interferograms: Takeda, Ina, Kobayashi, JOSA 72 (1982).
     """
     period = 1.0 / float(np.hypot(wave[0], wave[1]))
     cell = max(1, int(period / _CELLS))
-    step = (round(float(wave[0]) * _FINE), round(float(wave[1]) * _FINE))
+    step = _growth(wave)
     shape = -(-plane.shape[0] // cell), -(-plane.shape[1] // cell)
+    if strength(plane, wave) < _FAINT:
+        return Followed(step, cell, np.zeros(shape, np.int16))
     beats = np.zeros((2, *shape), np.int64)
     add_beats(plane, step, cell, _COSINES, beats)
     low = _smoothed(beats.astype(np.float64), period / cell)
-    ahead = [_turns((low[1:] * low[:-1].conj()).sum()), _turns((low[:, 1:] * low[:, :-1].conj()).sum())]
-    size = np.abs(low)
-    square = float((size * size).mean())
     nodes = np.rint(np.angle(low) * (TURN / (2 * np.pi))).astype(np.int64).astype(np.int16)
-    settled = np.rint((np.array(step) + np.array(ahead) * (_FINE / cell)) / 256) * (256 / _FINE)
-    area = plane.size / (period * period)
-    return Followed(
-        settled,
-        step,
-        cell,
-        nodes,
-        float(size.mean()) ** 2 / square if square > 0 else 0.0,
-        _residues(nodes) / area,
-    )
+    return Followed(step, cell, nodes)
+
+
+def strength(plane: Plane, wave: FloatArray) -> float:
+    """Return how much of a wave, in cycles per pixel, a plane contains: its share of the root mean square."""
+    beats = np.zeros((2, 1, 1), np.int64)
+    add_beats(plane, _growth(wave), max(plane.shape), _COSINES, beats)
+    square = float(plane.size) * float((plane * plane).sum())
+    size = math.sqrt(float(beats[0, 0, 0]) ** 2 + float(beats[1, 0, 0]) ** 2)
+    return size / (2**14 * math.sqrt(square)) if square > 0 else 0.0
+
+
+def _growth(wave: FloatArray) -> tuple[int, int]:
+    return round(float(wave[0]) * _FINE), round(float(wave[1]) * _FINE)
 
 
 def pixel_phases(followed: Followed, by: int, shape: tuple[int, int]) -> NDArray[np.int16]:
@@ -113,10 +110,6 @@ def pixel_phases(followed: Followed, by: int, shape: tuple[int, int]) -> NDArray
     return out
 
 
-def _turns(product: complex) -> float:
-    return float(np.angle(product)) / (2 * np.pi)
-
-
 def _smoothed(nodes: FloatArray, sigma: float) -> NDArray[np.complex128]:
     # Means of real and imaginary parts over the nodes inside, weighted by a Gaussian.
     reach = int(_REACH * sigma + 1)
@@ -132,10 +125,3 @@ def _smoothed(nodes: FloatArray, sigma: float) -> NDArray[np.complex128]:
         )
     mean: NDArray[np.complex128] = (out[0] + 1j * out[1]) / (weights[0][:, None] * weights[1])
     return mean
-
-
-def _residues(nodes: NDArray[np.int16]) -> int:
-    # Differences of int16 wrap to the shorter way round.
-    down, right = np.diff(nodes, axis=0).astype(np.int64), np.diff(nodes, axis=1).astype(np.int64)
-    around = down[:, :-1] + right[1:] - down[:, 1:] - right[:-1]
-    return int(np.count_nonzero(around))

@@ -1,43 +1,56 @@
 """The lattice of a sample: the waves at which it repeats, and their phases at every pixel."""
 
+import math
 from dataclasses import dataclass
-from itertools import combinations
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.elements.choice import TOLERANCE, chosen_waves
-from upholster.elements.following import Followed, follow, pixel_phases
-from upholster.elements.peaks import LEAST_PERIODS, SpectrumPeak, periods, spectrum_peaks
-from upholster.elements.planes import Plane, planes, reduced
+from upholster.elements.autocorrelation import Correlation, correlation
+from upholster.elements.bases import shortest_pair
+from upholster.elements.following import follow, pixel_phases, strength
+from upholster.elements.planes import Plane, balanced, reduced
+from upholster.elements.rows import even_rows
+from upholster.elements.translations import two_translations
 from upholster.stages import stage
 from upholster.types import FloatArray, PixelArray, frozen_array
 
 __all__ = ["Lattice", "find_lattice"]
 
-_LOOKED_AT = 160
-"""The shorter side is examined at this many pixels, up to twice as many: larger samples are reduced."""
+_LOOKED_AT, _LONGEST = 256, 512
+"""The most pixels of the shorter side, to which larger samples are reduced, and of the longer one."""
 
 _LEAST_SIDE = 32
+
+_REACH = 2 / 3
+"""Share of the sample by which it is shifted at most: one and a half periods are enough."""
 
 _MOST_STEPS, _LEVEL = 4, 0.1
 """Of an element: the most periods in its width, and how far from level it may run, as a slope."""
 
-_LEAST_PROMINENCE = 16.0
-"""Least prominence of a peak that counts."""
+_SURE = 0.5
+"""Certainty below which there is no lattice."""
 
-_CANDIDATES = 12
-"""The most waves that are followed."""
+_CHANCE, _CONTRAST = 10.0, 0.05
+"""What repeats is certain if the correlation at its places exceeds that between them by this many standard
+deviations, and by this much."""
 
-_COMBINED = 6
-"""Sums and differences of this many of them, the most prominent, are examined too."""
+_ALIKE, _LARGE = 1.4, 0.25
+"""The correlation must also be this high, if a cell covers the second share of the sample or more; if less,
+it may be as much lower. A small cell repeats often, with more irregularity between the farthest places."""
 
-_MULTIPLES = np.array([-5, -4, -3, -2, -1, 1, 2, 3, 4, 5])
-"""Multiples of a wave, which add nothing to the wave itself."""
+_MEANDERING = 0.6
+"""Share of the correlation that is kept from near to far places, at which nothing is certain: stripes meander
+and fork."""
 
-_SURE = 0.6
-"""Certainty below which a wave is left out."""
+_STRONG = 0.03
+"""Rows are certain if the correlation contains their wave to this extent."""
+
+_SIMPLE = 2
+"""Sums of up to this many of each wave are followed."""
+
+_SPARE = 14
+"""Bits of products of correlation and overlap that are dropped, so that sums of their squares fit 64 bits."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,25 +103,19 @@ class Lattice:
             return 1.0 / float(np.hypot(*self.waves[0]))
         (a, b), (c, d) = self.waves.tolist()
         area = a * d - b * c
-        # The shortest two shifts that keep both phases (Gauss's reduction).
-        short, long = np.array([d, -c]) / area, np.array([-b, a]) / area
-        while True:
-            if short @ short > long @ long:
-                short, long = long, short
-            steps = round(float(short @ long / (short @ short)))
-            if steps == 0:
-                return float((np.abs(short) + np.abs(long)).max())
-            long = long - steps * short
+        # The shortest two shifts that keep both phases.
+        short, long = np.abs(shortest_pair((d / area, -c / area), (-b / area, a / area)))
+        return float((short + long).max())
 
 
 @stage
 def find_lattice(exemplar: PixelArray) -> Lattice | None:
     """Find the one or two waves at which a sample repeats.
 
-    Peaks that stand out of the spectrum of its brightness, or of its edges, are followed over the sample.
-    Among the steady ones, two are taken whose whole multiples, or sums of these, give all other peaks; or
-    one if there are no two. Arithmetic is on whole numbers or in a fixed order: the same sample gives the
-    same lattice on every machine.
+    They are found in the autocorrelation of colours and edges: two translations at all of whose multiples
+    the sample and its shifted copy are alike, and between them less; or rows at even distances, if these
+    alone determine the autocorrelation. Arithmetic is on whole numbers or in a fixed order: the same sample
+    gives the same lattice on every machine.
 
     Parameters
     ----------
@@ -118,90 +125,103 @@ def find_lattice(exemplar: PixelArray) -> Lattice | None:
     Returns
     -------
     Lattice or None
-        None if nothing repeats with certainty, at least three times.
+        None if nothing repeats with certainty, at least one and a half times.
+
+    References
+    ----------
+    Liu, Collins, Tsin: A computational model for periodic pattern perception based on frieze and wallpaper
+    groups, PAMI 26 (2004), on finding a lattice by the autocorrelation's peaks.
     """
-    if min(exemplar.shape[:2]) < _LEAST_SIDE:
-        return None
     height, width = exemplar.shape[:2]
-    by = max(1, min(height, width) // _LOOKED_AT)
-    looked_at = planes(reduced(exemplar, by))
-    peaks = [
-        peak
-        for index, plane in enumerate(looked_at)
-        for peak in spectrum_peaks(plane, index, _LEAST_PROMINENCE)
-    ]
-    shape = looked_at[0].shape
-    sure = _sure_waves(looked_at, peaks)
-    sure += _differences(sure, shape)
-    waves = np.array([wave.wave for wave in sure]).reshape(-1, 2)
-    chosen = chosen_waves(waves, np.array([wave.prominence for wave in sure]), peaks, shape)
-    if not chosen:
+    if min(height, width) < _LEAST_SIDE:
         return None
-    return Lattice(
-        waves[chosen] / by,
-        np.stack([_pixel_phases(sure[n], by, (height, width)) for n in chosen]),
-        np.array([sure[n].certainty for n in chosen]),
+    by = -(-min(height, width) // _LOOKED_AT)
+    looked_at = balanced(reduced(exemplar, by))
+    if not looked_at:  # nothing varies
+        return None
+    parts = [plane[:_LONGEST, :_LONGEST] for plane in looked_at]
+    rows, columns = parts[0].shape
+    found = correlation(parts, (int(_REACH * rows), int(_REACH * columns)))
+    waves, certainty = _two_waves(found, rows * columns)
+    if certainty < _SURE:
+        waves, certainty = _one_wave(found)
+    if certainty < _SURE:
+        return None
+    phases = _phases(found, looked_at, waves, by, (height, width))
+    return Lattice(waves / by, phases, np.full(len(waves), certainty))
+
+
+def _two_waves(found: Correlation, pixels: int) -> tuple[FloatArray, float]:
+    translations = two_translations(found)
+    if translations is None:
+        return np.zeros((0, 2)), 0.0
+    (a, b), (c, d) = translations.shifts.tolist()
+    area = a * d - b * c
+    contrast = translations.alike - translations.between
+    needed = _ALIKE * min(1.0, abs(area) / pixels / _LARGE)
+    certainty = _certainty(
+        contrast / (_CHANCE * translations.chance),
+        contrast / _CONTRAST,
+        translations.alike / needed,
+        _kept(translations.alike / max(translations.first, 1e-9)),
     )
+    return np.array(shortest_pair((d / area, -c / area), (-b / area, a / area))), certainty
 
 
-class _Wave(NamedTuple):
-    # A certain wave: one that was followed, or a sum or difference of two.
-    wave: FloatArray
-    prominence: float
-    certainty: float
-    parts: tuple[tuple[int, Followed], ...]  # signs and waves
+def _kept(share: float) -> float:
+    return (min(share, 1.0) - _MEANDERING) / (1 - _MEANDERING)
 
 
-def _sure_waves(looked_at: list[Plane], peaks: list[SpectrumPeak]) -> list[_Wave]:
-    # The most prominent peaks, each followed on the plane that shows it best; no repeats, and no multiples.
-    shape = looked_at[0].shape
-    taken: list[SpectrumPeak] = []
-    for peak in sorted(peaks, key=lambda peak: -peak.prominence):
-        if len(taken) < _CANDIDATES and not _repeats(peak.wave, [other.wave for other in taken], shape):
-            taken.append(peak)
-    found = []
-    for peak in taken:
-        followed = follow(looked_at[peak.plane], peak.wave)
-        certainty = _certainty(peak, followed)
-        if certainty >= _SURE and periods(followed.wave, shape) >= LEAST_PERIODS:
-            found.append(_Wave(followed.wave, peak.prominence, certainty, ((1, followed),)))
-    return found
+def _certainty(*parts: float) -> float:
+    return round(min(1.0, max(0.0, min(parts))) * 1024) / 1024
 
 
-def _repeats(wave: FloatArray, others: list[FloatArray], shape: tuple[int, int]) -> bool:
-    # Whether a wave equals one of the others, or a multiple of one.
-    if not others:
-        return False
-    away = wave * shape - _MULTIPLES[:, None, None] * (np.array(others) * shape)
-    return bool(((away * away).sum(axis=2) <= (2 * TOLERANCE) ** 2).any())
+def _one_wave(found: Correlation) -> tuple[FloatArray, float]:
+    rows = even_rows(found)
+    if rows is None or rows.near <= 0:
+        return np.zeros((0, 2)), 0.0
+    certainty = _certainty(
+        rows.contrast / max(_CHANCE * rows.chance, 1e-9),
+        rows.near / _STRONG,
+        _kept(rows.share * min(1.0, rows.far / rows.near)),
+    )
+    return rows.wave[None], certainty
 
 
-def _differences(sure: list[_Wave], shape: tuple[int, int]) -> list[_Wave]:
-    # The lattice's slowest waves are often weak, but are the difference of two strong ones.
-    found: list[_Wave] = []
-    for a, b in combinations(sure[:_COMBINED], 2):
-        for sign in (-1, 1):
-            wave = a.wave + sign * b.wave
-            if periods(wave, shape) < LEAST_PERIODS:
-                continue
-            if _repeats(wave, [other.wave for other in sure + found], shape):
-                continue
-            prominence = min(a.prominence, b.prominence) / 2
-            parts = (a.parts[0], (sign, b.parts[0][1]))
-            found.append(_Wave(wave, prominence, min(a.certainty, b.certainty), parts))
-    return found
+def _phases(
+    found: Correlation, looked_at: list[Plane], waves: FloatArray, by: int, shape: tuple[int, int]
+) -> NDArray[np.int16]:
+    # A slow wave is often weak, such as that of every second brick. So the strongest sums of the waves are
+    # followed, each on the plane that contains most of it; the waves are sums of these.
+    whole = _strongest(found, waves)
+    followed = []
+    for wave in (whole[:, :, None] * waves).sum(axis=1):
+        plane = max(looked_at, key=lambda plane, wave=wave: strength(plane, wave))  # type: ignore[misc]
+        followed.append(pixel_phases(follow(plane, wave), by, shape))
+    out = np.zeros((len(waves), *shape), np.int16)
+    back = np.rint(np.linalg.inv(whole)).astype(np.int16)
+    for total, row in zip(out, back, strict=True):
+        for times, phases in zip(row, followed, strict=True):
+            total += times * phases  # wraps, as phases do
+    return out
 
 
-def _pixel_phases(wave: _Wave, by: int, shape: tuple[int, int]) -> NDArray[np.int16]:
-    total = np.zeros(shape, np.int16)
-    for sign, followed in wave.parts:
-        total += np.int16(sign) * pixel_phases(followed, by, shape)  # wraps, as phases do
-    return total
-
-
-def _certainty(peak: SpectrumPeak, followed: Followed) -> float:
-    # Noise has a prominence of up to 20, a steadiness of 0.79 and 0.07 residues.
-    stands_out = min(1.0, peak.prominence / 80)
-    steady = min(1.0, max(0.0, (followed.steadiness - 0.6) / 0.3))
-    whole = max(0.0, 1 - followed.residues / 0.04)
-    return round(stands_out * steady * whole * 1024) / 1024
+def _strongest(found: Correlation, waves: FloatArray) -> Plane:
+    # (n, n) whole numbers of determinant 1 or -1: how the strongest waves are made of the given ones. Of two
+    # equally strong ones the slower counts.
+    if len(waves) == 1:
+        return np.ones((1, 1), np.int64)
+    weighted = found.heights * found.overlaps >> _SPARE
+    steps = range(-_SIMPLE, _SIMPLE + 1)
+    sums = [np.array([m, n]) for m in steps for n in steps if (m, n) > (0, 0) and math.gcd(m, n) == 1]
+    worth = []
+    for one in sums:
+        wave = (one[:, None] * waves).sum(axis=0)
+        worth.append(strength(weighted, wave) / float((wave * wave).sum()))
+    best, chosen = -1.0, (0, 0)
+    for k, one in enumerate(sums):
+        for j, other in enumerate(sums[:k]):
+            both = min(worth[k], worth[j])
+            if both > best and abs(one[0] * other[1] - one[1] * other[0]) == 1:
+                best, chosen = both, (j, k)
+    return np.stack([sums[k] for k in chosen])

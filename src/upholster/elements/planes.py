@@ -1,11 +1,13 @@
 """The planes of a sample in which structure is sought: its brightness, and the directions of its edges."""
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
 from upholster.types import PixelArray
 
-__all__ = ["Plane", "planes", "reduced"]
+__all__ = ["Plane", "balanced", "planes", "reduced"]
 
 Plane = NDArray[np.int64]
 """(H, W): one whole number per pixel, of mean 0."""
@@ -18,6 +20,13 @@ _UNIT = 4096
 
 _USUAL = 3
 """An edge this many times as strong as usual counts half of that."""
+
+
+_LOUD = 256
+"""Root mean square of planes that are correlated."""
+
+_EDGE = 0.5
+"""Weight of each plane of edges; that of the colours together is 1."""
 
 
 def reduced(exemplar: PixelArray, by: int) -> NDArray[np.int64]:
@@ -67,3 +76,37 @@ def planes(colors: NDArray[np.int64]) -> list[Plane]:
     # In stacked maps the colours come first; the green of a normal map does not count.
     brightness = colors[:, :, :3].sum(axis=2)
     return [plane - int(plane.sum()) // plane.size for plane in (brightness, *edges)]
+
+
+def balanced(colors: NDArray[np.int64]) -> list[Plane]:
+    """Return planes for the autocorrelation: colours together weigh as much as the three planes of edges.
+
+    They are slightly smoothed, so that a shift by half a pixel is as good as one by a whole pixel.
+    """
+    tones = [_smooth(colors[:, :, k]) for k in range(min(3, colors.shape[2]))]
+    return _scaled(tones, 1.0) + [
+        part for plane in planes(colors)[1:] for part in _scaled([_smooth(plane)], _EDGE)
+    ]
+
+
+def _smooth(plane: Plane) -> Plane:
+    for _ in range(2):
+        padded = np.pad(plane, ((1, 1), (0, 0)), mode="edge")
+        plane = (padded[:-2] + 2 * padded[1:-1] + padded[2:]).T
+    return plane
+
+
+def _scaled(parts: list[Plane], weight: float) -> list[Plane]:
+    # Without their means, and with a variance of `weight` in all, in units of _LOUD². Planes that are equal
+    # everywhere are left out.
+    parts = [part - int(part.sum()) // part.size for part in parts]
+    largest = max(int(np.abs(part).max()) for part in parts)
+    if largest == 0:
+        return []
+    parts = [part * 2**15 // largest for part in parts]
+    variance = sum(int((part * part).sum()) for part in parts) / parts[0].size
+    if variance == 0:
+        return []
+    scale = _LOUD * math.sqrt(weight / variance)
+    parts = [np.rint(part * scale).astype(np.int64) for part in parts]
+    return [part for part in parts if part.any()]

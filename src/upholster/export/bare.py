@@ -1,12 +1,13 @@
 """OBJ and PLY with triangles only, without texture."""
 
+import io
 import os
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from upholster._version import __version__
+from upholster.files import writing
 from upholster.types import FloatArray, IntArray
 
 __all__ = ["write_bare_obj", "write_bare_ply"]
@@ -30,7 +31,7 @@ def write_bare_obj(
         The object's name.
     """
     turned = positions @ np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]]) + 0.0
-    with Path(path).open("w", encoding="utf-8", newline="\n") as file:
+    with writing(path) as opened, io.TextIOWrapper(opened, "utf-8", newline="\n") as file:
         file.write(f"# upholster {__version__}\no {'_'.join(name.split()) or 'model'}\n")
         rows: tuple[tuple[str, NDArray[np.generic]], ...] = (
             ("v %.9g %.9g %.9g\n", turned),
@@ -64,7 +65,7 @@ def write_bare_ply(path: str | os.PathLike[str], positions: FloatArray, triangle
     faces = np.empty(len(triangles), _FACE)
     faces["count"] = 3
     faces["corners"] = triangles
-    with Path(path).open("wb") as file:
+    with writing(path) as file:
         file.write(header.encode("ascii"))
         file.write(positions.astype("<f4").tobytes())
         file.write(faces.tobytes())

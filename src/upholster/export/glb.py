@@ -4,7 +4,6 @@ import json
 import os
 import struct
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,6 +14,7 @@ from upholster.errors import InputError
 from upholster.export.gltf_editing import mime_type
 from upholster.export.pages import PagedMesh, PageImages, check_pages, images_of, polygons_by_page
 from upholster.export.pbr import PbrMaterial, TextureFormat, alpha_mode, build_material
+from upholster.files import writing
 from upholster.types import FloatArray
 
 __all__ = ["TextureFormat", "write_glb"]
@@ -38,18 +38,18 @@ def write_glb(
 ) -> None:
     """Write a textured model as GLB.
 
-    glTF's y axis is up: a root node turns our z axis there. Colours are the material's base colour,
-    sRGB-coded. A 16-bit atlas becomes a 16-bit PNG, or 8-bit JPEG or WebP; a float atlas 8-bit, clipped to
-    0…1. If alpha is not 1 everywhere, the material is blended, or a mask if nearly all of it is 0 or 1. An
-    atlas of several pages becomes one material per page, and one mesh with one primitive per page; these
-    share their vertices.
+    glTF's y axis is up, and its unit is a metre: a root node turns our z axis there and scales. Colours are
+    the material's base colour, sRGB-coded. A 16-bit atlas becomes a 16-bit PNG, or 8-bit JPEG or WebP; a
+    float atlas 8-bit, clipped to 0…1. If alpha is not 1 everywhere, the material is blended, or a mask if
+    nearly all of it is 0 or 1. An atlas of several pages becomes one material per page, and one mesh with one
+    primitive per page; these share their vertices.
 
     Parameters
     ----------
     path
         The file to write.
     model
-        The mesh, in units taken as metres, and its atlas.
+        The mesh and its atlas; its unit is taken as a metre if it is not known.
     texture
         Image format: "auto" (colours without alpha "jpeg", others "png"), "png" (lossless), "jpeg" (no alpha)
         or "webp" (small; extension EXT_texture_webp).
@@ -113,13 +113,15 @@ def write_glb(
     images = [image for material in materials for _, image in material.images]
     parts = [*(part.tobytes() for part in (*vertices.values(), *indices)), *images]
     head = _document(parts, vertices, indices, materials, texture, name)
+    if model.metres not in (None, 1.0):
+        head["nodes"][0]["scale"] = [model.metres] * 3
     text = json.dumps(head, separators=(",", ":"), ensure_ascii=False).encode()
     text += b" " * (-len(text) % 4)
     size = sum(len(part) + -len(part) % 4 for part in parts)
     total = 12 + 8 + len(text) + 8 + size
     if total >= 1 << 32:
         raise InputError(f"GLB file would take {total} bytes; allowed: less than 4 GiB")
-    with Path(path).open("wb") as file:
+    with writing(path) as file:
         file.write(struct.pack("<4sII", b"glTF", 2, total))
         file.write(struct.pack("<I4s", len(text), b"JSON") + text)
         file.write(struct.pack("<I4s", size, b"BIN\0"))

@@ -17,9 +17,10 @@ from numpy.typing import NDArray
 
 from upholster.errors import InputError
 from upholster.export.gltf_references import prune
+from upholster.files import writing
 from upholster.geometry.mesh_files.accessors import COMPONENTS
 from upholster.geometry.mesh_files.gltf import Gltf, Json
-from upholster.geometry.mesh_files.meshopt import MESHOPT
+from upholster.geometry.mesh_files.meshopt import MESHOPT, meshopt_of
 
 __all__ = ["GltfEdit", "mime_type", "write_parts"]
 
@@ -213,6 +214,10 @@ class GltfEdit:
         extensions = self.gltf.item("buffers", buffer).get("extensions", {})
         if any(extensions.get(name, {}).get("fallback") for name in MESHOPT):
             return None
+        if not self.gltf.has_bytes(buffer) and all(
+            meshopt_of(view) for view in self.json["bufferViews"] if view.get("buffer") == buffer
+        ):
+            return None
         return self.gltf.buffer(buffer)
 
 
@@ -253,6 +258,6 @@ def _extensions(item: Any) -> Iterator[Json]:
 
 def write_parts(path: Path, parts: list[bytes]) -> None:
     """Write parts of a file one after the other."""
-    with path.open("wb") as file:
+    with writing(path) as file:
         for part in parts:
             file.write(part)

@@ -6,11 +6,11 @@ import hashlib
 import html
 import os
 from importlib import resources
-from pathlib import Path
 
 import numpy as np
 
 from upholster._version import __version__
+from upholster.files import write_bytes
 
 __all__ = ["as_printable_ascii", "html_page", "viewer_page", "write_html"]
 
@@ -71,7 +71,7 @@ def write_html(
         Bytes of a WebP picture of the model, which the page shows until the viewer has loaded it all, or
         permanently if scripts are switched off; none by default.
     """
-    Path(path).write_bytes(viewer_page(stream, title=title, poster=poster))
+    write_bytes(path, viewer_page(stream, title=title, poster=poster))
 
 
 def viewer_page(stream: bytes, *, title: str = "upholster", poster: bytes = b"") -> bytes:

@@ -2,11 +2,11 @@
 
 import os
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from upholster.files import writing
 from upholster.quilt.model import Texels
 
 __all__ = ["write_npz"]
@@ -41,5 +41,5 @@ def write_npz(
     for name, painted in {"chart": texels, **(maps or {})}.items():
         content |= {f"{name}_{index:0{digits}d}": array for index, array in enumerate(painted.arrays)}
     # An open file, because NumPy would add a suffix to a name without one.
-    with Path(path).open("wb") as file:
+    with writing(path) as file:
         np.savez(file, **content)

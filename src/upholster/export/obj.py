@@ -1,5 +1,6 @@
 """Wavefront OBJ with its material and texture, which any modelling program reads."""
 
+import io
 import os
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 from upholster._version import __version__
 from upholster.export.map_files import map_companion
 from upholster.export.pages import PagedMesh, check_pages, page_files, polygons_by_page, udim_tile
+from upholster.files import write_bytes, writing
 from upholster.image import alpha_channel, write_image
 from upholster.image.roles import DEFAULT_ROUGHNESS, MAP_ROLES
 from upholster.model import Mesh
@@ -136,7 +138,7 @@ def _write_mesh(
     turned = np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])  # applied from the right
     places, place_of = np.unique(mesh.positions @ turned + 0.0, axis=0, return_inverse=True)
     place_of = place_of.reshape(-1)  # + 0.0 made -0.0 equal to 0.0
-    with path.open("w", encoding="utf-8", newline="\n") as file:
+    with writing(path) as opened, io.TextIOWrapper(opened, "utf-8", newline="\n") as file:
         file.write(f"# upholster {__version__}\nmtllib {stem}.mtl\n")
         _rows(file, "v %.9g %.9g %.9g\n", places)
         _rows(file, "vt %.7f %.7f\n", np.column_stack([uv[:, 0], 1.0 - uv[:, 1]]))
@@ -167,7 +169,7 @@ def _write_materials(
         for name, files in zip(names, on_pages, strict=True)
         for line in _material(name, files, alpha=alpha)
     ]
-    path.write_text("\n".join(lines) + "\n", encoding="utf-8", newline="\n")
+    write_bytes(path, ("\n".join(lines) + "\n").encode())
 
 
 def _names(material: str, pages: int) -> list[str]:

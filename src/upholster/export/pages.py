@@ -43,12 +43,15 @@ class PagedMesh:
         (H, W, C) of the atlas: uint8, uint16 or float32. Or a list, with the image of each page.
     page
         (V,) the page that each vertex lies on, one for all vertices of a polygon; by default the first.
+    metres
+        Length of the model's unit, if it is known.
     """
 
     mesh: Mesh
     uv: FloatArray
     pixels: PageImages
     page: IntArray | None = None
+    metres: float | None = None
 
     @property
     def images(self) -> Sequence[PixelArray]:

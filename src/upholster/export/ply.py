@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from upholster._version import __version__
 from upholster.export.obj import whole_polygons
 from upholster.export.pages import PagedMesh, check_pages, page_files
+from upholster.files import writing
 from upholster.geometry import welded
 from upholster.image import write_image
 from upholster.types import FloatArray, IntArray
@@ -79,7 +80,7 @@ def write_ply(
         *(["property int texnumber"] if len(images) > 1 else []),
         "end_header",
     ]
-    with Path(path).open("wb") as file:
+    with writing(path) as file:
         file.write(("\n".join(lines) + "\n").encode())
         file.write(vertices.tobytes())
         for rows in faces:

@@ -1,11 +1,11 @@
 """STL with triangles only, for slicers."""
 
 import os
-from pathlib import Path
 
 import numpy as np
 
 from upholster._version import __version__
+from upholster.files import writing
 from upholster.types import FloatArray, IntArray
 
 __all__ = ["write_stl"]
@@ -31,7 +31,7 @@ def write_stl(path: str | os.PathLike[str], positions: FloatArray, triangles: In
     M. Burns: Automated Fabrication, 1993, section 6.5. (The StL format.)
     """
     points = positions.astype(np.float32)
-    with Path(path).open("wb") as file:
+    with writing(path) as file:
         # Its first word must not be "solid", which marks the text form.
         file.write(f"upholster {__version__}".encode("ascii").ljust(80))
         file.write(np.uint32(len(triangles)).astype("<u4").tobytes())

@@ -3,13 +3,13 @@
 import os
 import zipfile
 from collections.abc import Iterator
-from pathlib import Path
 from xml.sax.saxutils import escape
 
 import numpy as np
 from numpy.typing import NDArray
 
 from upholster._version import __version__
+from upholster.files import writing
 from upholster.types import FloatArray, IntArray
 
 __all__ = ["write_3mf"]
@@ -48,7 +48,10 @@ def write_3mf(
     ----------
     3MF Consortium: 3D Manufacturing Format, Core Specification and Reference Guide, version 1.3.
     """
-    with zipfile.ZipFile(Path(path), "w", zipfile.ZIP_DEFLATED, compresslevel=5) as package:
+    with (
+        writing(path) as opened,
+        zipfile.ZipFile(opened, "w", zipfile.ZIP_DEFLATED, compresslevel=5) as package,
+    ):
         for part, text in (("[Content_Types].xml", _TYPES), ("_rels/.rels", _RELATIONS)):
             package.writestr(_entry(part), text)
         with package.open(_entry("3D/3dmodel.model"), "w", force_zip64=True) as file:

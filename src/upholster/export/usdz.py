@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.errors import InputError
+from upholster.files import write_bytes
 from upholster.geometry.mesh_files.accessors import Accessors, as_floats
 from upholster.geometry.mesh_files.gltf import Gltf, Json, parse_gltf
 from upholster.geometry.mesh_files.gltf_nodes import Stand, stands, vertex_matrices
@@ -32,6 +33,7 @@ __all__ = ["check_usd", "write_usdz"]
 _SUFFIXES = {"image/png": ".png", "image/jpeg": ".jpg"}
 _CLAMP = 33071
 _TRIANGLES = (4, 5, 6)
+_MOST_PLACES = 65_536
 _ZIP_EPOCH = (0, 33)  # time and date of 1 January 1980, 0:00
 
 
@@ -43,7 +45,7 @@ def check_usd() -> None:
         raise InputError("writing .usdz needs usd-core; install it: pip install 'upholster[usd]'") from None
 
 
-def write_usdz(path: str | os.PathLike[str], glb: bytes, *, metres: float = 1.0) -> tuple[str, ...]:
+def write_usdz(path: str | os.PathLike[str], glb: bytes) -> tuple[str, ...]:
     """Write the scene of a GLB as USDZ, also with y up.
 
     Parameters
@@ -52,8 +54,6 @@ def write_usdz(path: str | os.PathLike[str], glb: bytes, *, metres: float = 1.0)
         The file to write.
     glb
         A GLB with textures in PNG or JPEG.
-    metres
-        Length of the GLB's unit in metres.
 
     Returns
     -------
@@ -72,12 +72,12 @@ def write_usdz(path: str | os.PathLike[str], glb: bytes, *, metres: float = 1.0)
     # Collects the warnings of Pixar's library, which would otherwise go to the terminal.
     heard = UsdUtils.CoalescingDiagnosticDelegate()
     with tempfile.TemporaryDirectory(prefix="upholster-") as folder:
-        scene = _Scene(gltf, Path(folder), metres)
+        scene = _Scene(gltf, Path(folder))
         scene.write()
         packed = str(Path(folder, "packed.usdz"))
         if not UsdUtils.CreateNewUsdzPackage(Sdf.AssetPath(str(scene.file)), packed):
             raise InputError("the USDZ package cannot be made: is there room on the disk?")
-        Path(path).write_bytes(_undated(Path(packed).read_bytes()))
+        write_bytes(path, _undated(Path(packed).read_bytes()))
     heard.TakeUncoalescedDiagnostics()
     return tuple(scene.notes)
 
@@ -97,7 +97,7 @@ def _undated(package: bytes) -> bytes:
 class _Scene:
     """A stage under construction, in a folder of its own with its textures."""
 
-    def __init__(self, gltf: Gltf, folder: Path, metres: float) -> None:
+    def __init__(self, gltf: Gltf, folder: Path) -> None:
         from pxr import Usd, UsdGeom
 
         self.file = folder / "model.usdc"
@@ -106,7 +106,7 @@ class _Scene:
         self._accessors = Accessors(gltf)
         self._stage: Any = Usd.Stage.CreateNew(str(self.file))
         UsdGeom.SetStageUpAxis(self._stage, UsdGeom.Tokens.y)
-        UsdGeom.SetStageMetersPerUnit(self._stage, metres)
+        UsdGeom.SetStageMetersPerUnit(self._stage, 1.0)
         self._root: Any = UsdGeom.Xform.Define(self._stage, "/Model")
         self._stage.SetDefaultPrim(self._root.GetPrim())
         self._materials: dict[int, Any] = {}
@@ -117,9 +117,13 @@ class _Scene:
         from pxr import Gf, UsdGeom
 
         for stand in stands(self._gltf, self._accessors):
-            places = (np.eye(4),) if stand.joints is not None else (stand.matrix, *stand.others)
-            names = [node for node in self._gltf.items("nodes") if node.get("mesh") == stand.mesh]
-            for place, node in zip(places, names, strict=False):
+            places = [np.eye(4)] if stand.joints is not None else [stand.matrix, *stand.others]
+            if len(places) > _MOST_PLACES:
+                self.notes.append(
+                    f"{_MOST_PLACES:,} of {len(places):,} instances are in .usdz, each with its own vertices"
+                )
+            for place, number in zip(places[:_MOST_PLACES], stand.nodes.tolist(), strict=False):
+                node = self._gltf.item("nodes", number)
                 called = node.get("name") or self._gltf.item("meshes", stand.mesh).get("name") or "mesh"
                 form = UsdGeom.Xform.Define(self._stage, self._free("/Model", str(called)))
                 form.GetPrim().SetDisplayName(str(called))

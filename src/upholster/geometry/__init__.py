@@ -32,7 +32,7 @@ from upholster.geometry.plane import plane
 from upholster.geometry.revolution import cone, cylinder, ellipsoid, revolve, vase
 from upholster.geometry.sphere import sphere
 from upholster.geometry.surface import BuiltIn, Surface
-from upholster.geometry.surface_files import read_bpt, read_nets, read_surface, write_nets
+from upholster.geometry.surface_files import read_bpt, read_nets, read_surface
 from upholster.geometry.triangle_mesh import MeshSurface, TriangleMesh, welded
 
 AnySurface = Surface | MeshSurface
@@ -73,5 +73,4 @@ __all__ = [
     "torus",
     "vase",
     "welded",
-    "write_nets",
 ]

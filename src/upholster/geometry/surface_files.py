@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from upholster.errors import FormatError, InputError, nearest
-from upholster.formats import SURFACE_SUFFIXES, input_kind
+from upholster.formats import MODEL_SUFFIXES, SURFACE_SUFFIXES, input_kind
 from upholster.geometry.face import Face
 from upholster.geometry.joining import join_patches
 from upholster.geometry.orientation import pointing_outward
@@ -18,7 +18,7 @@ from upholster.geometry.patch import MAX_DEGREE, RationalPatch
 from upholster.geometry.surface import MAX_PATCHES, Surface
 from upholster.types import FloatArray
 
-__all__ = ["MAX_FILE_BYTES", "read_bpt", "read_nets", "read_surface", "write_nets"]
+__all__ = ["MAX_FILE_BYTES", "read_bpt", "read_nets", "read_surface"]
 
 MAX_FILE_BYTES = 128 * 2**20
 MAX_POINTS = 2**20
@@ -40,8 +40,7 @@ def read_surface(path: PathLike) -> Surface:
         return _READERS[kind.name](path)
     raise InputError(
         f"surface {str(path)!r} has an unknown suffix; allowed: files of {', '.join(SURFACE_SUFFIXES)}, a "
-        "model of .glb, .gltf, .obj, .ply, .stl, .off, .step, .iges, .brep or .3dm, or a built-in surface, "
-        "see `upholster surfaces`"
+        f"model of {', '.join(MODEL_SUFFIXES)}, or a built-in surface, see `upholster surfaces`"
     )
 
 
@@ -104,32 +103,6 @@ def read_nets(path: PathLike) -> Surface:
     except InputError as error:
         raise InputError(f"{where}: {error}") from None
     return surface
-
-
-def write_nets(path: PathLike, surface: Surface) -> None:
-    """Write control nets as JSON; `read_nets` restores faces, weights, and points up to rounding.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be written.
-    """
-    patches = []
-    for patch in surface.patches:
-        net: dict[str, Any] = {"points": patch.control_points.tolist()}
-        if (patch.weights != 1.0).any():
-            net["weights"] = patch.weights.tolist()
-        patches.append(net)
-    lines = ",\n  ".join(json.dumps(net) for net in patches)
-    grids = [
-        [[first + row * face.columns + column for column in range(face.columns)] for row in range(face.rows)]
-        for first, face in zip(surface.first_patches, surface.faces, strict=True)
-    ]
-    head = json.dumps({"name": surface.name, "tolerance": surface.tolerance, "faces": grids})[1:-1]
-    try:
-        Path(path).write_text(f'{{{head}, "patches": [\n  {lines}\n]}}\n', encoding="utf-8")
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written: {error.strerror}") from None
 
 
 def read_bpt(path: PathLike) -> Surface:

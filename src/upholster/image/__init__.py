@@ -1,6 +1,7 @@
 """Images: reading and writing files, colour, resizing.
 
-- `read`, `write`: image files; `heif`: HEIC and AVIF; `native`: faults of the C libraries
+- `read`, `write`: image files; `decoding`, `heif`: their pixels; `native`: faults of the C libraries
+- `stated`: what files say of themselves, and what is done with it; `jpeg`: a JPEG's base image
 - `profiles`, `icc`: colour profiles to sRGB; `color`: sRGB and linear light; `numbers`: maps without colours
 - `source`: the exemplar in all forms that users pass
 - `material`: a material; `material_files`, `packages`: its files, in folders and zip files; `roles`: its maps

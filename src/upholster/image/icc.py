@@ -1,4 +1,4 @@
-"""ICC colour profiles made of a matrix and curves: their tags, and the light that a sample stands for.
+"""Colour profiles made of a matrix and curves: ICC's tags, and the light that a sample stands for.
 
 Profiles that hold tables instead are left to Little CMS, see `upholster.image.profiles`.
 """
@@ -14,7 +14,19 @@ from numpy.typing import NDArray
 from upholster.errors import FormatError
 from upholster.types import FloatArray
 
-__all__ = ["SRGB_TO_XYZ", "Curve", "GammaCurve", "Profile", "TableCurve", "read_profile"]
+__all__ = [
+    "SRGB_TO_XYZ",
+    "Chromaticities",
+    "Curve",
+    "GammaCurve",
+    "Profile",
+    "TableCurve",
+    "read_profile",
+    "rgb_profile",
+]
+
+Chromaticities = tuple[tuple[float, float], tuple[float, float], tuple[float, float], tuple[float, float]]
+"""(x, y) of red, green, blue and white."""
 
 D50: FloatArray = np.array([0.9642, 1.0, 0.8249])
 """White of the connection space (ICC.1:2022, section 7.2.16)."""
@@ -28,6 +40,11 @@ SRGB_TO_XYZ: FloatArray = np.array(
 )
 """Linear sRGB to XYZ relative to D50: the primaries of IEC 61966-2-1, adapted by Bradford's
 matrix (ICC.1:2022, annex E). Rows add up to D50."""
+
+_BRADFORD: FloatArray = np.array(
+    [[0.8951, 0.2664, -0.1614], [-0.7502, 1.7135, 0.0367], [0.0389, -0.0685, 1.0296]]
+)
+"""From XYZ to responses of the eye's cones, in which white is adapted (ICC.1:2022, annex E)."""
 
 _COLORANTS = (b"rXYZ", b"gXYZ", b"bXYZ")
 _CURVES = (b"rTRC", b"gTRC", b"bTRC")
@@ -140,6 +157,43 @@ def read_profile(data: bytes) -> Profile:
     except struct.error:
         raise FormatError("profile has a tag that is too short") from None
     return described()
+
+
+def rgb_profile(
+    name: str, curve: Curve, given: Chromaticities, *, neutral: tuple[float, float] | None = None
+) -> Profile | None:
+    """Return the profile of RGB with stated primaries, None if they span no triangle.
+
+    Parameters
+    ----------
+    name
+        Its description.
+    curve
+        From samples to light, for all three.
+    given
+        Primaries and white.
+    neutral
+        The colour that becomes white, if it is not their white.
+
+    References
+    ----------
+    SMPTE RP 177, on the matrix.
+    """
+    *primaries, white = (_xyz(place) for place in given)
+    target = white if neutral is None else _xyz(neutral)
+    columns = np.stack(primaries, axis=1)
+    if not np.isfinite(columns).all() or abs(np.linalg.det(columns)) < 1e-6:
+        return None
+    light = columns * np.linalg.solve(columns, white / white[1])
+    gains = (_BRADFORD @ D50) / (_BRADFORD @ (target / target[1]))
+    adapted = np.linalg.solve(_BRADFORD, gains[:, None] * _BRADFORD)
+    matrix = adapted @ light
+    return Profile(name, "RGB", False, (curve,) * 3, matrix) if np.isfinite(matrix).all() else None
+
+
+def _xyz(place: tuple[float, float]) -> FloatArray:
+    x, y = place
+    return np.array([x, y, 1 - x - y])
 
 
 def _curve(tag: bytes) -> Curve:

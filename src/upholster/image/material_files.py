@@ -109,7 +109,7 @@ def read_material(
         remarks.append(
             "the normal map's green points down (DirectX), as the height map shows; if not: --normal gl"
         )
-    read = finished(cut_out(read, options), options)
+    read = finished(cut_out(read, options), options, remarks)
     white = read.pop("used", None)
     return Material(read, tuple(remarks), None if white is None else is_white(white))
 
@@ -192,13 +192,20 @@ def _taken_apart(
         case "normal" | "normal_gl" | "normal_dx":
             down = normal == "dx" or (normal is None and role == "normal_dx")
             yield "normal", _green_turned(plain) if down else plain
+        case "opacity" if alpha is not None and (np.ptp(pixels[:, :, alpha]) or _is_colored(plain)):
+            notes.append(f"{file.name!r} has an alpha, which is read as the opacity")
+            yield role, pixels[:, :, alpha:]
         case _:
-            if plain.shape[2] == 3 and float(np.ptp(to_unit(plain), axis=2).mean()) > _COLORED:
+            if _is_colored(plain):
                 notes.append(
                     f"{file.name!r} is coloured, but read as {family_of(role)} only; if it is packed, "
                     f"name its channels in order: --map orm={file.name}"
                 )
             yield family_of(role), _single(role, _grey(plain))
+
+
+def _is_colored(plain: PixelArray) -> bool:
+    return plain.shape[2] == 3 and float(np.ptp(to_unit(plain), axis=2).mean()) > _COLORED
 
 
 def _single(role: str, values: PixelArray) -> PixelArray:

@@ -3,8 +3,7 @@
 import os
 import stat
 import zipfile
-import zlib
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path, PurePosixPath
@@ -15,10 +14,10 @@ from upholster.image.read import read_image, read_image_data
 from upholster.image.roles import LEFT_OUT, role_of
 from upholster.image.write import IMAGE_SUFFIXES
 from upholster.types import PixelArray
+from upholster.zip_files import open_zip, unpacked
 
-__all__ = ["MapFile", "folder_images", "is_zip", "map_file", "zip_images"]
+__all__ = ["MapFile", "folder_images", "is_zip", "map_file", "unpacked_parts", "zip_entries", "zip_images"]
 
-MOST_ENTRIES = 1000
 MOST_BYTES = 1 << 28
 """Limit for one image in a zip file, checked before it is decoded."""
 
@@ -73,7 +72,7 @@ def zip_images(path: Path) -> list[MapFile]:
         256 MiB.
     """
     folders: dict[PurePosixPath, list[MapFile]] = {}
-    for entry in _entries(path):
+    for entry in zip_entries(path):
         place = PurePosixPath(entry.filename)
         hidden = any(part.startswith((".", "__MACOSX")) for part in place.parts)
         if hidden or entry.is_dir() or not _is_image(place.name):
@@ -90,19 +89,25 @@ def _is_image(name: str) -> bool:
     return PurePosixPath(name).suffix.lower() in IMAGE_SUFFIXES
 
 
-def _entries(path: Path) -> list[zipfile.ZipInfo]:
-    """Return a zip file's entries, all of them checked."""
+def zip_entries(path: Path) -> list[zipfile.ZipInfo]:
+    """Return a zip file's entries, all of them checked.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, damaged or no zip file; if it has more than 1000 entries, or an entry with an
+        odd path: absolute, with "..", a backslash or a link.
+    """
     name = str(path)
     try:
-        _check_count(path)
-        with zipfile.ZipFile(path) as package:
+        with open_zip(path) as package:
             entries = package.infolist()
     except FileNotFoundError:
         raise InputError(f"{name!r} does not exist") from None
     except OSError as error:
         raise InputError(f"{name!r} cannot be read: {error.strerror}") from None
-    except (zipfile.BadZipFile, ValueError, NotImplementedError) as error:
-        raise InputError(f"{name!r} is not a readable zip file: {error}") from None
+    except InputError as error:
+        raise InputError(f"{name!r}: {error}") from None
     for entry in entries:
         place = PurePosixPath(entry.orig_filename)
         mode = entry.external_attr >> 16
@@ -112,17 +117,19 @@ def _entries(path: Path) -> list[zipfile.ZipInfo]:
     return entries
 
 
-def _check_count(path: Path) -> None:
-    """Refuse a directory that is too long before it is read; the record at its end gives its length."""
-    with path.open("rb") as file:
-        end = file.seek(0, 2)
-        file.seek(max(0, end - 65557))
-        tail = file.read()
-    at = tail.rfind(b"PK\5\6")
-    count = int.from_bytes(tail[at + 10 : at + 12], "little") if at >= 0 else 0
-    length = int.from_bytes(tail[at + 12 : at + 16], "little") if at >= 0 else 0
-    if count > MOST_ENTRIES or length > MOST_ENTRIES << 10:
-        raise InputError(f"{str(path)!r} has {count} entries or more; allowed: {MOST_ENTRIES}")
+def unpacked_parts(path: Path, entry: zipfile.ZipInfo, most: int) -> Iterator[bytes]:
+    """Yield an entry's bytes in parts; never more than its declared size, `entry.file_size`.
+
+    Raises
+    ------
+    InputError
+        If it is encrypted, damaged, larger than `most` bytes, or packed by another method than deflate.
+    """
+    try:
+        with open_zip(path) as package:
+            yield from unpacked(package, entry, most)
+    except (InputError, OSError) as error:
+        raise InputError(f"{f'{path}/{entry.filename}'!r}: {error}") from None
 
 
 def _read_entry(
@@ -130,18 +137,5 @@ def _read_entry(
 ) -> PixelArray:
     """Decode one image. OpenImageIO reads files only, so the bytes go through a file in memory."""
     shown = f"{path}/{entry.filename}"
-    if entry.file_size > MOST_BYTES:
-        raise InputError(
-            f"{shown!r} takes {entry.file_size >> 20} MiB; allowed: {MOST_BYTES >> 20} MiB unpacked"
-        )
-    if entry.flag_bits & 1:
-        raise InputError(f"{shown!r} is encrypted; allowed: plain entries")
-    if entry.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
-        raise InputError(f"{shown!r} is packed by method {entry.compress_type}; allowed: stored, deflate")
-    try:
-        # Read no more than the declared size: anything longer is damaged.
-        with zipfile.ZipFile(path) as package, package.open(entry) as stream:
-            data = stream.read(entry.file_size + 1)
-    except (zipfile.BadZipFile, zlib.error, NotImplementedError, EOFError, OSError) as error:
-        raise InputError(f"{shown!r} cannot be unpacked: {error}") from None
+    data = b"".join(unpacked_parts(path, entry, MOST_BYTES))
     return read_image_data(data, shown, colors=colors, notes=notes)

@@ -9,6 +9,7 @@ from upholster.errors import InputError
 from upholster.image.color import from_linear
 from upholster.image.even_light import even_light
 from upholster.image.numbers import as_depth, to_unit
+from upholster.image.profiles import Notes, tell
 from upholster.image.rectify import Rectification
 from upholster.image.resize import resize_image
 from upholster.image.roles import COLORS
@@ -65,13 +66,17 @@ def cut_out(maps: Mapping[str, PixelArray], options: SampleOptions) -> Maps:
     return dict(maps)
 
 
-def finished(maps: Mapping[str, PixelArray], options: SampleOptions) -> Maps:
+def finished(maps: Mapping[str, PixelArray], options: SampleOptions, notes: Notes | None = None) -> Maps:
     """Return a sample's maps in the requested size; even light is for the albedo alone.
+
+    Without a requested size, maps that are too large are reduced to the largest size.
 
     Parameters
     ----------
     maps, options
         `maps` is the result of `cut_out`.
+    notes
+        Gets a note if they are reduced without request; without a list it becomes a warning.
 
     Raises
     ------
@@ -80,14 +85,23 @@ def finished(maps: Mapping[str, PixelArray], options: SampleOptions) -> Maps:
     """
     result = dict(maps)
     target = check_resize(options.resize)
+    height, width = next(iter(maps.values())).shape[:2]
+    reduced = target is None and max(height, width) > MAX_SIDE
+    if reduced:
+        target = MAX_SIDE
     if target is not None:
-        height, width = maps["albedo"].shape[:2]
         if isinstance(target, int):
             longer = max(height, width)
             target = (max(1, round(width * target / longer)), max(1, round(height * target / longer)))
         if not all(MIN_SIDE <= side <= MAX_SIDE for side in target):
             raise InputError(
                 f"resize gives {target[0]}x{target[1]} pixels; allowed: {MIN_SIDE} to {MAX_SIDE} each way"
+            )
+        if reduced:
+            tell(
+                notes,
+                f"the sample has {width}x{height} pixels and was reduced to {target[0]}x{target[1]}: up to "
+                f"{MAX_SIDE} each way are used; --crop takes a part at full size",
             )
         result = {
             role: resampled(role, pixels, height=target[1], width=target[0]) for role, pixels in maps.items()

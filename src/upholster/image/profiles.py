@@ -47,7 +47,7 @@ def is_cmyk(profile: bytes) -> bool:
     return profile[16:20] == b"CMYK"
 
 
-def to_srgb(name: str, pixels: PixelArray, data: bytes, notes: Notes | None) -> PixelArray:
+def to_srgb(name: str, pixels: PixelArray, data: bytes | Profile, notes: Notes | None) -> PixelArray:
     """Return samples as the project has them: integers sRGB-coded, floats linear with sRGB's primaries.
 
     Parameters
@@ -58,7 +58,7 @@ def to_srgb(name: str, pixels: PixelArray, data: bytes, notes: Notes | None) -> 
         (H, W, C) uint8, uint16 or float32, which may be overwritten: grey or RGB, with alpha or without; or
         (H, W, 4) cyan, magenta, yellow, black, if the profile is for these.
     data
-        The ICC profile.
+        The ICC profile, or one made of other statements in the file.
     notes
         Gets a note of what could not be done: no library for tables, only 8 bits, a damaged profile.
 
@@ -68,7 +68,7 @@ def to_srgb(name: str, pixels: PixelArray, data: bytes, notes: Notes | None) -> 
         (H, W, C) of the same dtype, RGB for CMYK; alpha unchanged. Integers clip colours outside sRGB.
     """
     try:
-        profile = read_profile(data)
+        profile = data if isinstance(data, Profile) else read_profile(data)
     except FormatError as error:
         tell(notes, f"{name!r}: the colour profile was not applied: {error}")
         return pixels
@@ -79,7 +79,7 @@ def to_srgb(name: str, pixels: PixelArray, data: bytes, notes: Notes | None) -> 
             notes, f"{name!r}: the colour profile {profile.name!r} was not applied: it is for {profile.space}"
         )
         return pixels
-    if profile.tables or not profile.curves:
+    if not isinstance(data, Profile) and (profile.tables or not profile.curves):
         table = _by_tables(name, pixels, profile, data, notes)
         if table is not None:
             return table

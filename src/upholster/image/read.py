@@ -1,27 +1,26 @@
 """Reading exemplars: photos straight from a phone work, damaged files are refused.
 
-OpenImageIO decodes the files, including palettes, 1…4-bit samples and plain CMYK. This module handles depth,
-alpha, orientation and damage; profiles are in `upholster.image.profiles`, HEIC and AVIF in
-`upholster.image.heif`.
+Files are decoded by `upholster.image.decoding`, HEIC and AVIF by `upholster.image.heif`;
+`upholster.image.stated` lists what they say of themselves, and what is done with it. This module turns
+pictures upright, and checks sizes and samples.
 """
 
 import os
 import re
 import stat
-from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
-from OpenImageIO import ImageInput, ImageSpec, geterror
 
 from upholster.errors import InputError
 from upholster.files import path_text
 from upholster.image.color import alpha_channel
+from upholster.image.decoding import ALLOWED, decode_file
 from upholster.image.heif import heif_kind, read_heif
 from upholster.image.masks import Used, as_map, filled, is_white
 from upholster.image.native import scratch_file, silent
 from upholster.image.preparing import MAX_SIDE, MIN_SIDE, check_resize, cut_out, finished
-from upholster.image.profiles import PHOTOS, Notes, ink_samples, is_cmyk, tell, to_srgb
+from upholster.image.profiles import Notes, tell, to_srgb
 from upholster.image.rectify import Corners
 from upholster.included import sample_path
 from upholster.options import SampleOptions
@@ -47,10 +46,7 @@ MAX_PIXELS = 200_000_000
 """The default if the variable is not set: the largest photos of telephones. A file of 1 MB may hold 1,000
 million pixels of one colour, which take a minute and gigabytes to decode."""
 
-_FORMATS = ("png", "jpeg", "webp", "tiff", "openexr")
-_ALLOWED = "allowed: PNG, JPEG, WebP, TIFF, OpenEXR, HEIC, AVIF"
 _MAGIC = re.compile(rb"\x89PNG\r\n\x1a\n|\xff\xd8\xff|RIFF....WEBP|II[*+]\0|MM\0[*+]|v/1\x01", re.DOTALL)
-_KEPT = {"uint8": "uint8", "uint16": "uint16", "half": "float32", "float": "float32", "double": "float32"}
 
 
 def read_exemplar(
@@ -90,8 +86,8 @@ def read_exemplar(
     Returns
     -------
     ndarray
-        (H, W, C), C from 1 to 4, sides from 32 to 4096. uint8 (for 1…8-bit samples) or uint16 as stored,
-        sRGB-coded; float32 for half, float and double, linear.
+        (H, W, C), C from 1 to 4, sides from 32 to 4096: larger images are reduced, with a note. uint8 (for
+        1…8-bit samples) or uint16 as stored, sRGB-coded; float32 for half, float and double, linear.
 
     Raises
     ------
@@ -120,9 +116,8 @@ def read_photo(
     """
     name = _checked_file(Path(path_text(path, "image")))
     check_resize(options.resize)
-    whole = options.rectify is None and options.crop is None and options.resize is None
     with silent():
-        pixels = _upright(name, whole, True, notes)
+        pixels = _upright(name, True, notes)
     if options.rectify is not None or options.use is not None:
         # That would spread a NaN and hide its origin, as would resizing.
         _check_samples(pixels, repr(name))
@@ -132,7 +127,9 @@ def read_photo(
         maps = {"albedo": filled(pixels, used), "used": as_map(used)}
     maps = cut_out(maps, options)
     _check_samples(maps["albedo"], repr(name))
-    maps = finished(maps, options)
+    height, width = maps["albedo"].shape[:2]
+    _check_least(width, height, repr(name))
+    maps = finished(maps, options, notes)
     pixels = maps["albedo"]
     _check_size(pixels.shape[1], pixels.shape[0], repr(name))
     check_white(pixels, repr(name))
@@ -206,7 +203,7 @@ def read_image(
     """
     name = _checked_file(Path(path_text(path, "image")))
     with silent():
-        pixels = _upright(name, False, colors, notes)
+        pixels = _upright(name, colors, notes)
     _check_samples(pixels, repr(name))
     return np.ascontiguousarray(pixels)
 
@@ -273,142 +270,25 @@ def _checked_file(path: Path) -> str:
     except OSError as error:
         raise InputError(f"{name!r} cannot be read: {error.strerror}") from None
     if not (_MAGIC.match(head) or heif_kind(head)):
-        raise InputError(f"{name!r} is not a readable image; {_ALLOWED}")
+        raise InputError(f"{name!r} is not a readable image; {ALLOWED}")
     return name
 
 
-def _upright(name: str, whole: bool, colors: bool, notes: Notes | None) -> PixelArray:
-    """Return a file's pixels, upright and in sRGB; `whole`: they will not be cropped or reduced."""
+def _upright(name: str, colors: bool, notes: Notes | None) -> PixelArray:
+    """Return a file's pixels, upright and in sRGB."""
     with open(name, "rb") as file:
         heif = heif_kind(file.read(32))
-    if heif is None:
-        try:
-            pixels, orientation, profile = _decode(name, whole, colors, notes)
-        except UnicodeDecodeError:  # channel names, or an error message that quotes the file
-            raise InputError(f"{name!r} is damaged: its texts are not UTF-8") from None
-        pixels = _turned(pixels, orientation)
-    else:
-        pixels, profile = read_heif(name, heif, check=_check_pixels, notes=notes)
-        if whole:
-            _check_size(pixels.shape[1], pixels.shape[0], repr(name))
-    return to_srgb(name, pixels, profile, notes) if profile and colors else pixels
-
-
-def _decode(
-    name: str, whole: bool, colors: bool, notes: Notes | None
-) -> tuple[PixelArray, int, bytes | None]:
-    """Return pixels, unpremultiplied, the orientation tag, and their colour profile."""
-    wish = ImageSpec()
-    wish.attribute("oiio:UnassociatedAlpha", 1)
-    file = _opened(name, wish)
     try:
-        spec = file.spec()
-        if file.format_name() not in _FORMATS:
-            raise InputError(f"{name!r} is a {file.format_name()} file; {_ALLOWED}")
-        if whole:
-            _check_size(spec.width, spec.height, repr(name))
+        if heif is None:
+            pixels, found = decode_file(name, check=_check_pixels, colors=colors, notes=notes)
         else:
-            _check_pixels(name, spec.width, spec.height, spec.image_bytes(True))
-        dtype = _KEPT.get(str(spec.format))
-        if spec.deep or spec.depth > 1 or dtype is None:
-            kind = "deep" if spec.deep else "volume" if spec.depth > 1 else str(spec.format)
-            raise InputError(f"{name!r} has {kind} samples; allowed: unsigned 8- or 16-bit integers, floats")
-        _check_channels(name, spec, file.format_name())
-        pixels = _read_whole(name, file, spec)
-    finally:
-        file.close()
-        _forget_errors()
-    orientation = spec.get_int_attribute("Orientation", 1)
-    data = spec.getattribute("ICCProfile")
-    profile = None if data is None else np.asarray(data, np.uint8).tobytes()
-    if colors and _has_inks(spec, profile):
-        assert profile is not None
-        inks = _inks(name, file.format_name(), notes)
-        # Samples that could not be converted still have four channels: then OpenImageIO's RGB must do.
-        found = None if inks is None else to_srgb(name, inks, profile, notes)
-        return (pixels if found is None or found.shape[2] == 4 else found), orientation, None
-    with np.errstate(over="ignore"):  # a double beyond float32 becomes infinite, and is then refused
-        pixels = pixels.astype(dtype, copy=False)
-    # PNG and WebP hold straight alpha, OpenEXR premultiplied; TIFF says which.
-    straight = file.format_name() in ("png", "webp") or spec.get_int_attribute("oiio:UnassociatedAlpha") == 1
-    if spec.alpha_channel >= 0 and not straight:
-        pixels = _unpremultiplied(pixels)
-    return pixels, orientation, profile
-
-
-def _forget_errors() -> None:
-    """Clear pending errors, which would turn up at the next call."""
-    with suppress(UnicodeDecodeError):
-        geterror()
-
-
-def _opened(name: str, wish: ImageSpec) -> ImageInput:
-    file = ImageInput.open(name, wish)
-    if file is None:
-        raise InputError(f"{name!r} cannot be decoded: {_one_line(geterror())}")
-    return file
-
-
-def _read_whole(name: str, file: ImageInput, spec: ImageSpec) -> PixelArray:
-    pixels = file.read_image(0, 0, 0, spec.nchannels, spec.format)
-    words = file.geterror()
-    # A truncated JPEG file gives pixels, grey below the cut, and an error: not usable as an exemplar.
-    if pixels is None or words:
-        raise InputError(f"{name!r} is truncated or damaged: {_one_line(words)}")
-    whole: PixelArray = pixels.reshape(spec.height, spec.width, spec.nchannels)
-    return whole
-
-
-def _has_inks(spec: ImageSpec, profile: bytes | None) -> bool:
-    """Return whether RGB was made of cyan, magenta, yellow and black, and a profile describes these."""
-    return profile is not None and is_cmyk(profile) and spec.nchannels == 3
-
-
-def _inks(name: str, kind: str, notes: Notes | None) -> PixelArray | None:
-    """Return a CMYK file's own samples; None, and a note, if no library gives them."""
-    if kind == "jpeg":
-        inks = ink_samples(name)
-        if inks is None:
-            tell(notes, f"{name!r}: the CMYK profile was not applied, which needs: {PHOTOS}")
-        return inks
-    wish = ImageSpec()
-    wish.attribute("oiio:RawColor", 1)
-    file = _opened(name, wish)
-    try:
-        inks = _read_whole(name, file, file.spec())
-    finally:
-        file.close()
-        _forget_errors()
-    if inks.shape[2] != 4:
-        tell(notes, f"{name!r}: the colour profile was not applied: it is for CMYK")
-        return None
-    return inks
-
-
-def _check_channels(name: str, spec: ImageSpec, kind: str) -> None:
-    expected = alpha_channel(spec.nchannels) if spec.nchannels <= 4 else None
-    alpha = spec.alpha_channel if spec.alpha_channel >= 0 else None
-    # TIFF files may leave the meaning of an extra channel open; simple programs write alpha this way.
-    unsaid = kind == "tiff" and alpha is None and spec.z_channel < 0
-    if spec.nchannels > 4 or not (alpha == expected or unsaid):
-        names = ", ".join(spec.channelnames[:8])
-        raise InputError(
-            f"{name!r} has {spec.nchannels} channels ({names}); allowed: grey or RGB, with or without alpha"
-        )
-
-
-def _unpremultiplied(pixels: PixelArray) -> PixelArray:
-    """Divide colour by alpha; where alpha is 0 there is no colour to recover, and the value stays."""
-    alpha = pixels[:, :, -1:].astype(np.float32)
-    alpha[alpha == 0] = 1.0 if pixels.dtype.kind == "f" else np.iinfo(pixels.dtype).max
-    with np.errstate(over="ignore", invalid="ignore"):  # checked afterwards
-        color = pixels[:, :, :-1] / alpha
-    if pixels.dtype.kind != "f":
-        top = np.iinfo(pixels.dtype).max
-        color = np.minimum(color * top + 0.5, top)
-    pixels = pixels.copy()
-    pixels[:, :, :-1] = color
-    return pixels
+            pixels, found = read_heif(name, heif, check=_check_pixels, notes=notes)
+    except UnicodeDecodeError:  # channel names, or an error message that quotes the file
+        raise InputError(f"{name!r} is damaged: its texts are not UTF-8") from None
+    pixels = _turned(pixels, found.orientation)
+    if colors and found.unknown:
+        tell(notes, f"{name!r}: the colour coding {found.unknown} is not converted: colours will be wrong")
+    return to_srgb(name, pixels, found.profile, notes) if found.profile and colors else pixels
 
 
 def _turned(pixels: PixelArray, orientation: int) -> PixelArray:
@@ -423,12 +303,14 @@ def _turned(pixels: PixelArray, orientation: int) -> PixelArray:
 
 
 def _check_size(width: int, height: int, name: str, largest: int = MAX_SIDE) -> None:
+    _check_least(width, height, name)
+    if max(width, height) > largest:
+        raise InputError(f"{name} is {width}x{height} pixels; allowed: up to {largest} each way")
+
+
+def _check_least(width: int, height: int, name: str) -> None:
     if min(width, height) < MIN_SIDE:
         raise InputError(f"{name} is {width}x{height} pixels; allowed: {MIN_SIDE}x{MIN_SIDE} or more")
-    if max(width, height) > largest:
-        raise InputError(
-            f"{name} is {width}x{height} pixels; allowed: up to {largest} each way; use --resize {largest}"
-        )
 
 
 def _check_pixels(name: str, width: int, height: int, size: int) -> None:
@@ -486,11 +368,6 @@ def check_white(pixels: PixelArray, name: str) -> None:
             f"{name} has floats up to {most:g}, most beyond 1 or all whole numbers; allowed: linear light, "
             "white at 1 (highlights may lie beyond); as integers, uint8 or uint16, 255 or 65535 is white"
         )
-
-
-def _one_line(words: str) -> str:
-    lines = [line.strip() for line in words.splitlines() if line.strip()]
-    return lines[0] if lines else "no reason given"
 
 
 def read_image_data(

@@ -216,6 +216,7 @@ def find_maps(files: Iterable[File], *, taken: Collection[str] = ()) -> tuple[di
     """Find the role of each of a material's files from its name.
 
     A file whose name all others start with is the albedo if there is no other, else a preview, and left out.
+    Colours with alpha (``brick-diffuse-alpha.png``) are the albedo if there is no other, else the opacity.
     An OpenGL normal map is preferred to a DirectX one, and roughness to gloss.
 
     Parameters
@@ -260,12 +261,21 @@ def find_maps(files: Iterable[File], *, taken: Collection[str] = ()) -> tuple[di
             )
         if "albedo" not in taken:
             found.setdefault("albedo", file)
+    opacity = found.get("opacity")
+    if opacity is not None and not {"albedo"} & {*found, *taken} and _is_albedo_with_alpha(_stem(opacity)):
+        found["albedo"] = found.pop("opacity")
     for better, role in (("normal_gl", "normal"), ("normal_gl", "normal_dx"), ("normal", "normal_dx")):
         if better in found:
             found.pop(role, None)
     if "roughness" in found and "gloss" in found:
         notes.append(f"left out {found.pop('gloss').name!r}: there is a roughness map")
     return found, notes
+
+
+def _is_albedo_with_alpha(name: str) -> bool:
+    """Return whether a name of an opacity map gives the albedo as well."""
+    words = re.split("opacity|alpha", name, flags=re.IGNORECASE)
+    return len(words) > 1 and role_of(words[-2]) == "albedo"
 
 
 def _packed_words(joined: str) -> str | None:

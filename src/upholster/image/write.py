@@ -8,6 +8,7 @@ import numpy as np
 from OpenImageIO import ImageOutput, ImageSpec, geterror
 
 from upholster.errors import InputError, nearest
+from upholster.files import write_bytes
 from upholster.image.color import alpha_channel, from_linear, to_linear
 from upholster.image.native import scratch_file, silent
 from upholster.types import PixelArray
@@ -55,7 +56,7 @@ def write_image(
         raise InputError(f"suffix of {path.name!r} is unknown; {nearest(path.suffix, IMAGE_SUFFIXES)}")
     data = encode_image(pixels, kind, quality=quality, bits=bits)
     try:
-        path.write_bytes(data)
+        write_bytes(path, data)
     except OSError as error:
         raise InputError(f"{os.fspath(path)!r} cannot be written: {error.strerror}") from None
 

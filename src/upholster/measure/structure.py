@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from upholster.elements.autocorrelation import RADIUS, correlation_peaks, shifted_products
 from upholster.measure.fidelity import WINDOW, check_alike, looked_at
 from upholster.measure.samples import coded
-from upholster.methods.quilt.exemplar_structure import RADIUS, correlation_peaks, shifted_products
 from upholster.types import FloatArray, PixelArray
 
 __all__ = ["Peak", "Structure", "structure"]

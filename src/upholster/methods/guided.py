@@ -263,8 +263,14 @@ def _prepared(text: GuideText, reading: SampleOptions, *, labels: bool) -> Pixel
             f"labels {str(text)!r} with rectify or resize, which would mix colours; "
             "allowed: labels of a sample that `upholster prepare` made"
         )
-    maps = {"albedo": pixels, "guide": pixels}
-    return finished(cut_out(maps, reading), replace(reading, even_light=False))["guide"]
+    maps = cut_out({"albedo": pixels, "guide": pixels}, reading)
+    if labels and max(maps["guide"].shape[:2]) > MAX_SIDE:
+        raise InputError(
+            f"labels {str(text)!r} have more than {MAX_SIDE} pixels a side, and reducing them would mix "
+            "colours; allowed: a sample of this size, or a part of it (--crop)"
+        )
+    # The sample's own note says if it was reduced.
+    return finished(maps, replace(reading, even_light=False), [])["guide"]
 
 
 def _own(text: GuideText, parts: dict[str, PixelArray]) -> NDArray[np.float32]:

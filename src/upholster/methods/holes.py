@@ -11,11 +11,11 @@ from upholster.charts.phases import TURN
 from upholster.elements import Lattice, find_lattice
 from upholster.errors import InputError
 from upholster.image.masks import Used, filled, largest_square
-from upholster.methods.quilt.exemplar_structure import block_size
 from upholster.methods.quilt.guides import Rectangle, Steering, Zones, cropped
 from upholster.methods.quilt.method import laid_quilt, planned
 from upholster.methods.quilt.phases import WantedPhases
 from upholster.methods.quilt.quilt_options import QuiltOptions
+from upholster.methods.quilt.sizes import suiting_side
 from upholster.methods.quilt.usable import LEAST_ROOM, largest_block, usable_side
 from upholster.quilt.chart import Chart
 from upholster.quilt.labels import LabelMap, label_shape
@@ -137,8 +137,7 @@ def hole_places(
         (WarpField.identity(),),
         np.broadcast_to((1.0, 0.0, 0.0), (len(charted.chart), 3, 3)),
         1.0,
-        # A photo is not a single texture: rare parts stay rare.
-        options=QuiltOptions(block=side, evenness=0.0),
+        options=QuiltOptions(block=side),
         phases=phases,
         used=exemplar.used,
         steering=Steering(zones=zones, kept=kept),
@@ -151,7 +150,7 @@ def hole_places(
 
 def _side(pixels: PixelArray, hole: NDArray[np.bool_]) -> int:
     width = max(_SMALLEST, _TIMES * largest_square(hole))
-    return min(block_size(pixels), LARGEST_BLOCK, width) // 4 * 4
+    return min(suiting_side(pixels.shape), LARGEST_BLOCK, width) // 4 * 4
 
 
 def _in_cells(hole: NDArray[np.bool_]) -> NDArray[np.bool_]:

@@ -21,10 +21,9 @@ from upholster.methods.guidance import (
     regions_held,
     zones_on,
 )
-from upholster.methods.quilt.exemplar_structure import block_size
 from upholster.methods.quilt.guides import Again, Steering, Zones, cropped
 from upholster.methods.quilt.phases import WantedPhases
-from upholster.methods.quilt.sizes import block_side
+from upholster.methods.quilt.sizes import block_side, suiting_side
 from upholster.methods.quilt.usable import largest_block, usable_side
 from upholster.options import SynthesisOptions
 from upholster.types import FloatArray, PixelArray
@@ -131,7 +130,7 @@ class Seen:
             return options.block
         surfaces = [None if one is None else one.surface for one in phases or (None,) * len(self.parts)]
         sides = [
-            block_side(part, across, turning, one if isinstance(one, PhaseField) else None)
+            block_side(part.shape, across, turning, one if isinstance(one, PhaseField) else None)
             for part, one in zip(self.parts, surfaces, strict=True)
         ]
         return min(usable_side(max(sides), mask) for mask in self.masks)
@@ -155,4 +154,5 @@ class Seen:
                 )
         if options.block is not None:
             return options.block
-        return min(usable_side(max(map(block_size, self.parts)), used) for used in self.masks)
+        side = max(suiting_side(part.shape) for part in self.parts)
+        return min(usable_side(side, used) for used in self.masks)

@@ -1,6 +1,7 @@
 """The textured model: mesh, tangents, atlas and texture coordinates; and the displaced mesh.
 
 - `atlas`: all charts in one image; `packing`, `islands`: their places in it; `gutter`: their gutters
+- `island_cuts`: islands in pieces, if they are larger than a page
 - `normal_atlas`: the atlas of a normal map; `tangents`: the frame of its vectors
 - `mesh_on_charts`: a mesh with places on its charts
 - `displaced`: the displaced mesh; `heights`: its heights; `folds`: finding and undoing its folds

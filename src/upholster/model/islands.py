@@ -8,15 +8,17 @@ on a triangle reads only the island's own squares.
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import accumulate, islice, product
 
 import numpy as np
 from numpy.typing import NDArray
 
 from upholster.charts.mesh_layout import chart_places
+from upholster.errors import InputError
 from upholster.geometry import AnySurface, MeshSurface
 from upholster.model._packing_kernels import lay_stencils, mark_squares
+from upholster.model.island_cuts import cut_islands
 from upholster.model.packing import (
     MAX_PAGES,
     PAGE_LIMIT,
@@ -24,7 +26,6 @@ from upholster.model.packing import (
     AtlasLayout,
     AtlasPage,
     check_charts_fit,
-    check_fit,
     check_page_count,
     pack_charts,
     power_of_two,
@@ -47,6 +48,9 @@ _WIDTHS = (1.1, 1.2, 1.3, 1.0, 1.45, 1.6, 1.8, 0.9, 0.8)
 _TRIES, _LEAST_TRIES = 3000, 3
 """Approximate number of stencils placed in the search for the smallest page; and least number of pages
 tried."""
+
+_LEAST_PIECE = 32
+"""Least number of texels, each way, to which pieces of an island are limited."""
 
 _Place = tuple[int, int]
 _Page = tuple[dict[int, _Place], _Place]
@@ -82,6 +86,8 @@ def pack_islands(
 ) -> AtlasLayout:
     """Arrange islands by their shapes on pages as few and as small as possible.
 
+    With `size`, islands that are larger than a page are cut, see `upholster.model.island_cuts`.
+
     Parameters
     ----------
     surface, charts
@@ -95,7 +101,7 @@ def pack_islands(
     Raises
     ------
     InputError
-        As for `pack_charts`.
+        As for `pack_charts`, but a chart may be larger than `size`.
     """
     places = chart_places(surface, charts)
     texels = _area(places)
@@ -105,15 +111,25 @@ def pack_islands(
     side = 1 << max(0, gutter.bit_length() - 1)
     while min(math.sqrt(texels), most) > _SQUARES * side:
         side *= 2
-    stencils = _stencils(surface, places, len(charts), side, max(gutter, 1) / 2)
-    if size is not None:
-        largest = side * int(stencils.sizes.max())
-        check_fit(charts, size, largest, texels=round(texels), padding=gutter, step=side)
+    reach = max(gutter, 1) / 2
+    stencils, cuts = _stencils(surface, places, len(charts), side, reach), None
+    if size is not None and side * int(stencils.sizes.max()) > size:
+        # A stencil begins at a whole texel, at most one before its reach.
+        fitting = size // side * side - 2 * reach - 1
+        if fitting < _LEAST_PIECE:
+            raise InputError(
+                f"padding is {gutter} on pages of {size} x {size} texels, so pieces of islands would have "
+                f"less than {_LEAST_PIECE} texels each way; allowed: less padding, or larger pages"
+            )
+        cuts = cut_islands(surface, charts, fitting, side + math.ceil(reach))
+        surface, charts = cuts.surface, cuts.charts
+        stencils = _stencils(surface, chart_places(surface, charts), len(charts), side, reach)
     rounded = power_of_two if powers and size is None else int
     pages = _on_pages(stencils, most, rounded)
     check_page_count(len(pages))
     shapes = [(rounded(rows * side), rounded(columns * side)) for _, (rows, columns) in pages]
-    return _layout(charts, stencils, pages, shapes if size is None else [(size, size)] * len(pages))
+    layout = _layout(charts, stencils, pages, shapes if size is None else [(size, size)] * len(pages))
+    return replace(layout, cuts=cuts)
 
 
 def island_padding(texels: float) -> int:

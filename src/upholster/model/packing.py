@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from upholster.charts.tessellation import Mesh
 from upholster.errors import InputError
+from upholster.model.island_cuts import IslandCuts
 from upholster.quilt.chart import Chart
 from upholster.types import FloatArray, IntArray
 
@@ -21,7 +22,6 @@ __all__ = [
     "AtlasLayout",
     "AtlasPage",
     "check_charts_fit",
-    "check_fit",
     "check_page_count",
     "gutter_depths",
     "pack_charts",
@@ -85,10 +85,15 @@ class AtlasPage:
 
 @dataclass(frozen=True, slots=True)
 class AtlasLayout:
-    """Cells of all charts, in the charts' order, and their pages, stacked vertically."""
+    """Cells of all charts, in the charts' order, and their pages, stacked vertically.
+
+    If islands of a mesh were larger than a page, `cuts` has their pieces, and the cells are those of the
+    pieces' charts.
+    """
 
     cells: tuple[AtlasCell, ...]
     pages: tuple[AtlasPage, ...]
+    cuts: IslandCuts | None = None
 
     def on_page(self, number: int) -> dict[int, AtlasCell]:
         """Return the cells of a page by their charts' numbers."""
@@ -174,7 +179,7 @@ def pack_charts(
         shapes = [(rounded(height), rounded(width)) for height, width in shapes]
     else:
         texels = sum(chart.height * chart.width for chart in charts)
-        check_fit(charts, size, max(map(max, sizes)), texels=texels, padding=2 * gutter, step=step)
+        _check_fit(charts, size, max(map(max, sizes)), texels=texels, padding=2 * gutter, step=step)
         places, shapes = _on_pages(tallest_first, size)
         shapes = [(size, size)] * len(shapes)
     check_page_count(len(shapes))
@@ -206,7 +211,7 @@ def check_page_count(count: int) -> None:
         )
 
 
-def check_fit(
+def _check_fit(
     charts: Sequence[Chart], size: int, largest: int, *, texels: int, padding: int, step: int
 ) -> None:
     """Raise InputError if the largest cell exceeds a page; name a number of texels with which it fits.

@@ -4,6 +4,7 @@
 - `process`: starts it, with limits of time and memory, and reads its result
 - `__main__`: the process itself; only it runs the modules below
 - `shape_reading`: STEP, IGES and BREP as shapes with names, colours and layers; `rhino`: 3DM
+- `named_files`: the other files that a STEP assembly names
 - `bodies`: shapes as bodies, each shape once; `face_surfaces`: the surface of a face; `meshing`: its
 triangles
 

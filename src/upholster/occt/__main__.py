@@ -8,6 +8,7 @@ import time
 from pathlib import Path
 from typing import Any
 
+from upholster.occt.process import NO_ROOM
 from upholster.occt.records import CadRecord
 from upholster.types import Progress
 
@@ -15,10 +16,6 @@ __all__ = ["main"]
 
 _EVERY = 0.1
 """Least number of seconds between two lines of progress."""
-
-
-_NO_ROOM = "bad_alloc", "failed to map", "annot allocate memory"
-"""Parts of error messages from libraries that could not allocate memory for themselves."""
 
 
 def main(file: str, result: str, options: str) -> None:
@@ -53,7 +50,7 @@ def _read(file: Path, options: dict[str, Any], report: Progress) -> CadRecord | 
     except ModuleNotFoundError as error:
         return f"missing {error.name}"
     except ImportError as error:
-        if any(said in str(error) for said in _NO_ROOM):
+        if any(said in str(error) for said in NO_ROOM):
             return "memory"
         return f"it cannot be read: Open CASCADE does not load: {error}".splitlines()[0]
     try:

@@ -3,6 +3,7 @@
 import json
 import os
 import pickle
+import signal
 import subprocess
 import sys
 import tempfile
@@ -16,7 +17,7 @@ from upholster.errors import InputError
 from upholster.occt.records import CadRecord
 from upholster.types import Progress
 
-__all__ = ["MEMORY", "SECONDS", "read_cad"]
+__all__ = ["MEMORY", "NO_ROOM", "SECONDS", "read_cad"]
 
 SECONDS = 600.0
 """Default time limit for reading."""
@@ -26,6 +27,15 @@ MEMORY = 12 << 30
 
 _EVERY = 0.1
 """Seconds between two checks of progress."""
+
+NO_ROOM = "bad_alloc", "failed to map", "annot allocate memory"
+"""Parts of error messages from libraries that could not allocate memory for themselves."""
+
+_WINDOWS_FAULT = 0xC0000000
+"""Least status of a process that Windows has ended for a fault."""
+
+_KEPT = 20
+"""Number of lines kept of the process's errors."""
 
 _LIBRARIES = ("OCP", "rhino3dm")
 
@@ -72,11 +82,19 @@ def read_cad(
     options |= {"memory": memory, "seconds": seconds}
     with tempfile.TemporaryDirectory(prefix="upholster-") as folder:
         result = Path(folder, "result")
-        command = [sys.executable, "-P", "-m", "upholster.occt", str(path), str(result), json.dumps(options)]
-        code = _run(command, seconds, progress)
+        command = [
+            sys.executable,
+            "-P",
+            "-m",
+            "upholster.occt",
+            os.path.abspath(path),
+            str(result),
+            json.dumps(options),
+        ]
+        code, said = _run(command, seconds, progress)
         found: CadRecord | str | None = pickle.loads(result.read_bytes()) if result.is_file() else None
     if found is None:
-        raise InputError(f"Open CASCADE crashes on it (status {code}): it cannot be read")
+        raise _refused(_ended(code, said), memory)
     if isinstance(found, str):
         raise _refused(found, memory)
     if not any(body.faces for body in found.bodies):
@@ -84,22 +102,27 @@ def read_cad(
     return found
 
 
-def _run(command: list[str], seconds: float, progress: Progress | None) -> int:
-    """Run the process to its end, or until the time is up; return its status."""
+def _run(command: list[str], seconds: float, progress: Progress | None) -> tuple[int, str]:
+    """Run the process to its end, or until the time is up; return its status and the end of its errors."""
     process: subprocess.Popen[str] | None = None
     heard: deque[str] = deque()
+    errors: deque[str] = deque(maxlen=_KEPT)
     try:
         process = subprocess.Popen(
             command,
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL,
+            stderr=subprocess.PIPE,
             env=_environment(),
             text=True,
+            errors="replace",
         )
         assert process.stdout is not None
-        listener = threading.Thread(target=_hear, args=(process.stdout, heard), daemon=True)
-        listener.start()
+        assert process.stderr is not None
+        pipes = (process.stdout, heard), (process.stderr, errors)
+        listeners = [threading.Thread(target=_hear, args=pipe, daemon=True) for pipe in pipes]
+        for listener in listeners:
+            listener.start()
         end = time.monotonic() + seconds
         code = None
         while code is None:
@@ -107,9 +130,10 @@ def _run(command: list[str], seconds: float, progress: Progress | None) -> int:
             if code is None and time.monotonic() >= end:
                 raise InputError(f"it takes more than {seconds:g} s to read; allowed: up to that")
             if code is not None:
-                listener.join()
+                for listener in listeners:
+                    listener.join()
             _report(heard, progress)
-        return code
+        return code, "".join(errors).strip()
     finally:  # also when the user stops the program
         if process is not None:
             process.kill()
@@ -134,6 +158,21 @@ def _report(heard: deque[str], progress: Progress | None) -> None:
         stage, done, total = heard.popleft().split()
         if progress is not None:
             progress(stage, int(done), int(total))
+
+
+def _ended(code: int, said: str) -> str:
+    """Return why a process ended without a result: from its status, and the end of its errors."""
+    if any(words in said for words in NO_ROOM):
+        return "memory"
+    name = next((one.name for one in signal.Signals if one == -code), "")
+    if name == "SIGKILL":
+        return "it cannot be read: the system ended the process that reads it, as it does if memory is short"
+    if name == "SIGXCPU":
+        return "it cannot be read: it takes too much processor time"
+    if code < 0 or code >= _WINDOWS_FAULT:
+        return f"Open CASCADE crashes on it ({name or f'status {code}'}): it cannot be read"
+    last = said.splitlines()[-1] if said else f"status {code}"
+    return f"it cannot be read: the process that reads it fails: {last}"
 
 
 def _refused(text: str, memory: int) -> InputError:

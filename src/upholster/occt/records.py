@@ -173,6 +173,8 @@ class CadRecord:
         The file's bodies, in its order.
     notes
         What the user should know.
+    files
+        The other files that it names, in its folder; there may be none at a place.
     """
 
     format: str
@@ -182,3 +184,4 @@ class CadRecord:
     box: FloatArray = field(default_factory=lambda: np.zeros((2, 3)))
     bodies: list[BodyRecord] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
+    files: list[str] = field(default_factory=list)

@@ -1,8 +1,9 @@
 """STEP, IGES and BREP files as shapes, with the file's names, colours and layers."""
 
+import re
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from OCP.BRep import BRep_Builder
 from OCP.BRepBuilderAPI import BRepBuilderAPI_Transform
@@ -32,10 +33,34 @@ from OCP.XCAFDoc import (
     XCAFDoc_ShapeTool,
 )
 
+from upholster.errors import InputError
 from upholster.formats import input_kind
+from upholster.occt.named_files import NamedFiles, named_files
 from upholster.occt.records import CadRecord
 
 __all__ = ["Leaf", "UnreadableError", "read_shapes"]
+
+_IGES_UNITS = {
+    1: "inch",
+    2: "millimetre",
+    4: "foot",
+    5: "mile",
+    6: "metre",
+    7: "kilometre",
+    8: "mil",
+    9: "micron",
+    10: "centimetre",
+    11: "microinch",
+}
+"""Units by the flag in an IGES file; 3 means the unit's name."""
+
+
+_LISTED = 5
+
+_NO_NAME = re.compile(
+    r"=>\[[\d:]+\]|COMPOUND|(COMP)?SOLID|SHELL|FACE|WIRE|EDGE|VERTEX|\*DIT\d+|NAUO\d+|\d+|NONE"
+)
+"""Names that programs give where people gave none: Open CASCADE's, and numbers of placements."""
 
 
 class UnreadableError(Exception):
@@ -90,7 +115,9 @@ def read_shapes(path: Path, unit: float | None) -> tuple[CadRecord, list[Leaf]]:
 
         return read_rhino(path, unit)
     if unit is not None:
-        raise UnreadableError("states its unit itself; allowed: --unit with .brep, and .3dm without one")
+        raise UnreadableError(
+            "states its unit itself; leave out --unit: it is for .brep, and .3dm without one"
+        )
     return _exchange(path, is_step=name == "STEP")
 
 
@@ -116,14 +143,37 @@ def _exchange(path: Path, *, is_step: bool) -> tuple[CadRecord, list[Leaf]]:
     format_ = "STEP" if is_step else "IGES"
     if reader.ReadFile(str(path)) != IFSelect_RetDone:
         raise UnreadableError(f"is not a {format_} file that Open CASCADE can read")
-    record = CadRecord(format_, _step_unit(reader) if is_step else _iges_unit(path))
+    record = CadRecord(format_, _step_unit(reader) if is_step else _iges_unit(reader))
+    known = _named_files(reader, path, record) if is_step else NamedFiles()
     document = TDocStd_Document(TCollection_ExtendedString("XmlOcaf"))
-    leaves = _Labels(document).leaves() if reader.Transfer(document) else []
+    labels = _Labels(document)
+    leaves = labels.leaves() if reader.Transfer(document) else []
+    _note_missing(record, [name for name, product in known.missing.items() if product in labels.empty])
     if not any(TopExp_Explorer(leaf.shape, TopAbs_FACE).More() for leaf in leaves):
         leaves = _without_products(path, record) if is_step else []
     if not leaves:
-        raise UnreadableError("has no shapes with faces; allowed: a model with some")
+        missing = "".join(f"; {note}" for note in record.notes)
+        raise UnreadableError(f"has no shapes with faces{missing}; allowed: a model with some")
     return record, leaves if is_step else _as_one(path.stem, leaves)
+
+
+def _named_files(reader: Any, path: Path, record: CadRecord) -> NamedFiles:
+    """Return the other files that an assembly names, checked before they are opened."""
+    try:
+        known = named_files(reader.ChangeReader().WS(), path)
+    except InputError as error:
+        raise UnreadableError(str(error).removeprefix("it ")) from None
+    record.files = list(dict.fromkeys(map(str, known.places.values())))
+    return known
+
+
+def _note_missing(record: CadRecord, names: list[str]) -> None:
+    if names:
+        listed = ", ".join(repr(name[:80]) for name in names[:_LISTED])
+        more = " …" if len(names) > _LISTED else ""
+        record.notes.append(
+            f"parts are missing, because their files are not STEP files in the model's folder: {listed}{more}"
+        )
 
 
 def _without_products(path: Path, record: CadRecord) -> list[Leaf]:
@@ -177,33 +227,26 @@ def _step_unit(reader: Any) -> str:
     return ", ".join(names)
 
 
-def _iges_unit(path: Path) -> str:
-    """Return the unit in an IGES file's global section."""
-    lines = path.read_text("latin-1").splitlines()
-    text = "".join(line[:72] for line in lines[:400] if line[72:73] == "G")
-    fields, rest = [], text
-    separator = ","
-    if rest[:2] == "1H":
-        separator, rest = rest[2], rest[3:].lstrip(separator)
-        fields.append(separator)
-    while rest and len(fields) < 16:
-        count, mark, after = rest.partition("H")
-        if mark and count.strip().isdigit():
-            length = int(count)
-            fields.append(after[:length])
-            rest = after[length:].lstrip()[1:]
-        else:
-            one, _, rest = rest.partition(separator)
-            fields.append(one.strip())
-    names = {"IN": "inch", "INCH": "inch", "MM": "millimetre", "M": "metre", "FT": "foot", "CM": "centimetre"}
-    unit = fields[14].strip().upper() if len(fields) > 14 else ""
-    return names.get(unit, unit.lower())
+def _iges_unit(reader: Any) -> str:
+    """Return the unit that Open CASCADE has read in an IGES file's global section."""
+    section = reader.IGESModel().GlobalSection()
+    if section.UnitFlag() in _IGES_UNITS:
+        return _IGES_UNITS[section.UnitFlag()]
+    return str(section.UnitName().ToCString()).lower() if section.HasUnitName() else ""
+
+
+class _Names(NamedTuple):
+    """A component's name, and those of the assembly above for parts without one: component's, product's."""
+
+    component: str = ""
+    above: tuple[str, str] = ("", "")
 
 
 class _Labels:
-    """The labelled shapes of a document."""
+    """The labelled shapes of a document, and the names of parts that have none."""
 
     def __init__(self, document: Any) -> None:
+        self.empty: set[str] = set()
         self._shapes = XCAFDoc_DocumentTool.ShapeTool_s(document.Main())
         self._colours = XCAFDoc_DocumentTool.ColorTool_s(document.Main())
         self._layers = XCAFDoc_DocumentTool.LayerTool_s(document.Main())
@@ -213,33 +256,38 @@ class _Labels:
         self._shapes.GetFreeShapes(found)
         out: list[Leaf] = []
         for k in range(1, found.Length() + 1):
-            self._walk(found.Value(k), TopLoc_Location(), "", "", out)
+            self._walk(found.Value(k), TopLoc_Location(), _Names(), "", out)
         return out
 
-    def _walk(self, label: Any, place: Any, name: str, colour: str, out: list[Leaf]) -> None:
+    def _walk(self, label: Any, place: Any, names: "_Names", colour: str, out: list[Leaf]) -> None:
         """Descend an assembly; a component's name and colour override its product's."""
         if XCAFDoc_ShapeTool.IsReference_s(label):
             target = TDF_Label()
             XCAFDoc_ShapeTool.GetReferredShape_s(label, target)
-            own = self._colour(label)
             self._walk(
                 target,
                 place.Multiplied(XCAFDoc_ShapeTool.GetLocation_s(label)),
-                _own_name(label) or name,
-                own or colour,
+                _Names(_given_name(label) or names.component, names.above),
+                self._colour(label) or colour,
                 out,
             )
             return
+        product = _given_name(label)
         if XCAFDoc_ShapeTool.IsAssembly_s(label):
             parts = Sequence_TDF_Label()
             XCAFDoc_ShapeTool.GetComponents_s(label, parts)
+            above = (
+                names.component or product or names.above[0],
+                product or names.component or names.above[1],
+            )
             for k in range(1, parts.Length() + 1):
-                self._walk(parts.Value(k), place, "", self._colour(label) or colour, out)
+                self._walk(parts.Value(k), place, _Names("", above), self._colour(label) or colour, out)
             return
         shape = XCAFDoc_ShapeTool.GetShape_s(label)
-        product = _own_name(label)
-        if name.startswith("=>") or not name:
-            name = product
+        if shape.IsNull() or not TopExp_Explorer(shape, TopAbs_FACE).More():
+            self.empty.add(_own_name(label))
+        name = names.component or product or names.above[0] or _own_name(label)
+        product = product or names.above[1]
         out.append(
             Leaf(
                 name if not product or product == name else f"{name}\0{product}",
@@ -276,6 +324,12 @@ class _Labels:
         shape = XCAFDoc_ShapeTool.GetShape_s(label)
         found = None if shape.IsNull() else self._layers.GetLayers(label)
         return found.Value(1).ToExtString() if found is not None and found.Length() else ""
+
+
+def _given_name(label: Any) -> str:
+    """Return a label's name; empty if a program made it up."""
+    name = _own_name(label)
+    return "" if _NO_NAME.fullmatch(name) else name
 
 
 def _own_name(label: Any) -> str:

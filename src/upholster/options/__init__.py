@@ -9,11 +9,19 @@ from upholster.options.choices import Options, chosen, settled_options
 from upholster.options.model_options import ModelOptions
 from upholster.options.option_fields import METHODS, differing
 from upholster.options.sample_options import SampleOptions
-from upholster.options.synthesis_options import SynthesisOptions
+from upholster.options.synthesis_options import (
+    AXIS_DIRECTIONS,
+    FIELD_DIRECTIONS,
+    PATCH_DIRECTIONS,
+    SynthesisOptions,
+)
 from upholster.options.write_options import QUALITY, Quality, TextureFormat, WriteOptions, check_quality
 
 __all__ = [
+    "AXIS_DIRECTIONS",
+    "FIELD_DIRECTIONS",
     "METHODS",
+    "PATCH_DIRECTIONS",
     "QUALITY",
     "ModelOptions",
     "Options",

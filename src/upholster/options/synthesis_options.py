@@ -11,7 +11,18 @@ from upholster.lengths import read_length
 from upholster.options.option_fields import METHODS, about, differing, documented, members, settle_types
 from upholster.shown import on_a_line
 
-__all__ = ["SynthesisOptions", "check_owner"]
+__all__ = ["AXIS_DIRECTIONS", "FIELD_DIRECTIONS", "PATCH_DIRECTIONS", "SynthesisOptions", "check_owner"]
+
+FIELD_DIRECTIONS = ("level", "smooth", "curvature", "edges")
+"""Words for directions that fields of all surfaces can have."""
+
+PATCH_DIRECTIONS = ("u", "v")
+"""Words for directions of patches alone."""
+
+AXIS_DIRECTIONS = ("along", "around")
+"""Words for directions of CAD models, whose faces have axes."""
+
+_DIRECTIONS = (*FIELD_DIRECTIONS, *PATCH_DIRECTIONS, *AXIS_DIRECTIONS)
 
 SEARCHES = ("coherent", "full")
 
@@ -75,12 +86,14 @@ class SynthesisOptions:
         default=None,
         metadata=about(
             _SCALE,
-            "Direction of the sample's rows: level (along lines of equal z), along the patches, at an angle "
-            "to that, along a vector, or round an axis; on CAD models along or around the axes of its faces; "
-            "or given by red and green of an image over the texture coordinates. "
+            "Direction of the sample's rows: level (along lines of equal z), smooth (with few turns), "
+            "curvature (the way of the greatest bend), edges (along and across sharp ones), u or v of "
+            "patches, an angle, a vector, or round an axis; on CAD models along or around the axes of faces; "
+            "or red and green of an image over the texture coordinates. "
             "On models also per part, repeatable: `Shaft=along`; names as for --part. "
-            "Default: along the patches, the longer way round a ring; level where patches do not agree.",
-            metavar="[PART=]level|u|v|DEG|X,Y,Z|around:AXIS|along|around|IMAGE",
+            "Default on models: level, but curvature on closed tubes and smooth on land. On patches: u, or "
+            "the longer way round a closed ring; level where patches do not agree.",
+            metavar=f"[PART=]{'|'.join(_DIRECTIONS)}|DEG|X,Y,Z|around:AXIS|IMAGE",
             only="quilt",
         ),
     )
@@ -204,8 +217,8 @@ class SynthesisOptions:
         default=None,
         metadata=about(
             _SYNTHESIS,
-            "Side of a block in pixels of the sample, 8 to 512. Default: from the sample's structure. "
-            "With method paper in texels, a multiple of 2^levels up to 256; default 32.",
+            "Side of a block in pixels of the sample, 8 to 512. Default: 5/16 of its shorter side, less "
+            "where a surface curves. With method paper in texels, a multiple of 2^levels up to 256; default 32.",
             only=("quilt", "paper"),
         ),
     )
@@ -216,22 +229,6 @@ class SynthesisOptions:
             "Width of the overlap of blocks in the same unit: 4 to half a block, default three tenths. With "
             "method paper a multiple of 2^levels, a block divided by 3, 4, …; default 8.",
             only=("quilt", "paper"),
-        ),
-    )
-    evenness: float = field(
-        default=0.2,
-        metadata=about(
-            _SYNTHESIS,
-            "Cost of using a part of the sample more often than others, 0 to 10.",
-            only="quilt",
-        ),
-    )
-    variety: float = field(
-        default=0.2,
-        metadata=about(
-            _SYNTHESIS,
-            "Cost of using a part of the sample again near where it was used, 0 to 10.",
-            only="quilt",
         ),
     )
     phase: float | None = field(
@@ -247,7 +244,8 @@ class SynthesisOptions:
         default=1.1,
         metadata=about(
             _SYNTHESIS,
-            "Draw each block from those that cost at most this many times the best, 1 to 2.",
+            "Of the places that cost at most this many times the best, 1 to 2, a block takes the one that is "
+            "least used nearby.",
             only="quilt",
         ),
     )
@@ -376,8 +374,6 @@ class SynthesisOptions:
         for text in self.put or ():
             parse_put(text)
         for name, value, least, most in (
-            ("evenness", self.evenness, 0, 10),
-            ("variety", self.variety, 0, 10),
             ("phase", 0 if self.phase is None else self.phase, 0, 10),
             ("tolerance", self.tolerance, 1, 2),
             ("shortlist", self.shortlist, 1, 4096),
@@ -448,8 +444,8 @@ def _direction_text(direction: Any) -> Any:
     parts = [direction] if isinstance(direction, Real) else members(direction) or []
     if len(parts) not in (1, 3) or not all(isinstance(part, Real) for part in parts):
         raise InputError(
-            f"direction is {on_a_line(direction)}; allowed: level, u, v, degrees, a vector as (x, y, z) or "
-            "'x,y,z', 'around:z', or a function"
+            f"direction is {on_a_line(direction)}; allowed: {', '.join(_DIRECTIONS)}, degrees, a vector as "
+            "(x, y, z) or 'x,y,z', 'around:z', or a function"
         )
     return ",".join(repr(float(part)).removesuffix(".0") for part in parts)
 

@@ -19,9 +19,10 @@ from upholster.charts.size_map import parse_size_map
 from upholster.charts.surface_to_cover import CoveredLike, covered_files
 from upholster.coverings.pins import MOST_PINNED, Pinned
 from upholster.errors import FormatError, InputError, nearest
-from upholster.files import outputs, path_inside, path_text, read_bytes
+from upholster.files import outputs, path_inside, path_text, read_bytes, write_bytes
 from upholster.formats import PROJECT_SUFFIX
 from upholster.image.source import Sample, Source
+from upholster.json_text import read_json
 from upholster.methods import settled_seed, with_names
 from upholster.options import SampleOptions, SynthesisOptions, differing
 from upholster.project.project import KINDS, Project
@@ -59,13 +60,10 @@ def read_project(path: str | os.PathLike[str], *, allow: Sequence[str | os.PathL
     name = path_text(path, "project")
     if not name.lower().endswith(PROJECT_SUFFIX):
         raise InputError(f"project {name!r} has another suffix; allowed: {PROJECT_SUFFIX}")
-    try:
-        data = json.loads(read_bytes(name))
-    except (ValueError, RecursionError) as error:
-        raise FormatError(f"{name}: it is not JSON: {error}") from None
     reader = _Reader(name, [Path(name).parent, *map(Path, allow)])
+    data = read_bytes(name)
     try:
-        return reader.project(data)
+        return reader.project(read_json(data))
     except (InputError, FormatError) as error:
         raise type(error)(f"{name}: {error}") from None
 
@@ -255,7 +253,7 @@ def save_project(project: Project, path: str | os.PathLike[str]) -> list[str]:
                 shutil.copyfile(source, files.path(target))
     written["files"] = {file: file_digest(str(keeper.root / file)) for file in keeper.files}
     with outputs([name]) as files:
-        files.path(name).write_text(json.dumps(written, indent=2) + "\n", encoding="utf-8")
+        write_bytes(files.path(name), (json.dumps(written, indent=2) + "\n").encode())
     return [str(target) for target in keeper.copies.values()]
 
 

@@ -94,27 +94,6 @@ class WarpField:
             )
         frozen_array(np.ascontiguousarray(nodes))
 
-    @classmethod
-    def quantised(cls, matrices: ArrayLike, *, margin: int = 1) -> "WarpField":
-        """Return the field nearest to given matrices.
-
-        Parameters
-        ----------
-        matrices
-            (rows, columns, 2, 2) float64: M at each node, exemplar pixels per texel; positive determinants.
-        margin
-            Number of nodes before texel 0.
-
-        Raises
-        ------
-        InputError
-            If a matrix is not finite or its determinant is not positive.
-        """
-        m: FloatArray = np.asarray(matrices, np.float64)
-        if m.ndim != 4 or m.shape[2:] != (2, 2):
-            raise InputError(f"matrices have shape {m.shape}; allowed: (rows, columns, 2, 2)")
-        return cls(polar_nodes(m), margin)
-
     @cached_property
     def matrices(self) -> IntArray:
         """The nodes' matrices, (rows, columns, 4) int32, row by row, in 1/4096 pixel per texel.

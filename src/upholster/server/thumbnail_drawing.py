@@ -48,8 +48,8 @@ def draw_file(path: str) -> bytes:
 def draw_thumbnail(file: BinaryIO) -> bytes:
     """Return a picture of a stream as a PNG file's bytes; if it cannot be shown, one that says so.
 
-    At most 4 MiB of the stream are read, or up to its first view, if that is at most 64 MiB: any prefix is a
-    picture. A model of more than 16 million texels or 4096 charts is shown without its texture.
+    At most 4 MiB of the stream are read, or up to its first view, if that is at most 64 MiB: every longer
+    prefix is a picture. A model of more than 16 million texels or 4096 charts is shown without its texture.
     """
     try:
         return _picture(file)

@@ -1,4 +1,6 @@
-"""The progressive stream, .uph: a textured surface in one file; any prefix of it is a coarser model.
+"""The progressive stream, .uph: a textured surface in one file; its prefixes are coarser models.
+
+The shortest of these is the first view, which contains all triangles of a mesh.
 
 - `writer`, `reader`: streams as bytes; `chunks`: the container; `order`: the order of parts
 - `plan`, `plan_head`: placements and labels; `field_chunks`: warp fields; `layout_chunk`: charts

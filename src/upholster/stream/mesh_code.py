@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from upholster.errors import FormatError, InputError
 from upholster.geometry.triangle_mesh import MeshSurface, TriangleMesh
+from upholster.limits import Limits
 from upholster.quilt import Chart
 from upholster.stream._island_kernels import code_islands, code_seams
 from upholster.stream._mesh_arrays import MOST_PARAMETER, OPEN, STATUS, VERTICES, WRONG, CodedMesh, Origin
@@ -91,15 +92,15 @@ def pack_mesh(surface: MeshSurface, precision: MeshPrecision) -> bytes:
     return b"".join([*head, writer.finish()])
 
 
-def parse_mesh(fields: ByteReader, most: int = MAX_TRIANGLES) -> MeshSurface:
+def parse_mesh(fields: ByteReader, limits: Limits | None = None) -> MeshSurface:
     """Read a mesh back.
 
     Parameters
     ----------
     fields
         Its bytes.
-    most
-        Largest number of triangles.
+    limits
+        The caller's limits; by default those of the format.
 
     Raises
     ------
@@ -110,7 +111,10 @@ def parse_mesh(fields: ByteReader, most: int = MAX_TRIANGLES) -> MeshSurface:
     metres = fields.float64("metres") if fields.byte("flags of the mesh", 1) else None
     count = fields.varint("number of parts", min(MAX_PARTS, fields.left), 1)
     parts = tuple(_parse_text(fields) for _ in range(count))
-    triangles = fields.varint("number of triangles", min(most, _TRIANGLES_A_BYTE * fields.left), 1)
+    most = min(MAX_TRIANGLES, _TRIANGLES_A_BYTE * fields.left)
+    triangles = fields.varint("number of triangles", most, 1)
+    if limits is not None:
+        limits.check("mesh has", "triangles", triangles)
     vertices = fields.varint("number of vertices", 3 * triangles, 1)
     islands = fields.varint("number of islands", triangles, 1)
     bits = fields.byte("bits of a coordinate", _MOST_BITS)

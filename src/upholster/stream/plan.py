@@ -296,7 +296,9 @@ class PlanDecoder:
         while self._coded_known < len(self._coded):
             number = self._coded[self._coded_known]
             part, nearest = self._parts[number], self._nearest_of(number)
-            labels = self._maps.setdefault(number, part.blank())
+            if number not in self._maps:
+                self._maps[number] = part.blank()
+            labels = self._maps[number]
             stop = min(labels.size, self._within + _CELLS_A_CALL)
             named = NamedPlacements(part.layer, part.first, part.count)
             known = code_labels(self._labels.coder, labels, nearest, named, self._within, stop, False)
@@ -349,7 +351,7 @@ class PlanDecoder:
     def _nearest_of(self, number: int) -> NDArray[np.int32]:
         part, (records, starts) = self._parts[number], self._by_cell()
         own = records[starts[number] : starts[number + 1]]
-        count, found = self._nearest.get(number, (0, part.blank()))
+        count, found = self._nearest.get(number) or (0, part.blank())
         if count < len(own):
             at = [
                 cell_centres(size, part.cell, half=part.half)[own[:, column]].astype(np.int32)

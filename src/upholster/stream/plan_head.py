@@ -219,6 +219,11 @@ class PlanHead:
         """Number of placements."""
         return int(self.counts.sum())
 
+    @property
+    def size(self) -> int:
+        """Number of cells of all label maps."""
+        return int(self._shapes().prod(axis=2).sum())
+
     def parts(self) -> Iterator[PlanPart]:
         """Return all charts' layers, in the order of coding."""
         rows = zip(self.charts, self.cells.tolist(), self.counts.tolist(), strict=True)
@@ -238,8 +243,7 @@ class PlanHead:
         # The error about the number of cells; an empty text for none.
         steps = sum(chart.height * chart.width for chart in self.charts)
         most = min(MAX_CELLS, _CELLS_A_STEP * steps + _CELLS_A_CHART * len(self.charts))
-        cells = int(self._shapes().prod(axis=2).sum())
-        return f"label maps have {cells} cells; allowed: {most}" if cells > most else ""
+        return f"label maps have {self.size} cells; allowed: {most}" if self.size > most else ""
 
 
 def _bits_of(placed: NDArray[np.void]) -> tuple[int, int]:

@@ -10,7 +10,7 @@ from upholster.quilt import Chart, Quilt, Texels
 from upholster.quilt.materials import paint_map
 from upholster.quilt.painting import painted_charts
 from upholster.shown import Shown, on_a_line
-from upholster.stream.budget import check_chart_budget, check_sample_budget
+from upholster.stream.budget import check_cell_budget, check_chart_budget, check_sample_budget
 from upholster.stream.byte_reader import ByteReader
 from upholster.stream.chunks import Chunk, ChunkReader
 from upholster.stream.field_chunks import FieldDecoder
@@ -341,6 +341,7 @@ class StreamDecoder(Shown):
             shape = self._image.header.height, self._image.header.width
             head = PlanHead.parse(fields, self.charts)
             check_chart_budget(painted_charts(self.charts, head.density), self._limits)
+            check_cell_budget(head, self._limits)
             self._plan = PlanDecoder(head, shape)
         else:
             raise FormatError(f"byte {offset}: chunk {tag!r} has no reader here")

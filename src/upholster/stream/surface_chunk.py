@@ -91,7 +91,7 @@ def parse_surface(fields: ByteReader, limits: Limits | None = None) -> Surface |
 
 def _parse_kind(fields: ByteReader, kind: int, limits: Limits) -> Surface | MeshSurface:
     if kind == _MESH:
-        return parse_mesh(fields, limits.of("triangles"))
+        return parse_mesh(fields, limits)
     surface = _parse_named(fields, NAMED[kind]) if kind else _parse_nets(fields)
     return surface.sharing(parse_seams(fields, surface.faces))
 

@@ -44,7 +44,7 @@ def encode_stream(
     maps: Mapping[str, PixelArray] | None = None,
     reached: dict[str, float] | None = None,
 ) -> bytes:
-    """Encode a textured surface as a .uph stream, any prefix of which is a coarser model.
+    """Encode a textured surface as a .uph stream, of which any prefix with the first view is a coarser model.
 
     Parameters
     ----------

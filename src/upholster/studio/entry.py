@@ -5,16 +5,17 @@ sent along (SameSite), or claim to come from here (Origin).
 """
 
 import hmac
-import json
 import secrets
 
 from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
 from starlette.types import ASGIApp, Receive, Scope, Send
 
+from upholster.errors import FormatError
+from upholster.json_text import read_json
+
 __all__ = ["SessionGate"]
 
-_COOKIE = "upholster-studio"
 _OPEN = ("/", "/enter")
 
 
@@ -61,7 +62,7 @@ class SessionGate:
             return _error(405, "allowed: GET and POST")
         if path in _OPEN or path.startswith("/assets/"):
             return None
-        if not hmac.compare_digest(request.cookies.get(_COOKIE, "").encode(), self._secret.encode()):
+        if not hmac.compare_digest(request.cookies.get(_cookie(request), "").encode(), self._secret.encode()):
             return _error(401, "this page is not signed in; open the address that `upholster studio` printed")
         tab = request.headers.get("x-tab", "")
         if tab and path == "/session":
@@ -74,15 +75,20 @@ class SessionGate:
     async def _enter(self, request: Request) -> Response:
         body = await _small_body(request)
         try:
-            token = str(json.loads(body)["token"])
-        except (KeyError, TypeError, ValueError):
+            token = str(read_json(body)["token"])
+        except (FormatError, KeyError, TypeError):
             return _error(422, "allowed: {token}")
-        if not hmac.compare_digest(token.encode(), self.token.encode()):
+        if not hmac.compare_digest(token.encode(errors="replace"), self.token.encode()):
             return _error(403, "this address was used already; run `upholster studio` again for a new one")
         self.token = secrets.token_urlsafe(32)
         answer = Response(status_code=204)
-        answer.set_cookie(_COOKIE, self._secret, httponly=True, samesite="strict", path="/")
+        answer.set_cookie(_cookie(request), self._secret, httponly=True, samesite="strict", path="/")
         return answer
+
+
+def _cookie(request: Request) -> str:
+    """Return the cookie's name: browsers send a host's cookies to all its ports, and each may be a studio."""
+    return f"upholster-studio-{request.headers.get('host', '').rpartition(':')[2]}"
 
 
 async def _small_body(request: Request) -> bytes:

@@ -2,14 +2,18 @@
 
 import os
 import re
+import secrets
 import shutil
 import tempfile
+import threading
 import zipfile
-from collections.abc import AsyncIterator, Iterator
+from collections.abc import AsyncIterator, Callable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from upholster.errors import InputError
 from upholster.formats import MODEL_SUFFIXES, PROJECT_SUFFIX, SURFACE_SUFFIXES
+from upholster.image.packages import unpacked_parts, zip_entries
 from upholster.image.write import IMAGE_SUFFIXES
 from upholster.included import included_models, included_samples
 from upholster.shown import in_bytes
@@ -25,9 +29,13 @@ MADE = ".made"
 _PHOTOS = (*IMAGE_SUFFIXES, ".heic", ".heif", ".avif")
 _MOST_FILES = 1000
 _MOST_FOLDERS = 8
-_MOST_NAME = 120
+_MOST_NAME = 200
+"""Most bytes of a file's name: systems allow 255, and temporary names are longer."""
+
 _SHARE = 8
 """All files together may be this many times as large as one file."""
+
+_PREFIX = "upholster-studio-"
 
 _MODELS = (*MODEL_SUFFIXES, *SURFACE_SUFFIXES)
 
@@ -59,9 +67,12 @@ class Folder:
     """
 
     def __init__(self, most_bytes: int) -> None:
-        self.path = Path(os.path.realpath(tempfile.mkdtemp(prefix="upholster-studio-")))
+        _remove_abandoned()
+        self.path = Path(os.path.realpath(tempfile.mkdtemp(prefix=_PREFIX)))
+        self._lock = _locked(self.path)
         self.most_bytes = most_bytes
         self._bytes = 0
+        self._counting = threading.Lock()
         self._groups = 0
         for file in (*included_samples().values(), *included_models().values()):
             target = self.path / INCLUDED / file.name
@@ -71,6 +82,9 @@ class Folder:
     def close(self) -> None:
         """Delete it."""
         shutil.rmtree(self.path, ignore_errors=True)
+        if self._lock is not None:
+            os.close(self._lock)
+            self._lock = None
 
     def included(self, kind: str) -> list[str]:
         """Return the paths of the included files of a kind, as states name them."""
@@ -91,10 +105,11 @@ class Folder:
         InputError
             If it does not exist, or is outside the session's folder.
         """
-        place = Path(os.path.realpath(self.path / name)) if "\0" not in name else self.path
-        if not place.is_relative_to(self.path) or place == self.path or not place.exists():
-            raise InputError(f"{name!r} does not exist; allowed: files that were dropped here")
-        return place
+        with suppress(OSError, ValueError):  # too long, or with characters that no name has
+            place = Path(os.path.realpath(self.path / name))
+            if place.is_relative_to(self.path) and place != self.path and place.exists():
+                return place
+        raise InputError(f"{name!r} does not exist; allowed: files that were dropped here")
 
     async def store(
         self,
@@ -117,28 +132,17 @@ class Folder:
         if group is not None and not 1 <= group <= self._groups:
             raise InputError(f"group is {group}; allowed: one that was made")
         number = group or self.new_group()
+        group_folder = self.path / str(number)
+        if sum(one.is_file() for one in group_folder.rglob("*")) >= _MOST_FILES:
+            raise InputError(f"{name!r} is one file too many; allowed: {_MOST_FILES} together")
         own = [one for one in folder.split("/") if one.strip(". ")][:_MOST_FOLDERS]
         own.append(re.split(r"[/\\]", name)[-1])
-        target = self.path.joinpath(str(number), *map(_safe, own))
-        target.parent.mkdir(parents=True, exist_ok=True)
+        target = group_folder.joinpath(*map(_safe, own))
+        with self._new_file(target, name) as write:
+            async for part in parts:
+                write(part)
         if is_made or own != [_safe(one) for one in own]:
-            (self.path / str(number) / MADE).touch()
-        if len(list(target.parent.iterdir())) >= _MOST_FILES:
-            raise InputError(f"{name!r} is one file too many; allowed: {_MOST_FILES} together")
-        size = 0
-        partial = target.with_name(f".{target.name}.part")
-        try:
-            with partial.open("wb") as file:
-                async for part in parts:
-                    size += len(part)
-                    self.check(name, size)
-                    file.write(part)
-            os.replace(partial, target)
-        except OSError as error:
-            raise InputError(f"{name!r} cannot be kept: {error.strerror or error}") from None
-        finally:
-            partial.unlink(missing_ok=True)
-        self._bytes += size
+            (group_folder / MADE).touch()
         return number, target.relative_to(self.path).as_posix()
 
     def add(self, file: str | os.PathLike[str]) -> str:
@@ -157,52 +161,133 @@ class Folder:
         return f"{number}/{_safe(given.name)}"
 
     def unpacked(self, name: str) -> str | None:
-        """Unpack a zip of a project into a new group; return the project's path, None if it holds none.
+        """Replace a zip of a project by its files, in a new group.
+
+        Returns
+        -------
+        str or None
+            The project's path; None if the zip holds no project.
 
         Raises
         ------
         InputError
-            If it is damaged, or too large.
+            If it is damaged, or too large: then it does not stay, nor any of its files.
         """
+        place = self.inside(name)
+        is_material = False
         try:
-            with zipfile.ZipFile(self.inside(name)) as file:
-                found = [one for one in file.infolist() if file_kind(one.filename) == "project"]
-                if not found:
-                    return None
-                number = self.new_group()
-                for one in file.infolist():
-                    if not one.is_dir():
-                        self._unpack(file, one, self.path / str(number))
-                (self.path / str(number) / MADE).touch()
-                return f"{number}/{found[0].filename}"
-        except (zipfile.BadZipFile, NotImplementedError, RuntimeError, EOFError, OSError) as error:
-            raise InputError(f"{os.path.basename(name)}: it is not a readable zip file: {error}") from None
+            entries = [one for one in zip_entries(place) if not one.is_dir()]
+            projects = [one.filename for one in entries if file_kind(one.filename) == "project"]
+            is_material = not projects
+            return None if is_material else f"{self._unpack(place, entries)}/{projects[0]}"
+        except InputError as error:
+            raise InputError(str(error).replace(f"{place.parent}{os.sep}", "")) from None
+        finally:
+            if not is_material:
+                self._remove(place)
 
-    def _unpack(self, file: zipfile.ZipFile, one: zipfile.ZipInfo, folder: Path) -> None:
-        target = Path(os.path.normpath(folder / one.filename))
-        if not target.is_relative_to(folder) or len(file.filelist) > _MOST_FILES:
-            raise InputError(f"the zip has {one.filename!r} among {len(file.filelist)} files; allowed: fewer")
-        target.parent.mkdir(parents=True, exist_ok=True)
+    def _unpack(self, place: Path, entries: list[zipfile.ZipInfo]) -> int:
+        """Unpack a zip's entries into a new group; return the group."""
+        for one in entries:  # their declared sizes: more is never unpacked
+            self.check(one.filename, one.file_size)
+        self._check_together(place.name, sum(one.file_size for one in entries))
+        number = self.new_group()
+        folder = self.path / str(number)
+        try:
+            for one in entries:
+                with self._new_file(folder / one.filename, one.filename) as write:
+                    for part in unpacked_parts(place, one, one.file_size):
+                        write(part)
+            (folder / MADE).touch()
+        except BaseException:
+            self._remove(folder)
+            raise
+        return number
+
+    @contextmanager
+    def _new_file(self, target: Path, name: str) -> Iterator[Callable[[bytes], None]]:
+        """Write a file part by part. Each part counts as it comes; of a file that fails nothing stays."""
         size = 0
-        with file.open(one) as packed, target.open("wb") as out:
-            while part := packed.read(1 << 16):
-                size += len(part)
-                self.check(one.filename, size)
-                out.write(part)
-        self._bytes += size
+        partial = target.with_name(f".{secrets.token_hex(8)}.part")
+
+        def write(part: bytes) -> None:
+            nonlocal size
+            self._check_one(name, size + len(part))
+            self._check_together(name, len(part))
+            self._count(len(part))
+            size += len(part)
+            file.write(part)
+
+        try:
+            target.parent.mkdir(parents=True, exist_ok=True)
+            with partial.open("wb") as file:
+                yield write
+            replaced = target.stat().st_size if target.is_file() else 0
+            os.replace(partial, target)
+            self._count(-replaced)
+        except BaseException as error:
+            self._count(-size)
+            with suppress(OSError):
+                partial.unlink()
+            if isinstance(error, OSError):
+                raise InputError(f"{name!r} cannot be kept: {error.strerror or error}") from None
+            raise
+
+    def _remove(self, place: Path) -> None:
+        files = [one for one in (place, *place.rglob("*")) if one.is_file()]
+        self._count(-sum(one.stat().st_size for one in files))
+        if place.is_dir():
+            shutil.rmtree(place)
+        else:
+            place.unlink()
+
+    def _count(self, size: int) -> None:
+        with self._counting:
+            self._bytes += size
 
     def check(self, name: str, size: int) -> None:
         """Raise InputError unless a file of this size can be added."""
+        self._check_one(name, size)
+        self._check_together(name, size)
+
+    def _check_one(self, name: str, size: int) -> None:
         if size > self.most_bytes:
             raise InputError(f"{name!r} is too large; allowed: {in_bytes(self.most_bytes)} (--limit)")
+
+    def _check_together(self, name: str, size: int) -> None:
         if self._bytes + size > _SHARE * self.most_bytes:
             raise InputError(f"{name!r} is too much; allowed: {in_bytes(_SHARE * self.most_bytes)} together")
+
+
+def _locked(folder: Path) -> int | None:
+    """Return the descriptor of a folder, locked until this process ends; None if it is locked already."""
+    try:
+        import fcntl
+    except ImportError:  # on Windows, where abandoned folders stay
+        return None
+    descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        os.close(descriptor)
+        return None
+    return descriptor
+
+
+def _remove_abandoned() -> None:
+    """Remove the folders of sessions that were killed."""
+    for place in Path(tempfile.gettempdir()).glob(f"{_PREFIX}*"):
+        # A folder that is still empty may be of a session that begins.
+        with suppress(OSError):
+            if os.listdir(place) and (descriptor := _locked(place)) is not None:
+                shutil.rmtree(place, ignore_errors=True)
+                os.close(descriptor)
 
 
 def _safe(name: str) -> str:
     """Return a plain file name for a name from any operating system."""
     base = re.sub(r"[^\w.=+,@ ()#-]", "_", re.split(r"[/\\]", name)[-1]).strip(". ")
-    return base[-_MOST_NAME:] or "file"
+    return base.encode()[-_MOST_NAME:].decode(errors="ignore") or "file"
 
 
 def _references(file: Path) -> Iterator[Path]:

@@ -21,13 +21,14 @@ from starlette.routing import Mount, Route
 from starlette.staticfiles import StaticFiles
 
 from upholster._version import __version__
-from upholster.errors import InputError
+from upholster.errors import InputError, UpholsterError, check_whole
 from upholster.files import outputs
 from upholster.formats import split_name
 from upholster.geometry import SURFACES
 from upholster.image.roles import role_of
 from upholster.image.source import read_source, source_parts
 from upholster.included import either_path
+from upholster.json_text import read_json
 from upholster.server.browser import open_in_browser
 from upholster.server.guard import AddedHeaders, Guard, failed
 from upholster.server.serving import allowed_hosts, listen, run_until_stopped
@@ -48,6 +49,9 @@ _SILENT = 600.0
 """Seconds without a message after which a busy worker is ended."""
 
 _MOST_JSON = 1 << 20
+
+_MOST_NUMBER = 10**9
+"""Of revisions and saves."""
 
 _MEMORY = 4 * 2**30
 """Largest memory of the worker, in bytes."""
@@ -130,7 +134,7 @@ class Studio:
             self.state = (await self.worker.ask("source", self.project))["state"]
             self.project = None
         kinds = {"samples": "image", "models": "model"}
-        return JSONResponse(
+        return _Answer(
             {
                 "state": self.state,
                 "surfaces": [
@@ -149,33 +153,33 @@ class Studio:
         length = request.headers.get("content-length", "0")
         if length.isdigit():
             self.folder.check(name, int(length))
-        number = int(group) if group is not None and group.isdigit() else None
+        number = _number(group, "group", 1, _MOST_NUMBER) if group is not None else None
         folder, is_made = request.query_params.get("folder", ""), "made" in request.query_params
         number, path = await self.folder.store(request.stream(), name, number, folder=folder, is_made=is_made)
         kind = file_kind(path)
         if kind == "material":
             project = await run_in_threadpool(self.folder.unpacked, path)
             path, kind = (path, kind) if project is None else (project, "project")
-        return JSONResponse({"group": number, "path": path, "kind": kind})
+        return _Answer({"group": number, "path": path, "kind": kind})
 
     async def roles(self, request: Request) -> Response:
         """Return whether each of several file names gives the role of a map."""
         names = _entry(await _body(request), "names")
         if not (isinstance(names, list) and all(isinstance(name, str) for name in names)):
             raise InputError("names are not a list of texts")
-        return JSONResponse([role_of(Path(name).stem) is not None for name in names])
+        return _Answer([role_of(Path(name).stem) is not None for name in names])
 
     async def sources(self, request: Request) -> Response:
         """Return the kind and contents of a source."""
         path = str(_entry(await _body(request), "path"))
         self.folder.inside(path)
-        return JSONResponse(await self.worker.ask("source", path))
+        return _Answer(await self.worker.ask("source", path))
 
     async def hints(self, request: Request) -> Response:
         """Return suggestions for preparing a photo."""
         path = str(_entry(await _body(request), "path"))
         self.folder.inside(path)
-        return JSONResponse(await self.worker.ask("hints", path))
+        return _Answer(await self.worker.ask("hints", path))
 
     async def picture(self, request: Request) -> Response:
         """Return a picture of a source, as read or as prepared."""
@@ -183,10 +187,7 @@ class Studio:
         self.folder.inside(path)
         size = _number(request.query_params.get("size", "512"), "size", 16, 4096)
         if request.url.path.startswith("/prepared/"):
-            try:
-                options = json.loads(request.query_params.get("options", "{}"))
-            except ValueError:
-                raise InputError("options are not JSON") from None
+            options = read_json(request.query_params.get("options", "{}"))
             if not isinstance(options, dict):
                 raise InputError("options are not an object")
             data, width, height, element = await self.worker.ask("prepared", path, options, size)
@@ -202,11 +203,11 @@ class Studio:
         state = _entry(await _body(request), "state")
         answer = await self.worker.change(state)
         self.state = state
-        return JSONResponse(answer)
+        return _Answer(answer)
 
     async def looks(self, request: Request) -> Response:
         """Return the latest unseen look of a revision, or wait for one."""
-        number = request.path_params["revision"]
+        number = _revision(request)
         after = _number(request.query_params.get("after", "0"), "after", 0, 1000)
         until, seen = time.monotonic() + _WAIT, None
         while True:
@@ -224,7 +225,7 @@ class Studio:
                 return Response(status_code=410)
             if seen is not None and revision.stages > seen:
                 stage, done, total = revision.stage
-                return JSONResponse({"stage": stage, "done": done, "total": total}, 202)
+                return _Answer({"stage": stage, "done": done, "total": total}, 202)
             seen = revision.stages
             changed = self.worker.changed
             try:
@@ -235,7 +236,7 @@ class Studio:
 
     async def facts(self, request: Request) -> Response:
         """Return facts about a revision's model and sample."""
-        revision = self.worker.revisions.get(request.path_params["revision"])
+        revision = self.worker.revisions.get(_revision(request))
         for _ in range(20):  # they arrive just after the first look
             if revision is None or revision.facts is not None:
                 break
@@ -243,12 +244,12 @@ class Studio:
                 await asyncio.wait_for(self.worker.changed.wait(), 0.1)
         if revision is None or revision.facts is None:
             return Response(status_code=204)
-        return JSONResponse(revision.facts)
+        return _Answer(revision.facts)
 
     async def pick(self, request: Request) -> Response:
         """Return the part that a ray hits."""
         body = await _body(request)
-        return JSONResponse(await self.worker.ask("pick", _entry(body, "origin"), _entry(body, "direction")))
+        return _Answer(await self.worker.ask("pick", _entry(body, "origin"), _entry(body, "direction")))
 
     async def overlay(self, request: Request) -> Response:
         """Return line segments."""
@@ -266,11 +267,13 @@ class Studio:
         depth = body.get("depth")
         if not (depth is None or isinstance(depth, str)):
             raise InputError("depth is not a text; allowed: a length, such as '0.6mm', or an empty text")
-        return JSONResponse(await self.worker.ask("save", _entry(body, "revision"), targets, depth))
+        revision = check_whole("revision", _entry(body, "revision"), 1)
+        return _Answer(await self.worker.ask("save", revision, targets, depth))
 
     async def saved(self, request: Request) -> Response:
         """Return one saved file as a download, or all files of one save as a zip."""
-        number, name = request.path_params["number"], request.path_params.get("name")
+        number = _number(request.path_params["number"], "number", 1, _MOST_NUMBER)
+        name = request.path_params.get("name")
         folder = self.folder.inside(f"saved/{number}")
         if name is not None:
             place = self.folder.inside(f"saved/{number}/{name}")
@@ -284,13 +287,13 @@ class Studio:
         if self.save_to is None:
             raise InputError("the studio writes no files by itself; allowed: upholster studio --save-to DIR")
         body = await _body(request)
-        number = _number(str(_entry(body, "id")), "id", 1, 10**9)
+        number = _number(str(_entry(body, "id")), "id", 1, _MOST_NUMBER)
         files = [one for one in self.folder.inside(f"saved/{number}").iterdir() if one.is_file()]
         there = [one.name for one in files if (self.save_to / one.name).exists()]
         if there and body.get("over") is not True:
             raise InputError(f"{there[0]} exists already; replace it?")
         await run_in_threadpool(self._keep, files)
-        return JSONResponse({"files": [one.name for one in files]})
+        return _Answer({"files": [one.name for one in files]})
 
     def _keep(self, files: Sequence[Path]) -> None:
         assert self.save_to is not None
@@ -324,16 +327,16 @@ def make_studio(
             Route("/pictures/{path:path}", studio.picture),
             Route("/prepared/{path:path}", studio.picture),
             post("/state", studio.change),
-            Route("/looks/{revision:int}", studio.looks),
-            Route("/facts/{revision:int}", studio.facts),
-            Route("/overlays/{revision:int}", studio.overlay),
+            Route("/looks/{revision}", studio.looks),
+            Route("/facts/{revision}", studio.facts),
+            Route("/overlays/{revision}", studio.overlay),
             post("/pick", studio.pick),
             post("/save", studio.save),
-            Route("/saved/{number:int}.zip", studio.saved),
-            Route("/saved/{number:int}/{name}", studio.saved),
+            Route("/saved/{number}.zip", studio.saved),
+            Route("/saved/{number}/{name}", studio.saved),
             post("/keep", studio.keep),
         ],
-        exception_handlers={InputError: _refused, Exception: failed},
+        exception_handlers={UpholsterError: _refused, Exception: failed},
     )
     entry = SessionGate(AddedHeaders(app, {"cache-control": "no-store"}))
     return Guard(entry, policy=_POLICY, hosts=hosts), entry
@@ -378,17 +381,10 @@ async def _body(request: Request) -> dict[str, Any]:
         data += part
         if len(data) > _MOST_JSON:
             raise InputError(f"the request is too large; allowed: {_MOST_JSON:,} bytes")
-    try:
-        found = json.loads(data, parse_constant=_no_number)
-    except (ValueError, RecursionError):
-        raise InputError("the request is not JSON") from None
+    found = read_json(data)
     if not isinstance(found, dict):
         raise InputError("the request is not an object")
     return found
-
-
-def _no_number(text: str) -> None:
-    raise ValueError(text)
 
 
 def _entry(body: dict[str, Any], name: str) -> Any:
@@ -398,9 +394,13 @@ def _entry(body: dict[str, Any], name: str) -> Any:
 
 
 def _number(text: str, name: str, least: int, most: int) -> int:
-    if not (text.isascii() and text.isdigit() and least <= int(text[:12]) <= most):
+    if not (text.isascii() and text.isdigit() and len(text) <= 12 and least <= int(text) <= most):
         raise InputError(f"{name} is {text[:20]!r}; allowed: {least} to {most}")
     return int(text)
+
+
+def _revision(request: Request) -> int:
+    return _number(request.path_params["revision"], "revision", 0, _MOST_NUMBER)
 
 
 def _check_target(target: str) -> None:
@@ -426,8 +426,15 @@ def _zipped(folder: Path) -> bytes:
     return data.getvalue()
 
 
+class _Answer(JSONResponse):
+    """JSON in ASCII: names in models may have halves of characters, which UTF-8 can not store."""
+
+    def render(self, content: Any) -> bytes:
+        return json.dumps(content, allow_nan=False, separators=(",", ":")).encode()
+
+
 def _error(status: int, words: str) -> Response:
-    return JSONResponse({"error": words}, status)
+    return _Answer({"error": words}, status)
 
 
 async def _refused(_request: Request, error: Exception) -> Response:

@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 
 from upholster.coverings.covering import Covering
-from upholster.coverings.joint_work import notes_of, roles_of, settled_values
+from upholster.coverings.joint_work import read_notes, roles_of, settled_values, work_notes
 from upholster.elements import find_lattice
 from upholster.errors import CancelledError, InputError, UpholsterError
 from upholster.formats import split_name
@@ -179,7 +179,7 @@ class _Work:
                 "sample_size": None if scale is None else scale.sample_size,
                 "texels": sum(each.texels for each in coverings),
                 "settled": settled_values(coverings),
-                "notes": notes_of(coverings),
+                "notes": [*read_notes(coverings), *work_notes(coverings)],
                 "parts": [],
                 "unit": None,
                 "heights": _has_heights(coverings),

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from upholster.errors import InputError
+from upholster.files import write_bytes
 
 __all__ = ["Place", "is_url"]
 
@@ -118,7 +119,7 @@ class Place:
         It need not survive a loss of power, because readers check its size.
         """
         with self.writing(name, durable=False) as path:
-            path.write_bytes(data)
+            write_bytes(path, data)
         return len(data)
 
     @contextmanager

@@ -12,14 +12,11 @@ from upholster.methods.quilt.emit import Labelled, LabelPiece
 from upholster.methods.quilt.laying import ParcelBlocks
 from upholster.quilt.labels import LabelMap
 from upholster.quilt.placement import PLACEMENT
-from upholster.types import FloatArray
 
 __all__ = [
-    "array_bytes",
     "blocks_bytes",
     "chart_bytes",
     "piece_bytes",
-    "read_array",
     "read_blocks",
     "read_chart",
     "read_piece",
@@ -44,7 +41,7 @@ def read_chart(data: bytes) -> Labelled:
 
 
 def blocks_bytes(blocks: ParcelBlocks) -> bytes:
-    """Return a parcel's blocks as a file; their usage of the sample is another file."""
+    """Return a parcel's blocks as a file."""
     return _file({name: getattr(blocks, name) for name in _BLOCKS})
 
 
@@ -52,7 +49,7 @@ def read_blocks(data: bytes) -> ParcelBlocks:
     """Read the result of `blocks_bytes`."""
     found = _read(data)
     numbers, steps, spots, records, masks = (found[name] for name in _BLOCKS)
-    return ParcelBlocks(numbers, steps, spots, records, masks, np.zeros((0, 0)))
+    return ParcelBlocks(numbers, steps, spots, records, masks)
 
 
 def piece_bytes(piece: LabelPiece) -> bytes:
@@ -66,16 +63,6 @@ def read_piece(data: bytes) -> LabelPiece:
     found = _read(data)
     chart, row, column = found["where"].tolist()
     return LabelPiece(chart, (row, column), *(found[name] for name in _PIECE))
-
-
-def array_bytes(values: FloatArray) -> bytes:
-    """Return an array as a file."""
-    return _file({"values": values})
-
-
-def read_array(data: bytes) -> NDArray[Any]:
-    """Read the result of `array_bytes`."""
-    return _read(data)["values"]
 
 
 def _file(arrays: Mapping[str, NDArray[Any]]) -> bytes:

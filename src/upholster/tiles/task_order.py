@@ -1,4 +1,4 @@
-"""The order of tasks: parcels class after class, and all other tasks as soon as their inputs are ready."""
+"""The order of tasks: each as soon as its inputs are ready."""
 
 import json
 from collections.abc import Callable, Iterable, Iterator
@@ -11,7 +11,7 @@ from upholster.errors import InputError, StoppedError
 from upholster.parallel import TaskPool
 from upholster.quilt.model import Quilt
 from upholster.tiles.storage import Place
-from upholster.tiles.task_files import array_bytes, read_array, read_chart
+from upholster.tiles.task_files import read_chart
 from upholster.tiles.work import (
     TileWork,
     join_task,
@@ -20,7 +20,6 @@ from upholster.tiles.work import (
     paint_tiles_task,
     quilt_of,
     store,
-    usage_name,
 )
 from upholster.types import Progress
 
@@ -106,8 +105,8 @@ def laid_by_tasks(
 class _Running:
     """A run: finished tasks, and the dependencies of the others.
 
-    Parcels of a class are laid side by side. A parcel's labels wait for its neighbours, a chart for its
-    parcels' labels, and a tile for the charts that it shows.
+    A parcel waits for its earlier neighbours, its labels wait for all of them, a chart for its parcels'
+    labels, and a tile for the charts that it shows.
     """
 
     def __init__(self, work: TileWork, folder: Place, pool: TaskPool, progress: Progress | None) -> None:
@@ -115,6 +114,7 @@ class _Running:
         parcels = work.plan.parcels
         self.tiles = 0 if work.atlas is None else len(work.atlas.layout.pages)
         self.unlaid = {n: set(parcels.near(n)) for n in range(len(parcels))}
+        self.earlier = {n: {k for k in near if k < n} for n, near in self.unlaid.items()}
         self.missing_parcels = {n: set(of) for n, of in enumerate(work.parcels_of)}
         self.waiting = {page: work.atlas.shown_on(page) for page in range(self.tiles)} if work.atlas else {}
         self.ready: list[int] = []
@@ -187,28 +187,23 @@ class _Running:
         return work.output if kind == "tile" else self.folder, names[kind](n)
 
     def lay(self) -> None:
-        """Lay the parcels, class after class; free workers do all other tasks that are ready."""
+        """Lay the parcels; free workers do all other tasks that are ready."""
         for page in [int(page) for page in self.done["tile"]]:
             del self.waiting[page]
         self._find_charts([n for n, parcels in self.missing_parcels.items() if not parcels])
-        usage = self.work.plan.empty_usage()
-        for start, stop in self.work.plan.parcels.classes:
-            members = range(start, stop)
-            self.width = self.pool.width
-            todo = [n for n in members if not self._is_done("parcel", n)]
-            if todo:
-                self.folder.write(usage_name(start), array_bytes(usage))
-            for n in todo:
-                self._submit(("parcel", n), lay_task, n, start, priority=_PARCELS_FIRST)
-            for n in members:
-                if n not in todo:
-                    self._laid(n)
-            self._paint()
-            while not all(self._is_done("parcel", n) for n in members):
-                self._next()
-            self.folder.remove(usage_name(start))
-            used = [read_array(self.folder.read(f"used-{n}")) for n in members]
-            usage = sum(used, usage)
+        self._start([n for n, earlier in self.earlier.items() if not earlier])
+        self._paint()
+        while len(self.done["parcel"]) < len(self.unlaid):
+            self._next()
+
+    def _start(self, parcels: list[int]) -> None:
+        """Lay parcels whose earlier neighbours are laid."""
+        while parcels:
+            n = parcels.pop(0)
+            if self._is_done("parcel", n):
+                parcels += self._laid(n)
+            else:
+                self._submit(("parcel", n), lay_task, n, priority=_PARCELS_FIRST)
 
     def finish(self) -> dict[str, int]:
         """Wait for all charts and tiles; return the bytes of the tiles' files."""
@@ -235,10 +230,11 @@ class _Running:
         """Wait for a task, record its result, and start tasks that only waited for it."""
         kind, number = self.pool.next()
         self.busy -= 1
+        self.width = self.pool.width
         for n in self.painting.pop(number) if kind == "tile" else (number,):
             self.done[kind][str(n)] = _sizes(*self._files(kind, n))
         if kind == "parcel":
-            self._laid(number)
+            self._start(self._laid(number))
         elif kind == "label":
             self._labelled(number)
         elif kind == "chart":
@@ -249,10 +245,15 @@ class _Running:
             self._note()
         self._paint()
 
-    def _laid(self, n: int) -> None:
-        """Compute the labels of parcels that only waited for this parcel."""
+    def _laid(self, n: int) -> list[int]:
+        """Compute the labels that only waited for this parcel; return the parcels that can start."""
         self._report("blocks", len(self.done["parcel"]), len(self.unlaid))
+        found = []
         for k in self.work.plan.parcels.near(n):
+            if k > n:
+                self.earlier[k].discard(n)
+                if not self.earlier[k]:
+                    found.append(k)
             self.unlaid[k].discard(n)
             if self.unlaid[k]:
                 continue
@@ -260,6 +261,7 @@ class _Running:
                 self._labelled(k)
             else:
                 self._submit(("label", k), label_task, k, priority=_LABELS_NEXT)
+        return found
 
     def _labelled(self, n: int) -> None:
         """Assemble charts that only waited for the labels of this parcel."""

@@ -24,11 +24,9 @@ from upholster.quilt.model import Quilt
 from upholster.quilt.painting import painted_charts
 from upholster.tiles.storage import Place
 from upholster.tiles.task_files import (
-    array_bytes,
     blocks_bytes,
     chart_bytes,
     piece_bytes,
-    read_array,
     read_blocks,
     read_chart,
     read_piece,
@@ -44,7 +42,6 @@ __all__ = [
     "quilt_of",
     "store",
     "tile_work",
-    "usage_name",
 ]
 
 _RUN = "run"
@@ -91,7 +88,7 @@ class TileWork:
 
     def parcel_files(self, n: int) -> list[str]:
         """Return the names of the files from laying a parcel."""
-        return [f"parcel-{n}", f"used-{n}"]
+        return [f"parcel-{n}"]
 
     def label_files(self, n: int) -> list[str]:
         """Return the names of the files from labelling a parcel: charts inside it, and pieces of others."""
@@ -198,15 +195,13 @@ def load(place: Place, stored: str) -> TileWork:
     return work
 
 
-def lay_task(folder: str, stored: str, n: int, start: int) -> None:
-    """Lay a parcel, and write its blocks; `start` is the first of its class."""
+def lay_task(folder: str, stored: str, n: int) -> None:
+    """Lay a parcel whose earlier neighbours are laid, and write its blocks."""
     place = Place(folder)
     plan = load(place, stored).plan
-    before = [_blocks(place, k) for k in plan.parcels.near(n) if k < start]
-    usage = read_array(place.read(usage_name(start)))
-    found, _ = lay_parcel(plan, n, usage, before)
+    before = [_blocks(place, k) for k in plan.parcels.near(n) if k < n]
+    found, _ = lay_parcel(plan, n, before)
     place.write(f"parcel-{n}", blocks_bytes(found))
-    place.write(f"used-{n}", array_bytes(found.used))
 
 
 def _blocks(place: Place, n: int) -> ParcelBlocks:
@@ -286,11 +281,6 @@ def quilt_of(work: TileWork, charts: Sequence[int], own: Sequence[Labelled]) -> 
 def piece_name(chart: int, parcel: int) -> str:
     """Return the name of the file with a parcel's piece of a chart's labels."""
     return f"piece-{chart}-{parcel}"
-
-
-def usage_name(start: int) -> str:
-    """Return the name of the file with the usage before a class, by the class's first parcel."""
-    return f"usage-{start}"
 
 
 def _feed(found: Any, value: Any) -> None:

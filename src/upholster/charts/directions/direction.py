@@ -13,6 +13,7 @@ from upholster.charts.directions.direction_image import (
     read_direction_image,
 )
 from upholster.errors import InputError
+from upholster.options import FIELD_DIRECTIONS, PATCH_DIRECTIONS
 from upholster.stages import file_stage
 from upholster.types import FloatArray
 
@@ -22,8 +23,8 @@ Vectors = Callable[[FloatArray], ArrayLike]
 """Points (n, 3) in model units to directions (n, 3) of any length, not zero."""
 
 ALLOWED = (
-    "level, smooth, curvature, edges, degrees from level, x, y or z, a vector x,y,z, "
-    "or around: and one of these axes; an image's file; on patches u and v as well"
+    f"{', '.join(FIELD_DIRECTIONS)}, degrees from level, x, y or z, a vector x,y,z, or around: and one of "
+    f"these axes; an image's file; on patches {' and '.join(PATCH_DIRECTIONS)} as well"
 )
 
 NUMBER = r"\s*[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?\s*"
@@ -119,7 +120,7 @@ def parse_direction(wanted: str | Vectors | ArrayLike | Direction, *, patches: b
         If it is none of these, a number is not finite, a vector is zero, or an image cannot be read.
     """
     if isinstance(wanted, Direction):
-        if wanted.kind in ("u", "v") and not patches:
+        if wanted.kind in PATCH_DIRECTIONS and not patches:
             raise _refused(wanted.text)
         return wanted
     if callable(wanted):
@@ -127,7 +128,7 @@ def parse_direction(wanted: str | Vectors | ArrayLike | Direction, *, patches: b
     if not isinstance(wanted, str):
         return _of_array(wanted)
     written = wanted.strip()
-    if written in ("level", "smooth", "curvature", "edges") or (patches and written in ("u", "v")):
+    if written in FIELD_DIRECTIONS or (patches and written in PATCH_DIRECTIONS):
         return Direction(written, written)
     if is_direction_image(written):
         return Direction(written, "image", image=read_direction_image(written))

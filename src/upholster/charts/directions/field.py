@@ -282,8 +282,10 @@ def _at_corners(mesh: TriangleMesh, frames: PlaneFrames, face_vectors: FloatArra
     corners = means[fan]
     if fold > 1:
         for k in range(3):
-            one = np.ascontiguousarray(corners[:, k])
-            take_branches(face_vectors, normals[fan[:, k]], fold, one)
+            one, mean = np.ascontiguousarray(corners[:, k]), normals[fan[:, k]]
+            # Where two triangles with the same edges cancel, a mean normal is 0: nothing turns about it.
+            mean = np.where(mean.any(axis=1, keepdims=True), mean, frames.normals)
+            take_branches(face_vectors, mean, fold, one)
             corners[:, k] = one
     return corners
 

@@ -82,10 +82,12 @@ def flat_faces(mesh: TriangleMesh, frames: PlaneFrames) -> IntArray:
         border = FaceBorder.of(mesh, face)
         around = np.bincount(border.face, border.length, len(planes))
         areas = np.bincount(face[face >= 0], frames.areas[face >= 0], len(planes))
-        width = 2 * areas / np.maximum(around, 1e-300)
+        width = np.divide(2 * areas, around, out=np.zeros(len(planes)), where=around > 0)
         sharp = _is_sharp(mesh, frames, border, planes, width)
         sharp |= _at_faces(mesh, bend, border, number)
         bounded = np.bincount(border.face, border.length * sharp, len(planes)) >= _SHARP * around
+        # Two triangles with the same edges have no border, neither have triangles that are points.
+        bounded &= around > 0
         kept = np.where(bounded, count + np.cumsum(bounded) - 1, -1)
         number = np.where(face >= 0, np.append(kept, -1)[face], number).astype(np.int32)
         count += int(bounded.sum())

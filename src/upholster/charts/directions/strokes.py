@@ -1,6 +1,5 @@
 """Directions at single places and along lines: strokes over the surface, from texts, JSON files or arrays."""
 
-import json
 import re
 from collections.abc import Sequence
 from pathlib import Path
@@ -13,8 +12,9 @@ from upholster.charts.directions._kernels import carry_from, near_by, nearest_tr
 from upholster.charts.directions.direction import NUMBER
 from upholster.charts.directions.frames import PlaneFrames, plane_frames, power
 from upholster.charts.directions.wishes import Wish
-from upholster.errors import InputError
+from upholster.errors import FormatError, InputError
 from upholster.geometry import TriangleMesh
+from upholster.json_text import read_json
 from upholster.types import FloatArray, IntArray
 
 __all__ = [
@@ -213,11 +213,11 @@ def read_stroke_list(path: str) -> list[object]:
         If it cannot be read, or is not a list.
     """
     try:
-        written = json.loads(Path(path).read_text(encoding="utf-8"))
+        written = read_json(Path(path).read_bytes())
     except OSError as error:
         raise InputError(f"strokes {path}: {error.strerror or error}") from None
-    except (ValueError, RecursionError) as error:
-        raise InputError(f"strokes {path}: no JSON: {error}") from None
+    except FormatError as error:
+        raise InputError(f"strokes {path}: {error}") from None
     if not isinstance(written, list):
         raise InputError(f"strokes {path}: a {type(written).__name__}; allowed: a list")
     return written

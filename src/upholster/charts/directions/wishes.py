@@ -141,7 +141,7 @@ def _along_curvature(mesh: TriangleMesh, frames: PlaneFrames) -> Wish:
     twice = 0.5 * (by_x.real - by_y.imag) + 0.5j * (by_x.imag + by_y.real)
     length = np.sqrt(twice.real**2 + twice.imag**2)
     most = 2.0 / np.sqrt(frames.areas)  # a triangle cannot be bent more than a small ball
-    twice = twice * np.minimum(1.0, most / np.maximum(length, 1e-300))
+    twice = twice * (most / np.maximum(length, most))
     twice = spread_evenly(frames, twice, 2, _CURVED_OVER * mesh.size)
     length = np.sqrt(twice.real**2 + twice.imag**2)
     unit = np.where(length > 0, twice / np.where(length > 0, length, 1.0), 1.0)

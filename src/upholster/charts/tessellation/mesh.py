@@ -27,6 +27,10 @@ __all__ = ["MAX_QUADS", "Mesh", "face_parameters", "own_patches", "tessellate", 
 
 MAX_QUADS = 10_000_000
 
+_SPARE, _EACH_PATCH, _EACH_STEP = 2**13, 64, 1 / 8
+"""Quadrilaterals that a surface's bends may ask for, and so many more for each patch and step. Only patches
+that are much longer at one place than at others, as towards a stray control point, ask for more."""
+
 Numbers = NDArray[np.floating[Any]]
 
 
@@ -143,9 +147,24 @@ def tessellate_by_bends(
         As for `tessellate`.
     ndarray
         (V,) a number for each vertex, equal for vertices that meet.
+
+    Raises
+    ------
+    InputError
+        If there would be far more quadrilaterals than the charts' steps explain.
     """
     seams = find_seams(surface, charts)
     counts, least = bent_counts(surface, charts, seams)
+    quads = counts.prod(axis=1)
+    steps = sum(chart.height * chart.width for chart in charts)
+    most = _SPARE + _EACH_PATCH * len(surface.patches) + _EACH_STEP * steps
+    if quads.sum() > most:
+        chart = charts[int(quads.argmax())]
+        raise InputError(
+            f"face {chart.face} is bent so unevenly that {quads.sum():,.0f} quadrilaterals would stand for "
+            f"{steps:,} steps on the surface; allowed: {most:,.0f}, as with more texels or "
+            "without stray control points"
+        )
     grids = chart_grids(surface, charts, finer * counts, least, tips=True)
     mesh, pairs = _on_grids(surface, charts, seams, grids)
     return mesh, connected(len(mesh.chart), pairs)

@@ -7,6 +7,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from upholster.charts.far_vertices import far_vertices
 from upholster.charts.unwrap.clusters import Triangles, clusters, divided
 from upholster.charts.unwrap.flattening import Flat, flatten, percentile, shapes_of, signed_areas, stretches
 from upholster.charts.unwrap.island_joining import Layout, join_islands
@@ -90,8 +91,7 @@ def unwrap(
         are stretched unevenly on more than 1 % of the area.
     """
     wanted = _wanted(mesh, crease, chosen)
-    a, b, c = mesh.triangles.T
-    rows = np.flatnonzero(wanted & (a != b) & (b != c) & (c != a))
+    rows = np.flatnonzero(wanted & _extended(mesh))
     if not (mesh.areas[rows] > 0).any():
         raise InputError("no triangle has an area; allowed: a mesh with a surface")
     low, high = mesh.corners[rows].min(axis=(0, 1)), mesh.corners[rows].max(axis=(0, 1))
@@ -100,7 +100,8 @@ def unwrap(
     uv = None if mesh.uv is None else mesh.uv[rows]
     scaled = TriangleMesh((mesh.positions[used] - low) / size, compact.reshape(-1, 3).astype(np.int32), uv=uv)
     across = _cut_at_creases(scaled, crease)
-    notes = _notes(scaled)
+    far = far_vertices(TriangleMesh(mesh.positions, mesh.triangles[rows]))
+    notes = [*_notes(scaled), *([] if far is None else [far.words])]
     own, corners = _kept(scaled, across, crease, notes) if keep_uv else _laid_out(scaled, across, progress)
     island = np.full(len(mesh.triangles), -1, np.int32)
     parameters = np.zeros((len(mesh.triangles), 3, 2))
@@ -118,6 +119,14 @@ def _wanted(mesh: TriangleMesh, crease: float | None, chosen: NDArray[np.bool_] 
     if np.shape(chosen) != (count,) or np.asarray(chosen).dtype != bool:
         raise InputError(f"chosen has shape {np.shape(chosen)}; allowed: ({count},) of true or false")
     return np.asarray(chosen)
+
+
+def _extended(mesh: TriangleMesh) -> NDArray[np.bool_]:
+    """Return which triangles, (T,), name three vertices and are more than a point."""
+    a, b, c = mesh.triangles.T
+    edges = (np.roll(mesh.corners, -1, axis=1) - mesh.corners) / (mesh.size or 1.0)
+    long = np.einsum("tki,tki->tk", edges, edges).max(axis=1, initial=0.0) > 0
+    return np.asarray((a != b) & (b != c) & (c != a) & long)
 
 
 def _cut_at_creases(mesh: TriangleMesh, crease: float | None) -> IntArray:

@@ -80,6 +80,7 @@ def read_cad_model(
         raise InputError("none of its faces can be covered; allowed: a model with one")
     raw = cad_scene(record, bodies, up or "z")
     raw.notes = [*_notes(record, bodies), *raw.notes]
+    raw.files = [Path(file) for file in record.files]
     return raw
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -85,9 +86,14 @@ def listed_faces(rows: Sequence[bytes]) -> list[Faces]:
     out = []
     for sides, (at, texts) in by_sides.items():
         if sides >= 3:
-            table = numbers_of(b" ".join(texts), "vertices of faces").reshape(-1, sides)
+            table = numbers_of(b"\n".join(texts), "its vertices", partial(_face, at))
+            table = table.reshape(-1, sides)
             out.append(Faces(np.array(at), _whole(table)))
     return out
+
+
+def _face(numbers: Sequence[int], row: int) -> str:
+    return f"face {numbers[row]}"
 
 
 def _whole(table: FloatArray) -> NDArray[np.int64]:

@@ -33,6 +33,7 @@ _MAX_OF_KIND = {"nodes": 1 << 16, "meshes": 1 << 16}
 
 _READABLE = {
     "KHR_draco_mesh_compression",
+    "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
     "KHR_meshopt_compression",
     "KHR_mesh_quantization",
@@ -109,16 +110,17 @@ class Gltf:
         assert isinstance(index, int)
         if index not in self._buffers:
             length = whole(entry, "byteLength", 1, MAX_BUFFER)
-            if "uri" in entry:
-                data = self.resource(entry["uri"])
-            elif index == 0 and self._binary is not None:
-                data = self._binary
-            else:
+            if not self.has_bytes(index):
                 raise FormatError(f"buffer {index} has no bytes")
+            data = self.resource(entry["uri"]) if "uri" in entry else self._binary or b""
             if len(data) < length:
                 raise FormatError(f"buffer {index} has {len(data)} bytes; its byteLength is {length}")
             self._buffers[index] = data[:length]
         return self._buffers[index]
+
+    def has_bytes(self, index: object) -> bool:
+        """Return whether a buffer's bytes are in the GLB or at a URI; others stand for decompressed bytes."""
+        return "uri" in self.item("buffers", index) or (index == 0 and self._binary is not None)
 
     def resource(self, uri: object) -> bytes:
         """Return the data of a URI: those in the URI, or a file in the document's folder.

@@ -5,12 +5,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from upholster.errors import FormatError
+from upholster.errors import FormatError, InputError
 from upholster.geometry.mesh_files.accessors import Accessor, Accessors, as_floats
 from upholster.geometry.mesh_files.gltf import Gltf, Json, number_list
-from upholster.types import FloatArray
+from upholster.types import FloatArray, IntArray
 
-__all__ = ["Stand", "stands", "vertex_matrices"]
+__all__ = ["INSTANCING", "Stand", "stands", "vertex_matrices"]
+
+INSTANCING = "EXT_mesh_gpu_instancing"
+
+_MOST_INSTANCES = 1 << 20
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,45 +30,50 @@ class Stand:
     joints
         (joints, 4, 4) of a skin, also to the scene; None without one.
     others
-        Matrices of its other placements.
+        (n, 4, 4): matrices of its other placements.
+    nodes
+        (n + 1,): the node of each placement, of the first one, too.
     """
 
     mesh: int
     node: int
     matrix: FloatArray
     joints: FloatArray | None
-    others: tuple[FloatArray, ...]
+    others: FloatArray
+    nodes: IntArray
 
 
 def stands(gltf: Gltf, accessors: Accessors) -> list[Stand]:
-    """Return the meshes that the scene shows, in the order of its nodes.
+    """Return the meshes that the scene shows, in the order of its nodes, and the instances of a node.
 
     Raises
     ------
     FormatError
         If nodes do not form trees, or refer to items that do not exist.
+    InputError
+        If there are more than a million instances.
     """
     nodes = gltf.items("nodes")
     parents = _parents(nodes)
     matrices = _matrices(nodes, parents)
     shown = _shown(gltf, nodes)
-    first: dict[int, int] = {}
-    others: dict[int, list[FloatArray]] = {}
+    found: dict[int, list[tuple[int, FloatArray]]] = {}
+    total = 0
     for number in shown:
         if "mesh" not in nodes[number]:
             continue
         gltf.item("meshes", nodes[number]["mesh"])
-        mesh = nodes[number]["mesh"]
-        if mesh in first:
-            others[mesh].append(matrices[number])
-        else:
-            first[mesh], others[mesh] = number, []
-    return [
-        Stand(
-            mesh, node, matrices[node], _joints(gltf, accessors, nodes[node], matrices), tuple(others[mesh])
-        )
-        for mesh, node in first.items()
-    ]
+        places = matrices[number] @ _instances(accessors, nodes[number], number, _MOST_INSTANCES - total)
+        total += len(places)
+        found.setdefault(nodes[number]["mesh"], []).append((number, places))
+    out = []
+    for mesh, group in found.items():
+        node = group[0][0]
+        places = np.concatenate([places for _, places in group])
+        owners = np.repeat([number for number, _ in group], [len(places) for _, places in group])
+        joints = _joints(gltf, accessors, nodes[node], matrices)
+        out.append(Stand(mesh, node, places[0], joints, places[1:], owners.astype(np.int32)))
+    return out
 
 
 def vertex_matrices(
@@ -94,6 +103,47 @@ def vertex_matrices(
     bare = ~(total > 0)
     out[bare], total[bare] = stand.matrix[:3], 1.0
     return out / total[:, None, None]
+
+
+def _instances(accessors: Accessors, node: Json, number: int, room: int) -> FloatArray:
+    """Return the matrices of a node's instances in its space, (n, 4, 4): the identity without any."""
+    extensions = node.get("extensions")
+    found = extensions.get(INSTANCING) if isinstance(extensions, dict) else None
+    attributes = found.get("attributes") if isinstance(found, dict) else None
+    if not isinstance(attributes, dict):
+        return np.eye(4)[None]
+    if any(accessors.count(index) > room for index in attributes.values()):
+        raise InputError(f"it has more than {_MOST_INSTANCES} instances; allowed: up to that")
+    given = {
+        name: as_floats(accessors.read(attributes[name], width))
+        for name, width in (("TRANSLATION", 3), ("ROTATION", 4), ("SCALE", 3))
+        if name in attributes
+    }
+    counts = {len(values) for values in given.values()}
+    if not counts:
+        return np.eye(4)[None]
+    if len(counts) > 1:
+        raise FormatError(f"instances of node {number} have {' and '.join(map(str, sorted(counts)))} values")
+    out = np.tile(np.eye(4), (counts.pop(), 1, 1))
+    if "ROTATION" in given:
+        out[:, :3, :3] = _turns(given["ROTATION"])
+    if "SCALE" in given:
+        out[:, :3, :3] *= given["SCALE"][:, None]
+    if "TRANSLATION" in given:
+        out[:, :3, 3] = given["TRANSLATION"]
+    return out
+
+
+def _turns(quaternions: FloatArray) -> FloatArray:
+    """Return the rotations of quaternions (n, 4), of any length: (n, 3, 3)."""
+    lengths = np.linalg.norm(quaternions, axis=1, keepdims=True)
+    x, y, z, w = (quaternions / np.where(lengths > 0, lengths, 1.0)).T
+    rows = (
+        (1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)),
+        (2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)),
+        (2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)),
+    )
+    return np.moveaxis(np.array(rows), 2, 0)
 
 
 def _parents(nodes: list[Json]) -> list[int]:
@@ -140,14 +190,9 @@ def _own_matrix(node: Json, number: int) -> FloatArray:
         if matrix is not None:
             return np.array(matrix).reshape(4, 4).T
         out = np.eye(4)
-        x, y, z, w = number_list(node, "rotation", 4) or (0.0, 0.0, 0.0, 1.0)
-        length = (x * x + y * y + z * z + w * w) ** 0.5 or 1.0
-        x, y, z, w = x / length, y / length, z / length, w / length
-        out[:3, :3] = (
-            (1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)),
-            (2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)),
-            (2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)),
-        )
+        rotation = number_list(node, "rotation", 4)
+        if rotation is not None:
+            out[:3, :3] = _turns(np.array([rotation]))[0]
         out[:3, :3] *= number_list(node, "scale", 3) or (1.0, 1.0, 1.0)
         out[:3, 3] = number_list(node, "translation", 3) or (0.0, 0.0, 0.0)
     except FormatError as error:

@@ -15,7 +15,7 @@ from upholster.geometry.mesh_files.gltf import Gltf, Json
 from upholster.geometry.mesh_files.gltf_nodes import Stand, stands, vertex_matrices
 from upholster.geometry.mesh_files.meshopt import meshopt_of
 from upholster.geometry.mesh_files.model_file import MAX_PARTS, GltfPart, ModelPart, named_parts
-from upholster.geometry.mesh_files.raw_model import RawModel
+from upholster.geometry.mesh_files.raw_model import RawModel, joined_corners
 from upholster.geometry.triangle_mesh import MAX_TRIANGLES
 from upholster.shown import number_of
 from upholster.types import FloatArray, IntArray
@@ -266,18 +266,13 @@ def _instance_notes(gltf: Gltf, stand: Stand) -> list[str]:
     label = _names(gltf, stand)[0] or f"mesh {stand.mesh}"
     notes = []
     first = abs(np.linalg.det(stand.matrix[:3, :3])) ** (1 / 3)
-    scales = [abs(np.linalg.det(matrix[:3, :3])) ** (1 / 3) / first for matrix in stand.others]
-    differing = [scale for scale in scales if not 1 / _SCALES_DIFFER < scale < _SCALES_DIFFER]
-    if differing:
-        sizes = " to ".join(dict.fromkeys(f"{scale:.3g}" for scale in (min(differing), max(differing))))
+    scales = np.cbrt(np.abs(np.linalg.det(stand.others[:, :3, :3]))) / first
+    differing = scales[~((scales > 1 / _SCALES_DIFFER) & (scales < _SCALES_DIFFER))]
+    if len(differing):
+        sizes = " to ".join(dict.fromkeys(f"{scale:.3g}" for scale in (differing.min(), differing.max())))
         notes.append(
             f"{label!r} is shown {1 + len(stand.others)} times at different sizes ({sizes} times the first): "
             "its texture has the right scale on the first"
-        )
-    node = gltf.items("nodes")[stand.node]
-    if _extension(node, "EXT_mesh_gpu_instancing") is not None:
-        notes.append(
-            f"{label!r} is shown many times by EXT_mesh_gpu_instancing: its texture has the scale of its node"
         )
     return notes
 
@@ -302,29 +297,15 @@ def _together(gltf: Gltf, pieces: Sequence[_Piece], notes: list[str]) -> RawMode
             np.array([piece.stand.mesh for piece in pieces], np.int32),
             [len(piece.positions) for piece in pieces],
         ),
-        _all_or_none([piece.uv for piece in pieces], counts, 2),
-        _all_or_none([piece.normals for piece in pieces], counts, 3),
+        joined_corners([piece.uv for piece in pieces], counts, 2),
+        joined_corners([piece.normals for piece in pieces], counts, 3),
         1.0,
         "y",
         notes,
         {kind: len(gltf.items(kind)) for kind in _KEPT if gltf.items(kind)},
         gltf,
         [piece.source for piece in pieces],
-        colors=_all_or_none([piece.colors for piece in pieces], counts, 3, np.float32),
-    )
-
-
-def _all_or_none(
-    arrays: Sequence[NDArray[Any] | None], counts: list[int], width: int, kind: type = np.float64
-) -> NDArray[Any] | None:
-    """Concatenate arrays of corners; None if no part has any, NaN for parts without."""
-    if all(array is None for array in arrays):
-        return None
-    return np.concatenate(
-        [
-            np.full((count, 3, width), np.nan, kind) if array is None else array
-            for array, count in zip(arrays, counts, strict=True)
-        ]
+        colors=joined_corners([piece.colors for piece in pieces], counts, 3, np.float32),
     )
 
 

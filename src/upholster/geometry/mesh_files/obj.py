@@ -5,7 +5,9 @@ References
 Wavefront Technologies: Object Files (.obj), Appendix B1 of the Advanced Visualizer manual.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,11 +32,24 @@ _Counts = tuple[int, int, int]
 class _Lines:
     """The lines of a file by kind. Faces form runs: consecutive lines with nothing else in between."""
 
+    data: bytes
     v: list[bytes] = field(default_factory=list)
     vt: list[bytes] = field(default_factory=list)
     vn: list[bytes] = field(default_factory=list)
     f: list[bytes] = field(default_factory=list)
     runs: list[tuple[int, _Label, _Counts]] = field(default_factory=list)
+
+    def place(self, kind: str, row: int) -> str:
+        """Return the place in the file of a line of a kind, for errors."""
+        words = (b"f", b"fo") if kind == "f" else (kind.encode(),)
+        continued = False
+        for number, line in enumerate(self.data.split(b"\n"), 1):
+            if not continued and line.split(None, 1)[:1] in [[word] for word in words]:
+                row -= 1
+                if row < 0:
+                    return f"line {number}"
+            continued = line.rstrip(b"\r").endswith(b"\\")
+        return f"a {kind} line"
 
 
 def read_obj(data: bytes, name: str) -> RawModel:
@@ -53,10 +68,10 @@ def read_obj(data: bytes, name: str) -> RawModel:
     labels = list(dict.fromkeys(label for _, label, _ in lines.runs))
     if len(labels) > MAX_PARTS:
         raise InputError(f"it has {len(labels)} parts; allowed: {MAX_PARTS}")
-    vertices = _table(lines.v, "v", (3, 4, 6, 7))
+    vertices = _table(lines, "v", (3, 4, 6, 7))
     positions = vertices[:, :3]
-    coordinates = _table(lines.vt, "vt", (1, 2, 3))
-    normals = _table(lines.vn, "vn", (3,))
+    coordinates = _table(lines, "vt", (1, 2, 3))
+    normals = _table(lines, "vn", (3,))
     groups, pointers = _read_faces(lines, (len(positions), len(coordinates), len(normals)))
     cut = cut_faces(positions, groups)
     run_starts = np.array([start for start, _, _ in lines.runs])
@@ -122,9 +137,9 @@ def _part(label: _Label, file: str) -> tuple[str, ModelPart]:
 
 def _sorted_lines(data: bytes) -> _Lines:
     """Sort lines by their first word."""
+    found = _Lines(data)
     if b"\\" in data:
         data = data.replace(b"\\\r\n", b" ").replace(b"\\\n", b" ")
-    found = _Lines()
     v, vt, vn, f = found.v, found.vt, found.vn, found.f
     label: _Label = ("", "", "")
     new_run = True
@@ -173,20 +188,23 @@ def _other_line(words: list[bytes], label: _Label, found: _Lines) -> _Label:
     return label
 
 
-def _table(lines: list[bytes], kind: str, widths: tuple[int, ...]) -> FloatArray:
-    """Return the numbers of lines, (n, as many as every line has)."""
+def _table(found: _Lines, kind: str, widths: tuple[int, ...]) -> FloatArray:
+    """Return the numbers of lines of a kind, (n, as many as every line has)."""
+    lines: list[bytes] = getattr(found, kind)
     if not lines:
         return np.zeros((0, widths[0]))
     lines = [line.split(b"#")[0] if b"#" in line else line for line in lines]
     least = min(len(line.split()) for line in (lines[0], lines[-1]))
-    values = numbers_of(b"\n".join(lines), f"{kind} lines")
+    values = numbers_of(b"\n".join(lines), f"numbers of {kind}", lambda row: found.place(kind, row))
     if least in widths and len(values) == least * len(lines):
         return values.reshape(len(lines), -1)
     rows = [line.split() for line in lines]
-    least = min(map(len, rows))
+    counts = [len(row) for row in rows]
+    least = min(counts)
     if least < widths[0]:
-        raise FormatError(f"a {kind} line has {least} numbers; allowed: {' or '.join(map(str, widths))}")
-    return numbers_of(b" ".join(b" ".join(row[:least]) for row in rows), kind).reshape(len(rows), -1)
+        place = found.place(kind, counts.index(least))
+        raise FormatError(f"{place}: {kind} has {least} numbers; allowed: {' or '.join(map(str, widths))}")
+    return np.array([[float(word) for word in row[:least]] for row in rows])
 
 
 def _read_faces(lines: _Lines, totals: _Counts) -> tuple[list[Faces], list[NDArray[np.int64]]]:
@@ -211,19 +229,22 @@ def _read_faces(lines: _Lines, totals: _Counts) -> tuple[list[Faces], list[NDArr
         check_corners(sides)
         rows = np.array(at)
         known = before[np.searchsorted(starts, rows, side="right") - 1]
-        table = _numbers(texts, sides, form)
+        table = _numbers(texts, sides, form, partial(_face_place, lines, at))
         absolute = np.full((len(rows), sides, 3), -1, np.int64)
         for column in range(table.shape[2]):
             given = table[:, :, column]
             index = np.where(given < 0, given + known[:, column, None], given - 1)
-            if index.max() >= totals[column] or ((given < 0) & (index < 0)).any():
+            wrong = (index >= totals[column]) | ((given < 0) & (index < 0))
+            if wrong.any():
+                row, corner = np.argwhere(wrong)[0].tolist()
                 raise FormatError(
-                    f"a face names {('v', 'vt', 'vn')[column]} {_wrong(given, index, totals[column])}; "
-                    f"there are {totals[column]}"
+                    f"{lines.place('f', at[row])}: a face names {('v', 'vt', 'vn')[column]} "
+                    f"{given[row, corner]}; there are {totals[column]}"
                 )
             absolute[:, :, column] = index
-        if (absolute[:, :, 0] < 0).any():
-            raise FormatError("a face names vertex 0; allowed: 1 and more, or -1 and less")
+        if (zeros := (absolute[:, :, 0] < 0).any(axis=1)).any():
+            place = lines.place("f", at[int(zeros.argmax())])
+            raise FormatError(f"{place}: a face names vertex 0; allowed: 1 and more, or -1 and less")
         groups.append(Faces(rows, absolute[:, :, 0]))
         pointers.append(absolute[:, :, 1:])
     if not groups:
@@ -231,18 +252,23 @@ def _read_faces(lines: _Lines, totals: _Counts) -> tuple[list[Faces], list[NDArr
     return groups, pointers
 
 
-def _numbers(texts: list[bytes], sides: int, form: int) -> NDArray[np.int64]:
+def _face_place(lines: _Lines, faces: list[int], row: int) -> str:
+    return lines.place("f", faces[row])
+
+
+def _numbers(texts: list[bytes], sides: int, form: int, place: Callable[[int], str]) -> NDArray[np.int64]:
     """Return the indices of faces (P, n, 1 to 3), 0 where one is missing."""
     joined = b" \n".join([*texts, b""])
     marks = joined.translate(None, b"0123456789+-").split()
     if form > 2 or (set(marks), len(marks)) != (({b"/" * form}, len(texts) * sides) if form else (set(), 0)):
         joined, form = b" \n".join([*map(_evened, texts), b""]), 2
     joined = joined.replace(b"//", b"/0/").replace(b"/ ", b"/0 ")
-    values = numbers_of(joined.replace(b"/", b" "), "corners of faces")
+    values = numbers_of(joined.replace(b"/", b" "), "corners of a face", place)
     if len(values) != len(texts) * sides * (form + 1) or (np.abs(values) >= 1 << 31).any():
         raise FormatError("corners of faces are written in an unknown way; allowed: v, v/vt, v//vn, v/vt/vn")
-    if (values != np.floor(values)).any():
-        raise FormatError("corners of faces are not whole numbers")
+    if (broken := values != np.floor(values)).any():
+        row = int(broken.argmax()) // (sides * (form + 1))
+        raise FormatError(f"{place(row)}: corners of a face are not whole numbers")
     return values.astype(np.int64).reshape(len(texts), sides, form + 1)
 
 
@@ -250,10 +276,6 @@ def _evened(line: bytes) -> bytes:
     """Rewrite the corners of a face with two slashes each."""
     words = [word.split(b"/") for word in line.split()]
     return b" ".join(b"/".join([part or b"0" for part in [*word, b"", b""][:3]]) for word in words)
-
-
-def _wrong(given: NDArray[np.int64], index: NDArray[np.int64], total: int) -> int:
-    return int(given[(index >= total) | ((given < 0) & (index < 0))][0])
 
 
 def _at_corners(cut: CutFaces, numbers: list[NDArray[np.int64]], table: FloatArray) -> FloatArray:

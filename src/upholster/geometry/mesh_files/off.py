@@ -33,7 +33,8 @@ def read_off(data: bytes, name: str) -> RawModel:
         If it violates the format, or is binary or of another dimension.
     """
     lines = _COMMENT.sub(b"", data).split(b"\n")
-    rows = [line for line in lines if line.strip()]
+    numbers = [number for number, line in enumerate(lines, 1) if line.strip()]
+    rows = [lines[number - 1] for number in numbers]
     words = rows[0].split() if rows else []
     head = _HEAD.fullmatch(words[0]) if words else None
     if head is None or head[4] or head[5] or b"BINARY" in words:
@@ -42,7 +43,8 @@ def read_off(data: bytes, name: str) -> RawModel:
     counts, rows = (
         (words[1:], rows[1:]) if len(words) > 1 else (rows[1].split() if len(rows) > 1 else [], rows[2:])
     )
-    sizes = numbers_of(b" ".join(counts), "the counts")
+    at = 0 if len(words) > 1 else 1
+    sizes = numbers_of(b" ".join(counts), "the counts", lambda _: f"line {numbers[at]}")
     if len(sizes) < 2 or not 3 <= sizes[0] <= _MAX_VERTICES or not 1 <= sizes[1] <= MAX_TRIANGLES:
         raise FormatError(
             f"its counts are {b' '.join(counts)[:40].decode('ascii', 'replace')!r}; allowed: 3 to "
@@ -51,7 +53,10 @@ def read_off(data: bytes, name: str) -> RawModel:
     vertices, faces = int(sizes[0]), int(sizes[1])
     if len(rows) < vertices + faces:
         raise FormatError(f"it has {len(rows)} lines; announced: {vertices} vertices and {faces} faces")
-    table = numbers_of(b" ".join(rows[:vertices]), "vertices")
+    head_lines = len(numbers) - len(rows)
+    table = numbers_of(
+        b"\n".join(rows[:vertices]), "vertices", lambda row: f"line {numbers[head_lines + row]}"
+    )
     width = len(table) // vertices
     if len(table) != width * vertices or width < 3:
         raise FormatError(
@@ -61,13 +66,13 @@ def read_off(data: bytes, name: str) -> RawModel:
     listed = rows[vertices:]
     groups = listed_faces(listed if len(listed) == faces else _joined(listed, faces))
     model = model_of_faces(table[:, :3], groups, [ModelPart(name)])
-    at = 3 + (3 if head[3] else 0)
+    column = 3 + (3 if head[3] else 0)
     if head[3] and width >= 6:
         model.normals = table[:, 3:6][model.triangles]
-    if head[2] and width >= at + 3:
-        colors = table[:, at:]
+    if head[2] and width >= column + 3:
+        colors = table[:, column:]
         model.colors = as_colors(colors, largest_color(colors))[model.triangles]
-    if head[1] and width >= at + 2:
+    if head[1] and width >= column + 2:
         uv = table[:, -2:][model.triangles]
         model.uv = np.stack([uv[..., 0], 1.0 - uv[..., 1]], axis=-1)
     return model

@@ -96,7 +96,7 @@ def read_ply(data: bytes, name: str) -> RawModel:
         If it has no faces.
     """
     form, elements, body = _header(data)
-    rows = _rows(form, elements, body)
+    rows = _rows(form, elements, body, data.count(b"\n", 0, len(data) - len(body)))
     if "vertex" not in rows or not {"x", "y", "z"} <= rows["vertex"].element.properties.keys():
         raise FormatError("it has no vertices with x, y and z")
     vertices = rows["vertex"]
@@ -158,14 +158,14 @@ def _header(data: bytes) -> tuple[str, list[_Element], bytes]:
     return form, elements, data[stop + 1 :]
 
 
-def _rows(form: str, elements: Sequence[_Element], body: bytes) -> dict[str, _Rows]:
-    """Find the rows of all elements up to the faces."""
+def _rows(form: str, elements: Sequence[_Element], body: bytes, before: int) -> dict[str, _Rows]:
+    """Find the rows of all elements up to the faces; `before` is the number of lines before them."""
     as_text = form == "ascii"
     order = ">" if form == "binary_big_endian" else "<"
     lines = np.zeros(1, np.int64)
     data: NDArray[Any] = np.frombuffer(body, np.uint8)
     if as_text:
-        data = numbers_of(body, "its rows")
+        data = numbers_of(body, "its rows", lambda row: f"line {before + row + 1}")
         counts = [len(line.split()) for line in body.split(b"\n")]
         lines = np.cumsum([0, *(count for count in counts if count)])
     found: dict[str, _Rows] = {}

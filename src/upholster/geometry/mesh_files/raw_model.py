@@ -1,6 +1,9 @@
 """The result of each format's reader: corners of triangles, before they are merged."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,7 +12,7 @@ from upholster.geometry.mesh_files.gltf import Gltf
 from upholster.geometry.mesh_files.model_file import GltfPart, ModelPart
 from upholster.types import FloatArray, IntArray
 
-__all__ = ["RawModel"]
+__all__ = ["RawModel", "joined_corners"]
 
 
 @dataclass(eq=False)
@@ -42,6 +45,8 @@ class RawModel:
         The upward axis, by the format's convention.
     notes, contents, gltf, gltf_parts, axes
         As in `ModelFile`.
+    files
+        Other files that it was read from, apart from those of `gltf`.
     """
 
     positions: FloatArray
@@ -60,3 +65,18 @@ class RawModel:
     gltf_parts: list[GltfPart] = field(default_factory=list)
     axes: FloatArray | None = None
     colors: NDArray[np.float32] | None = None
+    files: list[Path] = field(default_factory=list)
+
+
+def joined_corners(
+    arrays: Sequence[NDArray[Any] | None], counts: list[int], width: int, kind: type = np.float64
+) -> NDArray[Any] | None:
+    """Concatenate arrays of corners; None if no part has any, NaN for parts without."""
+    if all(array is None for array in arrays):
+        return None
+    return np.concatenate(
+        [
+            np.full((count, 3, width), np.nan, kind) if array is None else array
+            for array, count in zip(arrays, counts, strict=True)
+        ]
+    )

@@ -20,6 +20,8 @@ from upholster.geometry.mesh_files.off import read_off
 from upholster.geometry.mesh_files.ply import read_ply
 from upholster.geometry.mesh_files.raw_model import RawModel
 from upholster.geometry.mesh_files.stl import read_stl
+from upholster.geometry.mesh_files.text_numbers import in_utf8
+from upholster.geometry.mesh_files.three_mf import read_3mf
 from upholster.geometry.mesh_files.units import unit_in_metres
 from upholster.geometry.triangle_mesh import TriangleMesh
 from upholster.lengths import parse_length
@@ -32,6 +34,7 @@ _READERS: dict[str, Callable[[bytes, str], RawModel]] = {
     "PLY": read_ply,
     "STL": read_stl,
     "OFF": read_off,
+    "3MF": read_3mf,
 }
 """Readers of bytes and a name, by the names of `upholster.formats.INPUTS`."""
 
@@ -46,7 +49,7 @@ def read_model(
     unique: bool = False,
     progress: Progress | None = None,
 ) -> ModelFile:
-    """Read a model: GLB, glTF, OBJ, PLY, STL or OFF; or a CAD model: STEP, IGES, BREP or 3DM.
+    """Read a model: GLB, glTF, OBJ, PLY, STL, OFF or 3MF; or a CAD model: STEP, IGES, BREP or 3DM.
 
     Vertices of one object at the same place are merged. Nothing else changes, so degenerate triangles stay.
     Quadrilaterals and polygons become triangles. The mesh has z up: it has (x, -z, y) if y is up in the file,
@@ -61,7 +64,7 @@ def read_model(
         object or material. By default all parts.
     unit
         The file's unit: "m", "dm", "cm", "mm", "km", "in", "ft". By default the format's: metres in glTF,
-        none in the others. A note says if it contradicts glTF's.
+        the file's in 3MF, none in the others. A note says if it contradicts glTF's.
     up
         The file's upward axis, "y" or "z"; by default the format's convention.
     deviation
@@ -108,7 +111,7 @@ def read_model(
                         "30cm, and for STL and 3MF; the GLB keeps its numbers, which are metres elsewhere"
                     )
             else:
-                raw = _READERS[kind.name](data, Path(name).stem)
+                raw = _READERS[kind.name](in_utf8(data), Path(name).stem)
             chosen = None if parts is None else chosen_parts(raw.parts, parts)
             return _model(name, raw, chosen, raw.metres if metres is None else metres, up or raw.up)
     except (FormatError, InputError) as error:
@@ -159,7 +162,7 @@ def _model(
         up,
         tuple(dict.fromkeys(raw.notes)),
         raw.contents,
-        (Path(name), *((*raw.gltf.inputs, *raw.gltf.images_beside()) if raw.gltf else ())),
+        (Path(name), *raw.files, *((*raw.gltf.inputs, *raw.gltf.images_beside()) if raw.gltf else ())),
         uv,
         tuple(part.name for number, part in enumerate(raw.parts) if number not in kept),
         raw.gltf,

@@ -6,6 +6,7 @@ References
 """
 
 import re
+from itertools import islice
 
 import numpy as np
 
@@ -66,4 +67,11 @@ def _text_corners(data: bytes) -> FloatArray:
         raise FormatError(f"it has {facets} facets and {len(rows)} vertices; allowed: three for each")
     if facets > MAX_TRIANGLES:
         raise FormatError(f"it has {facets} facets; allowed: {MAX_TRIANGLES}")
-    return numbers_of(b" ".join(rows), "coordinates").reshape(-1, 3, 3)
+
+    def place(row: int) -> str:
+        start = next(islice(_VERTEX.finditer(data), row, None)).start()
+        number = data.count(b"\n", 0, start) + 1
+        return f"line {number}"
+
+    one_line = b"\n".join(b" ".join(row.split()) for row in rows)
+    return numbers_of(one_line, "coordinates", place).reshape(-1, 3, 3)

@@ -9,7 +9,6 @@
 - `emit`: the visible parts of blocks as placements and labels
 """
 
-from upholster.methods.quilt.method import synthesize_quilt
 from upholster.methods.quilt.quilt_options import QuiltOptions
 
-__all__ = ["QuiltOptions", "synthesize_quilt"]
+__all__ = ["QuiltOptions"]

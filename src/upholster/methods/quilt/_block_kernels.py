@@ -11,6 +11,7 @@ __all__ = [
     "BLOCK_COLUMNS",
     "EITHER",
     "LAID",
+    "MOST_NEAR",
     "PHASE",
     "REFINED",
     "SOURCE_COLUMN",
@@ -23,7 +24,6 @@ __all__ = [
     "LayWeights",
     "MatchImage",
     "Span",
-    "splat_tent",
     "squared_difference",
 ]
 
@@ -38,6 +38,9 @@ EITHER = 128
 
 _FEW = 4096
 """Number of candidates that are searched at a time, so that their costs stay in the fastest memory."""
+
+MOST_NEAR = 64
+"""Maximum number of nearby blocks whose sources a block avoids."""
 
 REFINED = 4
 """Number of the best candidates whose surroundings are searched."""
@@ -69,9 +72,9 @@ class LayNumbers(NamedTuple):
     """Numbers of the sample and of blocks.
 
     `height`, `width` are the exemplar's on `level`. Candidates are `step` pixels apart, and `shortlist` of
-    them are judged; points at which usage is counted are `usage_step` pixels apart. Blocks may have symmetry
-    n if bit n of `symmetries` is 1. A block's frame is `size` × `size` pixels, its mask's cells are `cell`
-    pixels wide.
+    them are judged; places at which guides are compared are `guide_step` pixels apart. Blocks may have
+    symmetry n if bit n of `symmetries` is 1. A block's frame is `size` × `size` pixels, its mask's cells are
+    `cell` pixels wide.
     """
 
     height: int
@@ -79,24 +82,23 @@ class LayNumbers(NamedTuple):
     level: int
     step: int
     shortlist: int
-    usage_step: int
+    guide_step: int
     symmetries: int
     size: int
     cell: int
 
 
 class LayWeights(NamedTuple):
-    """Weights of matching: `evenness` and `variety` are multiplied by the exemplar's variance.
+    """Weights of matching.
 
     `tolerance` is the maximum cost of a source that may be chosen, relative to the best. `phase` is the cost
-    of a unit of `misfit` for each sample; `used` is the fraction of the exemplar that is used.
+    of a unit of `misfit` for each sample. `relay` is the least that laying again must gain, for each pixel of
+    a frame's side.
     """
 
-    evenness: float
-    variety: float
     tolerance: float
     phase: float
-    used: float
+    relay: float
 
 
 class Span(NamedTuple):
@@ -119,7 +121,7 @@ class FramePixels(NamedTuple):
     read, relative to the source. `wanted` (K, size, size) are the values that guides request, 0 without a
     request, and `off` is the laid pixels' cost by these; (0, 0): there are no guides. `zones` is the
     requested zone, see `upholster.methods.quilt.guides.Zones`; (0, 0): there are no zones. `steps` is the
-    canvases' step at each pixel, −1 for none; (0, 0): there are no requests.
+    canvases' step at each pixel, −1 for none.
     """
 
     marks: NDArray[np.uint8]
@@ -143,7 +145,7 @@ class FramePixels(NamedTuple):
             np.zeros((guides, size, size), np.uint8),
             np.zeros(shape if guides else (0, 0), np.int32),
             np.zeros(shape if zones else (0, 0), np.uint8),
-            np.zeros(shape if guides or zones else (0, 0), np.int64),
+            np.zeros(shape, np.int64),
         )
 
 
@@ -152,8 +154,9 @@ class ChoiceScratch(NamedTuple):
 
     `features` (n, 2) are boxes of laid pixels, rows and columns relative to a candidate, and `means` their
     means. `offsets` and `values` are pixels relative to a candidate and the values that they should have, in
-    the order of comparison; `listed` (2, n) are the same in the order of the frame. `penalties` has the shape
-    of usage for one symmetry. `wanted` (2, 3) is for each wave the exemplar's wave that should have a phase:
+    the order of comparison; `listed` (2, n) are the same in the order of the frame. `penalties` are the costs
+    of places by guides, every `guide_step` pixels. `near` (`MOST_NEAR`, 2) are the sources of the laid blocks
+    nearby, row and column. `wanted` (2, 3) is for each wave the exemplar's wave that should have a phase:
     its number (-1: none), 1 or -1 for its opposite, and the phase. `zone` (1,) is the zone of the source, 0
     for any. `kept` are candidates as row · width + column, `judged` are their costs. `heap`, `costs`, `line`
     and `misfits` belong to the search.
@@ -165,6 +168,7 @@ class ChoiceScratch(NamedTuple):
     values: NDArray[np.int32]
     listed: NDArray[np.int32]
     penalties: NDArray[np.float64]
+    near: NDArray[np.int64]
     wanted: NDArray[np.int64]
     zone: NDArray[np.int64]
     kept: NDArray[np.int64]
@@ -175,8 +179,8 @@ class ChoiceScratch(NamedTuple):
     misfits: NDArray[np.int32]
 
     @classmethod
-    def of(cls, numbers: LayNumbers, usage: NDArray[np.float64]) -> "ChoiceScratch":
-        """Return scratch for frames of the size in `numbers`, and for the shape of `usage`."""
+    def of(cls, numbers: LayNumbers) -> "ChoiceScratch":
+        """Return scratch for frames of the size in `numbers`."""
         size, reach = numbers.size, numbers.step // 2
         boxes, pixels = (size // 4 + 1) ** 2, size * size
         columns = (numbers.width + numbers.step - 1) // numbers.step
@@ -187,7 +191,8 @@ class ChoiceScratch(NamedTuple):
             np.empty(pixels, np.int32),
             np.empty(pixels, np.int32),
             np.empty((2, pixels), np.int32),
-            np.empty((usage.shape[0] // numbers.symmetries.bit_count(), usage.shape[1])),
+            np.zeros((-(-numbers.height // numbers.guide_step), -(-numbers.width // numbers.guide_step))),
+            np.empty((MOST_NEAR, 2), np.int64),
             np.zeros((2, 3), np.int64),
             np.zeros(1, np.int64),
             np.empty(most, np.int64),
@@ -245,18 +250,3 @@ def squared_difference(one: np.int32, other: np.int32) -> np.int32:
     c = np.int32(np.int32((one >> np.int32(16)) & low) - np.int32((other >> np.int32(16)) & low))
     d = np.int32(np.int32((one >> np.int32(24)) & low) - np.int32((other >> np.int32(24)) & low))
     return np.int32(np.int32(np.int32(a * a) + np.int32(b * b)) + np.int32(np.int32(c * c) + np.int32(d * d)))
-
-
-@inline
-def splat_tent(
-    lattice: NDArray[np.float64], step: int, row: int, column: int, height: int, width: int, by: float
-) -> None:
-    """Add a block at (row, column) to a lattice: at each point, `by` times the overlap with a block there."""
-    i0, i1 = max(0, (row - height) // step + 1), min(lattice.shape[0], (row + height) // step + 1)
-    j0, j1 = max(0, (column - width) // step + 1), min(lattice.shape[1], (column + width) // step + 1)
-    for i in range(i0, i1):
-        y = 1.0 - abs(i * step - row) / height
-        for j in range(j0, j1):
-            x = 1.0 - abs(j * step - column) / width
-            if x > 0.0 and y > 0.0:
-                lattice[i, j] += by * (x * y)

@@ -1,8 +1,9 @@
-"""Choosing a block's source: find candidates by boxes' means, judge them by texels, refine, draw a good one.
+"""Choosing a block's source: find candidates by boxes' means, judge them by texels, refine, take a good one.
 
 Candidates are every `step`-th pixel at which the block reads only used pixels inside the exemplar. Those that
 differ least in boxes' means are judged by the texels themselves (every other one, as on a chessboard). Then
-the pixels around the best ones are judged too.
+the pixels around the best ones are judged too. Of those that fit about equally well, the one is taken whose
+pixels nearby blocks show least.
 """
 
 from typing import Any
@@ -25,40 +26,12 @@ from upholster.methods.quilt._phase_kernels import MISFIT, misfit
 from upholster.methods.quilt._search_kernels import draw, search
 from upholster.types import int64, uint64
 
-__all__ = ["choose_source", "draw_fitting", "first_of", "penalise_used"]
+__all__ = ["choose_source", "draw_fitting", "judge_sources", "next_best"]
 
 _BIG = int64(2**60)
 
 _CLOSE = MISFIT // 32
 """A source drawn for a block on bare steps has a misfit at most this much above the best."""
-
-
-@inline
-def penalise_used(
-    usage: NDArray[np.float64], first: int, weights: LayWeights, penalties: NDArray[np.float64]
-) -> None:
-    """Write each place's penalty: places that are used more than the mean cost more.
-
-    The symmetry's usage begins at row `first`. The mean is over the part of the exemplar that may be used.
-    """
-    mean = 0.0
-    for i in range(usage.shape[0]):
-        for j in range(usage.shape[1]):
-            mean += usage[i, j]
-    mean /= usage.size * weights.used
-    for i in range(penalties.shape[0]):
-        for j in range(penalties.shape[1]):
-            more = max(0.0, usage[first + i, j] / mean - 1.0) if mean > 0.0 else 0.0
-            penalties[i, j] = weights.evenness * more
-
-
-@inline
-def first_of(numbers: LayNumbers, symmetry: int, rows: int) -> Any:
-    """Return the first row of a symmetry's usage; each allowed symmetry has `rows` rows."""
-    first = int64(0)
-    for s in range(symmetry):
-        first += numbers.symmetries >> s & 1
-    return first * rows
 
 
 @inline
@@ -99,8 +72,8 @@ def _misfit_at(
     found = int64(misfit(match.phases, choice.wanted, place))
     if match.guides.shape[0] == 0:
         return found
-    i = min(place // numbers.width // numbers.usage_step, choice.penalties.shape[0] - 1)
-    j = min(place % numbers.width // numbers.usage_step, choice.penalties.shape[1] - 1)
+    i = min(place // numbers.width // numbers.guide_step, choice.penalties.shape[0] - 1)
+    j = min(place % numbers.width // numbers.guide_step, choice.penalties.shape[1] - 1)
     return int64(weights.phase * found + choice.penalties[i, j])
 
 
@@ -228,8 +201,8 @@ def _judge(
     limit = _BIG if least == _BIG else int64(least * tolerance)
     for m in range(part[0], part[1]):
         place = choice.kept[m]
-        i = min(place // numbers.width // numbers.usage_step, last_row)
-        j = min(place % numbers.width // numbers.usage_step, last_column)
+        i = min(place // numbers.width // numbers.guide_step, last_row)
+        j = min(place % numbers.width // numbers.guide_step, last_column)
         total, stop = int64(penalties[i, j] * times), int64(0)
         if match.phases.shape[0]:
             total += int64(weights.phase * misfit(match.phases, choice.wanted, place) * times)
@@ -272,22 +245,40 @@ def _list_refined(
 
 
 @inline
-def _draw_good(state: NDArray[np.uint64], choice: ChoiceScratch, stop: int, limit: Any) -> Any:
-    # Draws one of the candidates whose cost is at most `limit`.
-    good = int64(0)
-    for m in range(stop):
-        good += choice.judged[m] <= limit
-    pick = draw(state, good)
+def _use_nearby(numbers: LayNumbers, choice: ChoiceScratch, near: int, place: int) -> float:
+    # How much of a block with its source at a pixel the `near` listed blocks show, 1 for a complete block.
+    y, x, total = place // numbers.width, place % numbers.width, 0.0
+    for n in range(near):
+        down = 1.0 - abs(y - choice.near[n, 0]) / numbers.size
+        right = 1.0 - abs(x - choice.near[n, 1]) / numbers.size
+        if down > 0.0 and right > 0.0:
+            total += down * right
+    return total
+
+
+@inline
+def _take_unused(
+    numbers: LayNumbers, state: NDArray[np.uint64], choice: ChoiceScratch, near: int, stop: int, limit: Any
+) -> Any:
+    # Takes the candidate that nearby blocks use least, among those whose cost is at most `limit`; draws one
+    # of several.
+    least, ties, found = np.inf, int64(0), int64(0)
     for m in range(stop):
         if choice.judged[m] <= limit:
+            use = _use_nearby(numbers, choice, near, choice.kept[m])
+            ties = ties + 1 if use == least else int64(1) if use < least else ties
+            least = min(least, use)
+    pick = draw(state, ties)
+    for m in range(stop):
+        if choice.judged[m] <= limit and _use_nearby(numbers, choice, near, choice.kept[m]) == least:
             if pick == 0:
-                return m
+                found = int64(m)
             pick -= 1
-    return int64(0)
+    return found
 
 
 @shared
-def choose_source(
+def judge_sources(
     match: MatchImage,
     numbers: LayNumbers,
     weights: LayWeights,
@@ -295,10 +286,10 @@ def choose_source(
     span: Span,
     pixels: FramePixels,
     choice: ChoiceScratch,
-) -> tuple[Any, Any, Any]:
-    """Choose a block's source; return its row, its column and its cost.
+) -> tuple[Any, Any]:
+    """Find and judge a block's candidates; return their number and the lowest cost.
 
-    `choice` contains the places' penalties.
+    `choice` contains the places' penalties, and receives the candidates and their costs.
     """
     count = _list_features(numbers, span, pixels, choice)
     samples = _list_samples(numbers, pixels, choice)
@@ -313,6 +304,43 @@ def choose_source(
         end = _list_refined(match, numbers, span, choice, stop)
         least = _judge(match, numbers, weights, choice, samples, (stop, end), least)
         stop = end
-    drawn = _draw_good(state, choice, stop, int64(least * weights.tolerance))
-    chosen = choice.kept[drawn]
-    return chosen // numbers.width, chosen % numbers.width, choice.judged[drawn]
+    return stop, least
+
+
+@inline
+def choose_source(
+    match: MatchImage,
+    numbers: LayNumbers,
+    weights: LayWeights,
+    state: NDArray[np.uint64],
+    span: Span,
+    pixels: FramePixels,
+    choice: ChoiceScratch,
+    near: int,
+) -> tuple[Any, Any, Any]:
+    """Choose a block's source; return its row, its column and its cost.
+
+    `choice` contains the places' penalties and the sources of `near` blocks nearby.
+    """
+    stop, least = judge_sources(match, numbers, weights, state, span, pixels, choice)
+    taken = _take_unused(numbers, state, choice, near, stop, int64(least * weights.tolerance))
+    chosen = choice.kept[taken]
+    return chosen // numbers.width, chosen % numbers.width, choice.judged[taken]
+
+
+@inline
+def next_best(numbers: LayNumbers, choice: ChoiceScratch, stop: int) -> Any:
+    """Return the cheapest candidate, and drop it and those within two pixels of it; −1: none is left."""
+    best = int64(-1)
+    for m in range(stop):
+        if choice.judged[m] < _BIG and (best < 0 or choice.judged[m] < choice.judged[best]):
+            best = int64(m)
+    if best < 0:
+        return best
+    place = choice.kept[best]
+    y, x = place // numbers.width, place % numbers.width
+    for m in range(stop):
+        other = choice.kept[m]
+        if abs(other // numbers.width - y) <= 2 and abs(other % numbers.width - x) <= 2:
+            choice.judged[m] = _BIG
+    return place

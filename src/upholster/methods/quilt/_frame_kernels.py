@@ -153,7 +153,7 @@ def _draw(
 ) -> None:
     # Draws the blocks that are laid under one triangle of a block into the frame.
     size = covered.shape[0] - 2
-    half, is_asked = size // 2 + 1, pixels.steps.shape[0] > 0
+    half = size // 2 + 1
     u, p, t, k = found.maps[n], found.places[n], int64(found.triangles[n]), int64(found.charts[n])
     y1, x1, y2, x2 = u[1, 0] - u[0, 0], u[1, 1] - u[0, 1], u[2, 0] - u[0, 0], u[2, 1] - u[0, 1]
     area = y1 * x2 - x1 * y2
@@ -180,8 +180,7 @@ def _draw(
             owner = canvases.owners[at]
             covered[i, j] = 0 if owner < 0 else LAID if owner >= canvases.fixed else LAID | FIXED
             if 0 < i <= size and 0 < j <= size:
-                if is_asked:
-                    pixels.steps[i - 1, j - 1] = at
+                pixels.steps[i - 1, j - 1] = at
                 if owner >= 0:
                     pixels.old[i - 1, j - 1] = match.image[canvases.sources[at]]
                     symmetries[records[owner, SYMMETRY]] += 1
@@ -217,7 +216,8 @@ def look_at_frame(
     for n in range(count):
         if found.triangles[n] >= 0:
             inside[found.triangles[n]] = 0
-    _ask(canvases, match, pixels)
+    if pixels.wanted.shape[0] or pixels.zones.shape[0]:
+        _ask(canvases, match, pixels)
     laid, bare = int64(0), int64(0)
     for i in range(size):
         for j in range(size):

@@ -62,7 +62,7 @@ def penalise_off(
     Each place represents the square of places that begins there, clipped to the span. The cost of the best
     place is subtracted from all. Lists of samples are overwritten.
     """
-    step, penalties, least = numbers.usage_step, choice.penalties, np.inf
+    step, penalties, least = numbers.guide_step, choice.penalties, np.inf
     first_a, last_a = span.first_y // step, min(span.last_y // step, penalties.shape[0] - 1)
     first_b, last_b = span.first_x // step, min(span.last_x // step, penalties.shape[1] - 1)
     for k in range(match.guides.shape[0]):

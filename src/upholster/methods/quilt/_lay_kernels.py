@@ -14,6 +14,7 @@ from upholster.jit import inline, kernel
 from upholster.methods.quilt._block_kernels import (
     EITHER,
     LAID,
+    MOST_NEAR,
     PHASE,
     SOURCE_COLUMN,
     SOURCE_ROW,
@@ -25,9 +26,8 @@ from upholster.methods.quilt._block_kernels import (
     LayWeights,
     MatchImage,
     Span,
-    splat_tent,
 )
-from upholster.methods.quilt._choice_kernels import choose_source, draw_fitting, first_of, penalise_used
+from upholster.methods.quilt._choice_kernels import choose_source, draw_fitting
 from upholster.methods.quilt._frame_kernels import Canvases, look_at_frame, write_frame
 from upholster.methods.quilt._guide_kernels import penalise_off, show_all
 from upholster.methods.quilt._phase_kernels import want_phases
@@ -39,13 +39,21 @@ from upholster.methods.quilt._whole_kernels import ClearCells, lie_whole
 from upholster.quilt.placement import SYMMETRIES
 from upholster.types import FloatArray, IntArray, int64
 
-__all__ = ["BlockArrays", "Ground", "LayScratch", "find_block", "lay_blocks", "replay_blocks"]
+__all__ = [
+    "BlockArrays",
+    "Ground",
+    "LayScratch",
+    "find_block",
+    "lay_blocks",
+    "list_near",
+    "list_symmetries",
+    "replay_blocks",
+    "turn_frame",
+    "write_block",
+]
 
 _MOST_TRIANGLES = 1 << 13
 """Maximum number of triangles of a block."""
-
-_NEAR = 2.0
-"""The sources of other blocks within this distance, in blocks, cost more."""
 
 
 class Ground(NamedTuple):
@@ -90,7 +98,7 @@ class LayScratch(NamedTuple):
     state: NDArray[np.uint64]
 
     @classmethod
-    def of(cls, ground: Ground, numbers: LayNumbers, usage: FloatArray) -> "LayScratch":
+    def of(cls, ground: Ground, numbers: LayNumbers) -> "LayScratch":
         """Return scratch for blocks on some ground."""
         size = numbers.size
         vertices, triangles = len(ground.mesh.first) - 1, len(ground.mesh.triangles)
@@ -100,7 +108,7 @@ class LayScratch(NamedTuple):
             SheetScratch.of(triangles),
             Footprint.of(_MOST_TRIANGLES),
             FramePixels.of(size, guides, zones=zones),
-            ChoiceScratch.of(numbers, usage),
+            ChoiceScratch.of(numbers),
             CutScratch.of(numbers),
             np.zeros((size // numbers.cell) ** 2, np.uint8),
             np.zeros((size + 2, size + 2), np.uint8),
@@ -112,9 +120,12 @@ class LayScratch(NamedTuple):
 
 
 @inline
-def _list_symmetries(numbers: LayNumbers, scratch: LayScratch) -> Any:
-    # Lists the symmetries to try for a block: the two most frequent among the pixels that it overlaps, and
-    # one drawn from all that are allowed; on bare steps only the drawn one. Returns the number of symmetries.
+def list_symmetries(numbers: LayNumbers, scratch: LayScratch) -> Any:
+    """List the symmetries to try for a block; return their number.
+
+    These are the two most frequent among the pixels that it overlaps, and one drawn from all that are
+    allowed; on bare steps only the drawn one.
+    """
     shown, tried = scratch.symmetries, scratch.tried
     tried[0] = 0
     if numbers.symmetries == 1:
@@ -141,9 +152,11 @@ def _list_symmetries(numbers: LayNumbers, scratch: LayScratch) -> Any:
 
 
 @inline
-def _turn_frame(numbers: LayNumbers, symmetry: int, pixels: FramePixels) -> Span:
-    # Enters the positions, relative to the source, that the frame's pixels read with a symmetry. Returns the
-    # span of sources with which the frame is inside the exemplar.
+def turn_frame(numbers: LayNumbers, symmetry: int, pixels: FramePixels) -> Span:
+    """Enter the positions, relative to the source, that the frame's pixels read with a symmetry.
+
+    Returns the span of sources with which the frame is inside the exemplar.
+    """
     size = numbers.size
     half, turn = size // 2, SYMMETRIES[symmetry]
     for i in range(size):
@@ -159,27 +172,17 @@ def _turn_frame(numbers: LayNumbers, symmetry: int, pixels: FramePixels) -> Span
 
 
 @inline
-def _penalise_near(
-    numbers: LayNumbers,
-    weight: float,
-    blocks: BlockArrays,
-    n: int,
-    near: NDArray[np.int64],
-    reach: float,
-    penalties: FloatArray,
-) -> None:
-    # Penalizes the sources of nearby blocks; `near` (k, 2) are ranges of blocks that may be near, from, to.
-    spots, records, tall = blocks.spots, blocks.records, numbers.size // 2 + 1
-    for k in range(near.shape[0]):
-        for m in range(near[k, 0], min(near[k, 1], n)):
-            x, y, z = (
-                spots[m, 0] - spots[n, 0],
-                spots[m, 1] - spots[n, 1],
-                spots[m, 2] - spots[n, 2],
-            )
-            if records[m, LAID] and x * x + y * y + z * z < reach * reach:
-                row, column = int64(records[m, SOURCE_ROW]), int64(records[m, SOURCE_COLUMN])
-                splat_tent(penalties, numbers.usage_step, row, column, tall, tall, weight)
+def list_near(
+    numbers: LayNumbers, blocks: BlockArrays, near: NDArray[np.int64], choice: ChoiceScratch
+) -> int:
+    """List the sources of those `near` blocks that are laid; return their number."""
+    count = int64(0)
+    for m in near:
+        if blocks.records[m, LAID] and count < MOST_NEAR:
+            choice.near[count, 0] = blocks.records[m, SOURCE_ROW]
+            choice.near[count, 1] = blocks.records[m, SOURCE_COLUMN]
+            count += 1
+    return count
 
 
 @inline
@@ -187,32 +190,29 @@ def _choose(
     match: MatchImage,
     numbers: LayNumbers,
     weights: LayWeights,
-    usage: FloatArray,
     blocks: BlockArrays,
     n: int,
     near: NDArray[np.int64],
-    reach: float,
     count: int,
     scratch: LayScratch,
 ) -> None:
     # Chooses the source of block n with each of the listed symmetries, and keeps the cheapest. Ties go to the
     # first one.
     record, choice, tried = blocks.records[n], scratch.choice, scratch.tried
-    least = int64(-1)
+    least, listed = int64(-1), list_near(numbers, blocks, near, choice)
     for t in range(count):
-        span = _turn_frame(numbers, tried[t], scratch.pixels)
-        first = first_of(numbers, tried[t], choice.penalties.shape[0])
-        penalise_used(usage, first, weights, choice.penalties)
-        if weights.variety > 0.0:
-            _penalise_near(numbers, weights.variety, blocks, n, near, reach, choice.penalties)
+        span = turn_frame(numbers, tried[t], scratch.pixels)
+        choice.penalties[:, :] = 0.0
         penalise_off(match, numbers, span, scratch.pixels, choice)
         want_phases(match, record[PHASE:], tried[t], choice)
-        y, x, cost = choose_source(match, numbers, weights, scratch.state, span, scratch.pixels, choice)
+        y, x, cost = choose_source(
+            match, numbers, weights, scratch.state, span, scratch.pixels, choice, listed
+        )
         if least < 0 or cost < least:
             least = cost
             record[SOURCE_ROW], record[SOURCE_COLUMN], record[SYMMETRY] = y, x, tried[t]
     if record[SYMMETRY] != tried[count - 1]:
-        _turn_frame(numbers, int64(record[SYMMETRY]), scratch.pixels)
+        turn_frame(numbers, int64(record[SYMMETRY]), scratch.pixels)
 
 
 @inline
@@ -223,7 +223,7 @@ def _centre(canvases: Canvases, root: FloatArray) -> Any:
 
 
 @inline
-def _write(
+def write_block(
     canvases: Canvases,
     numbers: LayNumbers,
     blocks: BlockArrays,
@@ -232,7 +232,7 @@ def _write(
     triangles: int,
     scratch: LayScratch,
 ) -> None:
-    # Writes block n, and always its centre, even if that step falls between two pixels of the frame.
+    """Write block n, and always its centre, even if that step falls between two pixels of the frame."""
     record, centre = blocks.records[n], _centre(canvases, blocks.roots[n])
     write_frame(canvases, numbers, n, record, mask, scratch.found, triangles)
     if canvases.owners[centre] < 0:
@@ -246,11 +246,9 @@ def _settle(
     match: MatchImage,
     numbers: LayNumbers,
     weights: LayWeights,
-    usage: FloatArray,
     blocks: BlockArrays,
     n: int,
     near: NDArray[np.int64],
-    reach: float,
     triangles: int,
     scratch: LayScratch,
 ) -> None:
@@ -271,12 +269,12 @@ def _settle(
     if bare == 0 and canvases.owners[centre] >= 0:
         return
     scratch.choice.zone[0] = canvases.zones[centre] % EITHER if canvases.zones.shape[0] else 0
-    count = _list_symmetries(numbers, scratch)
+    count = list_symmetries(numbers, scratch)
     record[LAID] = 1 if laid else 2
     if laid:
-        _choose(match, numbers, weights, usage, blocks, n, near, reach, count, scratch)
+        _choose(match, numbers, weights, blocks, n, near, count, scratch)
     else:
-        span = _turn_frame(numbers, scratch.tried[0], pixels)
+        span = turn_frame(numbers, scratch.tried[0], pixels)
         want_phases(match, record[PHASE:], scratch.tried[0], scratch.choice)
         scratch.choice.penalties[:, :] = 0.0
         penalise_off(match, numbers, span, pixels, scratch.choice)
@@ -287,10 +285,7 @@ def _settle(
         cut_block(scratch.covered, match, numbers, y * numbers.width + x, pixels, scratch.cut, scratch.mask)
     else:
         show_all(match, numbers, y * numbers.width + x, pixels, scratch.mask)
-    _write(canvases, numbers, blocks, n, scratch.mask, triangles, scratch)
-    rows = scratch.choice.penalties.shape[0]
-    first = first_of(numbers, int64(record[SYMMETRY]), rows)
-    splat_tent(usage[first : first + rows], numbers.usage_step, y, x, numbers.size, numbers.size, 1.0)
+    write_block(canvases, numbers, blocks, n, scratch.mask, triangles, scratch)
 
 
 @inline
@@ -340,7 +335,7 @@ def replay_blocks(
     for n in order:
         if blocks.triangles[n] >= 0:
             count, pieces[n] = find_block(ground, 0.5 * numbers.size, blocks, n, fits[n], scratch)
-            _write(ground.canvases, numbers, blocks, n, masks[n], int64(count), scratch)
+            write_block(ground.canvases, numbers, blocks, n, masks[n], int64(count), scratch)
 
 
 @kernel
@@ -349,9 +344,9 @@ def lay_blocks(
     match: MatchImage,
     numbers: LayNumbers,
     weights: LayWeights,
-    usage: FloatArray,
     blocks: BlockArrays,
     part: tuple[int, int],
+    firsts: NDArray[np.int64],
     near: NDArray[np.int64],
     seed: np.uint64,
     fits: FloatArray,
@@ -364,10 +359,10 @@ def lay_blocks(
 
     A block that would show nothing new is left out. The source of a block on bare steps is drawn from all
     that fit. The source of any other block is chosen by the blocks that it continues, and the block is cut
-    where it differs least from them. `usage` counts how much each part of the exemplar is used, every
-    `usage_step` pixels, with the allowed symmetries one below the other. `near` (k, 2) are ranges of blocks
-    that may be near, from, to. Each block has its own random generator, which follows from `seed`. `fits`
-    (blocks, `MOST_SHEETS`, `FIT`) and `pieces` (blocks,) receive the sheets' fits and the number of sheets,
+    where it differs least from them. Of sources that fit about equally well it takes the one that the nearby
+    blocks use least: those of block n are ``near[firsts[n] : firsts[n + 1]]``. Each block has its own random
+    generator, which follows from `seed`. `fits` (blocks, `MOST_SHEETS`, `FIT`) and `pieces` (blocks,) receive
+    the sheets' fits and the number of sheets,
     `masks` (blocks, cells) the cells that show. The loop ends early once `stop` (1,) is not 0.
     """
     for n in range(part[0], part[1]):
@@ -377,10 +372,7 @@ def lay_blocks(
         scratch.state[0] = seed + np.uint64(n) * np.uint64(0xD1342543DE82EF95)
         blocks.records[n, LAID] = 0
         count, pieces[own] = find_block(ground, 0.5 * numbers.size, blocks, n, fits[own], scratch)
-        reach = _NEAR * numbers.size / blocks.scales[n]
-        _settle(
-            *(ground, match, numbers, weights, usage, blocks, n, near, reach),
-            *(count, scratch),
-        )
+        own_near = near[firsts[n] : firsts[n + 1]]
+        _settle(ground, match, numbers, weights, blocks, n, own_near, count, scratch)
         for m in range(masks.shape[1]):
             masks[own, m] = scratch.mask[m]

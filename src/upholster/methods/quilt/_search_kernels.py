@@ -144,15 +144,15 @@ def _fill_line(
     penalties: NDArray[np.float64], numbers: LayNumbers, span: Span, y: int, count: int, choice: ChoiceScratch
 ) -> None:
     # Writes the penalties of the places of a line's candidates, times `count`, the number of features.
-    i = min(y // numbers.usage_step, penalties.shape[0] - 1)
+    i = min(y // numbers.guide_step, penalties.shape[0] - 1)
     last, n = penalties.shape[1] - 1, int64(0)
     size = (span.last_x - span.first_x) // numbers.step + 1
     while n < size:
         # All candidates up to the next point of the lattice have the same penalty.
-        j = min((span.first_x + n * numbers.step) // numbers.usage_step, last)
+        j = min((span.first_x + n * numbers.step) // numbers.guide_step, last)
         stop = size
         if j < last:
-            ahead = (j + 1) * numbers.usage_step - span.first_x
+            ahead = (j + 1) * numbers.guide_step - span.first_x
             stop = min(size, (ahead + numbers.step - 1) // numbers.step)
         cost = np.float32(penalties[i, j] * count)
         for m in range(n, stop):
@@ -192,8 +192,8 @@ def search(
         stop = min(start + group, lines)
         for k in range(start, stop):
             y = span.first_y + k * step
-            if y // numbers.usage_step != filled:
-                filled = y // numbers.usage_step
+            if y // numbers.guide_step != filled:
+                filled = y // numbers.guide_step
                 _fill_line(penalties, numbers, span, y, times, choice)
             part = choice.costs[(k - start) * columns : (k - start) * columns + size]
             for n in range(size):

@@ -1,8 +1,4 @@
-"""The positions of blocks' centres, and the order in which blocks are laid: by regions, for parallel threads.
-
-A parcel is cut into cubes three blocks wide, in eight classes by the parity of their indices. Blocks in two
-cubes of one class never touch, so these cubes are laid in parallel. The order depends on the geometry alone.
-"""
+"""The positions of blocks' centres."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -15,10 +11,7 @@ from upholster.methods.quilt.ground import PlacedGround
 from upholster.parallel import check_cancelled
 from upholster.types import FloatArray, IntArray
 
-__all__ = ["Centres", "Regions", "centres_at", "centres_on"]
-
-_REGION = 3.0
-"""Side of a region's cube, in blocks: the centres of two blocks that meet are less than 1.5 blocks apart."""
+__all__ = ["Centres", "centres_at", "centres_on"]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -100,61 +93,6 @@ def centres_on(
         parts.append(np.stack([np.full(len(rows), chart), rows + corner[0], columns + corner[1]], axis=1))
     found_all = centres_at(placed, np.concatenate(parts).astype(np.int32))
     return found_all.chosen(np.flatnonzero(wanted[found_all.triangles]))
-
-
-class Regions:
-    """Cubes of space, and the blocks in each."""
-
-    def __init__(self, block: float, tile: FloatArray | None) -> None:
-        """Begin without blocks.
-
-        `block` is the blocks' width in model units; `tile` (2, 3) is the box of a tile, from, to. Across a
-        tile there is an even number of cubes, or only one. So the first and the last cube, which meet, differ
-        in class.
-        """
-        self._origin, self._sides = np.zeros(3), np.full(3, _REGION * block)
-        if tile is not None:
-            extent = tile[1] - tile[0]
-            count = 2 * np.floor(extent / (2 * _REGION * block))
-            self._origin = tile[0]
-            self._sides = np.where(count > 0, extent / np.maximum(count, 1), np.inf)
-        self._parts: dict[tuple[int, int, int], list[tuple[int, int]]] = {}
-
-    def enter(self, spots: FloatArray, first: int) -> tuple[NDArray[np.intp], list[list[tuple[int, int]]]]:
-        """Enter blocks at `spots` (n, 3); return their order, and for each class its regions.
-
-        Blocks are numbered from `first` on in the order returned. A region is a range of these numbers, from,
-        to.
-        """
-        cubes = self._cubes(spots)
-        kind = (cubes & 1) @ np.array([1, 2, 4])
-        order = np.lexsort((np.arange(len(spots)), *cubes.T[::-1], kind))
-        cubes, kind = cubes[order], kind[order]
-        new = np.flatnonzero((np.diff(cubes, axis=0, prepend=cubes[:1] - 1) != 0).any(axis=1))
-        stops = np.append(new, len(order))[1:].tolist()
-        classes: list[list[tuple[int, int]]] = [[] for _ in range(8)]
-        for start, stop in zip(new.tolist(), stops, strict=True):
-            part = (first + start, first + stop)
-            a, b, c = cubes[start].tolist()
-            self._parts.setdefault((a, b, c), []).append(part)
-            classes[int(kind[start])].append(part)
-        return order, [one for one in classes if one]
-
-    def _cubes(self, spots: FloatArray) -> NDArray[np.int64]:
-        cubes: NDArray[np.int64] = np.floor((spots - self._origin) / self._sides).astype(np.int64)
-        return cubes
-
-    def near(self, spot: FloatArray) -> NDArray[np.int64]:
-        """Return the blocks in the 27 cubes around a place, as ranges (k, 2) from, to."""
-        a, b, c = self._cubes(spot).tolist()
-        found = [
-            part
-            for i in (a - 1, a, a + 1)
-            for j in (b - 1, b, b + 1)
-            for k in (c - 1, c, c + 1)
-            for part in self._parts.get((i, j, k), ())
-        ]
-        return np.array(sorted(found), np.int64).reshape(-1, 2)
 
 
 def _shares(flat: FloatArray, places: FloatArray) -> FloatArray:

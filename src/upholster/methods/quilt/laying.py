@@ -2,8 +2,7 @@
 
 A parcel's task takes the triangles within some blocks of its cube and redraws the blocks that earlier parcels
 have laid there. Then it lays its own blocks: on even grids over the charts, then on steps that are still
-bare. It lays them by regions, see `centres`; regions of one class are laid in parallel. The result of a task
-is small.
+bare, in the order of `order`. The result of a task is small.
 
 A bare step belongs to the last of the parcels near it: by then all of them have laid blocks on their grids.
 """
@@ -11,6 +10,7 @@ A bare step belongs to the last of the parcels near it: by then all of them have
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
+from threading import Barrier, BrokenBarrierError
 from typing import Any
 
 import numpy as np
@@ -34,14 +34,16 @@ from upholster.methods.quilt._block_kernels import (
 from upholster.methods.quilt._frame_kernels import KEPT_SHEET
 from upholster.methods.quilt._lay_kernels import BlockArrays, LayScratch, lay_blocks, replay_blocks
 from upholster.methods.quilt._put_kernels import put_block
+from upholster.methods.quilt._relay_kernels import RelayScratch, relay_blocks
 from upholster.methods.quilt._sheet_kernels import FIT, MOST_SHEETS, FieldArrays
-from upholster.methods.quilt.centres import Centres, Regions, centres_at, centres_on
+from upholster.methods.quilt.centres import Centres, centres_at, centres_on
 from upholster.methods.quilt.ground import PlacedGround, field_arrays, ground_of, whole_ground
 from upholster.methods.quilt.guides import EITHER, Asked
+from upholster.methods.quilt.order import Lists, Near, distances_from, near_blocks, ranks_of
 from upholster.methods.quilt.parcels import Parcels
 from upholster.methods.quilt.phases import SurfacePhases
 from upholster.methods.quilt.putting import PutPiece, piece_frame
-from upholster.parallel import run_tasks, stop_flag
+from upholster.parallel import run_tasks, stop_flag, thread_count
 from upholster.quilt.model import Quilt
 from upholster.quilt.warp_field import WarpField
 from upholster.types import FloatArray, IntArray, Progress
@@ -65,6 +67,16 @@ and for its labels."""
 _REACH = 1.2
 """Distance from a block's centre, in blocks, to the end of the surface that the block covers or compares."""
 
+_NEAR = 2.0
+"""Distance in blocks within which a block waits for earlier blocks and avoids their sources. Blocks that
+touch are less than 1.5 blocks apart."""
+
+_ROW = 2.0**20
+"""A row is more steps than this after the one above it is, in the order of a flat texture."""
+
+_REPORTS = 32
+"""Maximum number of reports of progress, each after several ranks of blocks."""
+
 _SIZES = 3.0
 """Number of grids for each octave of block sizes, where sizes differ."""
 
@@ -82,7 +94,7 @@ class LayPlan:
     Attributes
     ----------
     surface, vectors, fields
-        As in `synthesize_quilt`.
+        As in `upholster.methods.quilt.method.planned`.
     turns, fold, crease
         Likewise; `turns` is (T,).
     shape
@@ -95,8 +107,6 @@ class LayPlan:
         The exemplar in its matching form, and the parameters of matching.
     overlap
         Overlap of neighbouring blocks on a grid, as a fraction of a block's side.
-    usage
-        Rows and columns of the grid that counts how much each part of the exemplar is used.
     phases
         The requested phases of each zone, or of the only sample; None: phases do not count.
     seed
@@ -126,7 +136,6 @@ class LayPlan:
     numbers: LayNumbers
     weights: LayWeights
     overlap: float
-    usage: tuple[int, int]
     phases: tuple[SurfacePhases | None, ...]
     seed: int
     parcels: Parcels
@@ -134,6 +143,13 @@ class LayPlan:
     before: Quilt | None = None
     put: tuple[PutPiece, ...] = ()
     sizes: SizeField | None = None
+
+    @cached_property
+    def in_rows(self) -> bool:
+        """Whether blocks are laid in rows: on a flat texture in one parcel of which nothing is kept."""
+        normals = self.surface.mesh.flat_normals
+        single = len(self.parcels) == len(self.fields) == 1
+        return self.before is None and single and bool((normals == normals[0]).all())
 
     @property
     def pixels(self) -> float:
@@ -144,10 +160,6 @@ class LayPlan:
     def field(self) -> FieldArrays:
         """All warp fields in the kernels' form."""
         return field_arrays(self.fields, self.numbers.level)
-
-    def empty_usage(self) -> FloatArray:
-        """Return the counts of an exemplar that is not used yet: zeros."""
-        return np.zeros(self.usage)
 
     def ground(self, parcel: int, blocks: float, *, threads: int | None = 1) -> PlacedGround | None:
         """Return the bare ground within `blocks` blocks of a parcel; None: it contains no surface.
@@ -181,8 +193,6 @@ class ParcelBlocks:
         (n, `BLOCK_COLUMNS`) their sources and symmetries, see `_block_kernels`.
     masks
         (n, bytes) uint8: one bit for each cell of the frame, 1 if the block shows there.
-    used
-        How much they use each part of the exemplar.
     """
 
     numbers: NDArray[np.int64]
@@ -190,7 +200,6 @@ class ParcelBlocks:
     spots: FloatArray
     records: IntArray
     masks: NDArray[np.uint8]
-    used: FloatArray
 
     def chosen(self, which: NDArray[np.bool_]) -> "ParcelBlocks":
         """Return the blocks selected by the mask `which` (n,)."""
@@ -200,12 +209,11 @@ class ParcelBlocks:
             self.spots[which],
             self.records[which],
             self.masks[which],
-            self.used,
         )
 
     @classmethod
     def joined(cls, plan: LayPlan, parts: Sequence["ParcelBlocks"]) -> "ParcelBlocks":
-        """Return the blocks of several parcels, in that order; `used` of the result is all 0."""
+        """Return the blocks of several parcels, in that order."""
         cells = (plan.numbers.size // plan.numbers.cell) ** 2
         return cls(
             np.concatenate([np.zeros(0, np.int64), *(part.numbers for part in parts)]),
@@ -213,7 +221,6 @@ class ParcelBlocks:
             np.concatenate([np.zeros((0, 3)), *(part.spots for part in parts)]),
             np.concatenate([np.zeros((0, BLOCK_COLUMNS), np.int32), *(part.records for part in parts)]),
             np.concatenate([np.zeros((0, -(-cells // 8)), np.uint8), *(part.masks for part in parts)]),
-            plan.empty_usage(),
         )
 
 
@@ -245,7 +252,6 @@ class Drawn:
 def lay_parcel(
     plan: LayPlan,
     parcel: int,
-    usage: FloatArray,
     before: Sequence[ParcelBlocks],
     *,
     threads: int | None = 1,
@@ -257,8 +263,6 @@ def lay_parcel(
     ----------
     plan, parcel
         The plan, and the parcel's number.
-    usage
-        How much all previous classes use each part of the exemplar.
     before
         The blocks of the neighbouring parcels that were laid already, in the parcels' order.
     threads, progress
@@ -267,7 +271,7 @@ def lay_parcel(
     placed = plan.ground(parcel, _AROUND_LAYING + _REACH, threads=threads)
     if placed is None:
         return ParcelBlocks.joined(plan, ()), None
-    laying = _Laying(plan, parcel, placed, usage, threads, progress)
+    laying = _Laying(plan, parcel, placed, threads, progress)
     laying.replay(ParcelBlocks.joined(plan, before), _AROUND_LAYING)
     laying.lay_all()
     return laying.laid(), laying.drawn()
@@ -278,7 +282,7 @@ def draw_parcel(plan: LayPlan, parcel: int, parts: Sequence[ParcelBlocks]) -> Dr
     placed = plan.ground(parcel, _AROUND_LABELS + _REACH)
     if placed is None:
         return None
-    laying = _Laying(plan, parcel, placed, plan.empty_usage(), 1, None)
+    laying = _Laying(plan, parcel, placed, 1, None)
     laying.replay(ParcelBlocks.joined(plan, parts), _AROUND_LABELS)
     return laying.drawn()
 
@@ -291,19 +295,16 @@ class _Laying:
         plan: LayPlan,
         parcel: int,
         placed: PlacedGround,
-        usage: FloatArray,
         threads: int | None,
         progress: Progress | None,
     ) -> None:
         self.plan, self.parcel, self.placed = plan, parcel, placed
         self.threads, self.progress = threads, progress
-        self.before, self.usage = usage, usage
         middles = placed.ground.mesh.corners.mean(axis=1)
         self.own = plan.parcels.of_points(middles) == parcel
         self.bare = plan.parcels.last_of_points(middles, _BARE) == parcel
-        tile = plan.surface.mesh.box if plan.surface.is_tile else None
-        largest = 1.0 if plan.sizes is None else plan.sizes.most
-        self.regions = Regions(plan.numbers.size / plan.pixels * largest, tile)
+        self.tile = plan.surface.mesh.box if plan.surface.is_tile else None
+        self.block = plan.numbers.size / plan.pixels * (1.0 if plan.sizes is None else plan.sizes.most)
         # Block 0 represents all kept steps; it has no position.
         fixed = placed.ground.canvases.fixed
         self.centres = centres_at(placed, np.full((fixed, 3), (0, -1, -1), np.int32))
@@ -325,11 +326,10 @@ class _Laying:
         if not len(blocks.numbers):
             return
         count = self.first = len(blocks.numbers)
-        by_region, _ = self.regions.enter(blocks.spots, 0)
-        self._add(centres_at(self.placed, blocks.steps[by_region]), blocks.numbers[by_region])
-        self.centres.spots[:] = blocks.spots[by_region]  # also for blocks that are not on this ground
-        self.records[:] = blocks.records[by_region]
-        self.masks[:] = np.unpackbits(blocks.masks[by_region], axis=1, count=self.masks.shape[1])
+        self._add(centres_at(self.placed, blocks.steps), blocks.numbers)
+        self.centres.spots[:] = blocks.spots  # also for blocks that are not on this ground
+        self.records[:] = blocks.records
+        self.masks[:] = np.unpackbits(blocks.masks, axis=1, count=self.masks.shape[1])
         fits, pieces = np.empty((count, MOST_SHEETS, FIT)), np.zeros(count, np.int64)
         order = np.argsort(self.numbers)
         scratch = self._scratch()
@@ -344,12 +344,14 @@ class _Laying:
         self._put_all()
         numbers = self.plan.numbers
         across = numbers.size / self.plan.pixels * self.plan.density  # a block, in steps
-        self.lay(self._on_grids(max(2.0, (1 - self.plan.overlap) * across)))
+        apart = max(2.0, (1 - self.plan.overlap) * across)
+        self.lay(self._on_grids(apart))
         # Each block shows at least its centre, so no step is bare after a grid of single steps.
         step = 0.5 * across * (1.0 if self.plan.sizes is None else self.plan.sizes.most)
         while len((centres := centres_on(self.placed, self.bare, step, 0.5 * step, bare=True)).steps):
             self.lay(centres)
             step = max(1.0, 0.5 * step)
+        self.lay(self._on_grids(apart, 0.5), again=True)
 
     def _put_all(self) -> None:
         # Lays the pieces that the user put, and fixes them.
@@ -363,16 +365,18 @@ class _Laying:
             fits = np.empty((1, MOST_SHEETS, FIT))
             pieces = put_block(
                 self.placed.ground, frame.numbers, self._arrays(), n, piece.turn(), frame.half, frame.mask,
-                fits[0], LayScratch.of(self.placed.ground, frame.numbers, self.usage),
+                fits[0], LayScratch.of(self.placed.ground, frame.numbers),
             )  # fmt: skip
             self._keep(n, fits, np.array([pieces]))
             canvases = self.placed.ground.canvases._replace(fixed=n + 1)
             self.placed = replace(self.placed, ground=self.placed.ground._replace(canvases=canvases))
 
-    def _on_grids(self, step: float) -> Centres:
-        # Centres `step` steps apart, times the factor by which the sample is enlarged there.
+    def _on_grids(self, step: float, between: float = 0.0) -> Centres:
+        # Centres `step` steps apart, times the factor by which the sample is enlarged there. With `between`,
+        # this share of a step farther on.
+        first = 0.35 + between
         if self.plan.sizes is None:
-            return centres_on(self.placed, self.own, step, GUTTER + 0.35 * step, bare=False)
+            return centres_on(self.placed, self.own, step, GUTTER + first * step, bare=False)
         middles = self.placed.ground.mesh.corners.mean(axis=1)
         sizes = self.plan.sizes.at(self.placed.parent, middles)
         finer = np.rint(np.log2(sizes) * _SIZES).astype(np.int64)
@@ -380,45 +384,51 @@ class _Laying:
         for number in np.unique(finer[self.own]).tolist():
             wide = max(2.0, step * 2.0 ** (number / _SIZES))
             own = self.own & (finer == number)
-            parts.append(centres_on(self.placed, own, wide, GUTTER + 0.35 * wide, bare=False))
+            parts.append(centres_on(self.placed, own, wide, GUTTER + first * wide, bare=False))
         found = centres_at(self.placed, np.zeros((0, 3), np.int32))
         for part in parts:
             found = found.with_more(part)
         return found
 
-    def lay(self, centres: Centres) -> None:
-        """Lay blocks with these centres."""
-        first = len(self.records)
-        if self.plan.before is None:
-            order, classes = self.regions.enter(centres.spots, first)
-        else:
-            order = self._from_kept(centres)
-            classes = [[(first, first + len(order))]] if len(order) else []
-        numbers = _NUMBERS * self.parcel + first - self.first + np.arange(len(order), dtype=np.int64)
-        self._add(centres.chosen(order), numbers)
-        for parts in classes:
-            near = [self._near(start) for start, _ in parts]
-            usages = [self.usage.copy() for _ in parts]
-            run_tasks(
-                [
-                    partial(self._lay_region, part, close, usage)
-                    for part, close, usage in zip(parts, near, usages, strict=True)
-                ],
-                threads=self.threads,
-            )
-            self.usage = self.usage + sum((usage - self.usage for usage in usages), np.zeros_like(self.usage))
-            if self.progress is not None:
-                self.progress("blocks", parts[-1][1] - first, len(order))
+    def lay(self, centres: Centres, *, again: bool = False) -> None:
+        """Lay blocks with these centres; `again`: over others, where cuts then cost less."""
+        first, count = len(self.records), len(centres.steps)
+        if not count:
+            return
+        spots = np.concatenate([self._laid_spots(), centres.spots])
+        near = near_blocks(spots, _NEAR * self.block, self.tile)
+        away = self._distances(near, centres)[first:]
+        ranks = ranks_of(near, first, np.argsort(away, kind="stable"))
+        order = np.lexsort((away, ranks))
+        names = np.concatenate([np.arange(first), first + np.argsort(order)])
+        self._add(centres.chosen(order), _NUMBERS * self.parcel + first - self.first + np.arange(count))
+        earlier = None if again else near.earlier(names, first)
+        self._lay_ranks(first, first + np.cumsum(np.bincount(ranks)), earlier)
 
-    def _near(self, block: int) -> NDArray[np.int64]:
-        # The blocks that may be near a block, as ranges (k, 2) from, to.
-        if self.plan.before is None:
-            return self.regions.near(self.centres.spots[block])
-        return np.array([[0, len(self.records)]], np.int64)
+    def _laid_spots(self) -> FloatArray:
+        # The positions of the blocks so far; block 0, if it represents kept steps, is far from all others.
+        spots = self.centres.spots.copy()
+        if self.plan.before is not None:
+            spots[0] = self.placed.ground.mesh.corners.min(axis=(0, 1)) - 4 * _NEAR * self.block
+        return spots
 
-    def _from_kept(self, centres: Centres) -> NDArray[np.intp]:
-        # The order in which blocks are laid around kept steps, one after another: the nearest first.
-        canvases, away = self.placed.ground.canvases, np.zeros(len(centres.steps))
+    def _distances(self, near: Near, centres: Centres) -> FloatArray:
+        # How far from what is laid already all blocks so far and some new ones are, see `distances_from`.
+        if self.plan.in_rows:
+            return np.append(np.zeros(len(self.records)), centres.steps[:, 1:] @ np.array([_ROW, 1.0]))
+        known = np.where(self.records[:, LAID] != 0, 0.0, np.inf)
+        if self.plan.before is not None:
+            known[0] = np.inf
+        triangles = np.concatenate([self.centres.triangles, centres.triangles])
+        normals = self.placed.ground.mesh.normals[triangles]
+        return distances_from(near, normals, np.concatenate([known, self._from_kept(centres)]))
+
+    def _from_kept(self, centres: Centres) -> FloatArray:
+        # The distance of each centre from kept steps on its chart; infinite if none is near it.
+        away = np.full(len(centres.steps), np.inf)
+        if self.plan.before is None:
+            return away
+        canvases = self.placed.ground.canvases
         for chart in np.unique(centres.steps[:, 0]).tolist():
             shape = canvases.heights[chart], canvases.widths[chart]
             window = slice(canvases.firsts[chart], canvases.firsts[chart] + shape[0] * shape[1])
@@ -426,8 +436,41 @@ class _Laying:
             measure_distances(kept.view(np.uint8), steps)
             mine = centres.steps[:, 0] == chart
             rows, columns = centres.roots[mine, 1:3].astype(np.int64).T
-            away[mine] = steps[rows, columns]
-        return np.argsort(away, kind="stable")
+            away[mine] = steps[rows, columns] / (3 * self.plan.density)
+        return np.where(away < _NEAR * self.block, away, np.inf)
+
+    def _lay_ranks(self, first: int, stops: NDArray[np.int64], near: Lists | None) -> None:
+        # Lays blocks from `first` on, rank by rank; `stops` are the ends of the ranks. Without lists of the
+        # blocks near each, blocks are laid over others.
+        starts = np.append(first, stops[:-1])
+        workers = min(thread_count(self.threads), int((stops - starts).max()))
+        parts = max(1, min(_REPORTS, len(stops) // 4))
+        for ranks in np.array_split(np.column_stack([starts, stops]), parts):
+            ends = Barrier(workers)
+            tasks = [
+                partial(self._share_ranks, ranks.tolist(), near, (n, workers), ends) for n in range(workers)
+            ]
+            run_tasks(tasks, threads=workers)
+            if self.progress is not None:
+                self.progress("blocks", int(ranks[-1, 1]) - first, int(stops[-1]) - first)
+
+    def _share_ranks(
+        self, ranks: list[tuple[int, int]], near: Lists | None, share: tuple[int, int], ends: Barrier
+    ) -> None:
+        # Lays one thread's share of some ranks: part n of `workers`. All threads end a rank together.
+        n, workers = share
+        try:
+            for start, stop in ranks:
+                own = [start + (stop - start) * k // workers for k in (n, n + 1)]
+                if own[0] < own[1]:
+                    self._lay_part((own[0], own[1]), near)
+                if workers > 1:
+                    ends.wait()
+        except BrokenBarrierError:
+            return  # another thread's error is raised
+        except BaseException:
+            ends.abort()
+            raise
 
     def laid(self) -> ParcelBlocks:
         """Return the parcel's own blocks."""
@@ -438,7 +481,6 @@ class _Laying:
             self.centres.spots[kept],
             self.records[kept],
             np.packbits(self.masks[kept], axis=1),
-            self.usage - self.before,
         )
 
     def drawn(self) -> Drawn:
@@ -479,17 +521,20 @@ class _Laying:
         own = self.centres
         return BlockArrays(own.triangles, own.roots, own.spots, self.scales, self.records)
 
-    def _lay_region(self, part: tuple[int, int], near: NDArray[np.int64], usage: FloatArray) -> None:
+    def _lay_part(self, part: tuple[int, int], near: Lists | None) -> None:
         plan, (start, stop) = self.plan, part
         scratch = self._free.pop() if self._free else self._scratch()
         fits, pieces = np.empty((stop - start, MOST_SHEETS, FIT)), np.zeros(stop - start, np.int64)
         # A block's generator follows from its number. `lay_blocks` adds the index, so it is subtracted here.
         moved = (int(self.numbers[start]) - start) * _MULTIPLIER
-        lay_blocks(
-            self.placed.ground, plan.match, plan.numbers, plan.weights, usage, self._arrays(), part, near,
-            np.uint64((plan.seed + moved) % 2**64), fits, pieces, self.masks[start:stop], self.stop,
-            scratch,
+        how = self.placed.ground, plan.match, plan.numbers, plan.weights, self._arrays(), part
+        rest = (
+            np.uint64((plan.seed + moved) % 2**64), fits, pieces, self.masks[start:stop], self.stop, scratch
         )  # fmt: skip
+        if near is None:
+            relay_blocks(*how, *rest, RelayScratch.of(plan.numbers))
+        else:
+            lay_blocks(*how, *near, *rest)
         self._keep(start, fits, pieces)
         self._free.append(scratch)
 
@@ -498,4 +543,4 @@ class _Laying:
         self.sheets[start] = counts, fits[np.arange(MOST_SHEETS) < counts[:, None]]
 
     def _scratch(self) -> LayScratch:
-        return LayScratch.of(self.placed.ground, self.plan.numbers, self.usage)
+        return LayScratch.of(self.placed.ground, self.plan.numbers)

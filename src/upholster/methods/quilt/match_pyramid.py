@@ -44,24 +44,18 @@ class MatchPyramid:
         The features of the finest level's pixels, (H, W, K).
     variance
         Mean squared distance of the finest level's used pixels from their mean.
-    usage_step
-        Distance of the points of the grid on which usage is counted, in pixels of the finest level.
+    guide_step
+        Distance of the places at which guides are compared, in pixels of the finest level.
     """
 
     levels: tuple[MatchLevel, ...]
     form: NDArray[np.uint8]
     variance: float
-    usage_step: int
+    guide_step: int
 
     def stride(self, level: int) -> int:
-        """Return the distance of the usage grid's points, in pixels of a level."""
-        return self.usage_step >> level
-
-    def empty_usage(self, symmetries: int = 1) -> NDArray[np.float64]:
-        """Return usage grids of zeros, one below the other for each of `symmetries` symmetries."""
-        first = self.levels[0]
-        rows, columns = -(-first.height // self.usage_step), -(-first.width // self.usage_step)
-        return np.zeros((symmetries * rows, columns))
+        """Return the distance of the places at which guides are compared, in pixels of a level."""
+        return self.guide_step >> level
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -121,10 +115,10 @@ def match_pyramid(
         unasked = np.empty((0, 0), np.uint8), np.empty((0, 256), np.int32)
         match = MatchImage(_as_pixels(image), plane, phases, shown, *_EVERYWHERE, *unasked)
         levels.append(MatchLevel(height, width, step, match))
-    usage_step = max(4, 1 << (len(levels) - 1))
-    while max(form.shape[:2]) > 64 * usage_step:
-        usage_step *= 2
-    return MatchPyramid(tuple(levels), form, variance, usage_step)
+    guide_step = max(4, 1 << (len(levels) - 1))
+    while max(form.shape[:2]) > 64 * guide_step:
+        guide_step *= 2
+    return MatchPyramid(tuple(levels), form, variance, guide_step)
 
 
 def _matched_form(exemplar: PixelArray, parts: Sequence[SamplePart]) -> NDArray[np.uint8]:

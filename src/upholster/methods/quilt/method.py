@@ -6,7 +6,6 @@ of their visible parts.
 
 from collections.abc import Sequence
 from functools import partial
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,16 +25,19 @@ from upholster.methods.quilt.parcels import MOST_WHOLE, Parcels
 from upholster.methods.quilt.phases import WantedPhases
 from upholster.methods.quilt.quilt_options import QuiltOptions
 from upholster.methods.quilt.usable import allowed_places, level_with_room, used_level
-from upholster.parallel import check_running, run_tasks, thread_count
+from upholster.parallel import run_tasks, thread_count
 from upholster.quilt.model import Quilt
 from upholster.quilt.warp_field import WarpField
 from upholster.stages import stage
 from upholster.types import FloatArray, IntArray, PixelArray, Progress
 
-__all__ = ["laid_quilt", "planned", "step_level", "synthesize_quilt"]
+__all__ = ["laid_quilt", "planned", "step_level"]
 
 _OVERLAP = 0.3
 """Default overlap of blocks, as a fraction of their side."""
+
+_RELAY = 0.05
+"""Least gain of laying again, for each pixel of a frame's side, as a fraction of the sample's variance."""
 
 _COARSE = 24
 """Frames of at least this many pixels have mask cells 4 pixels wide, smaller frames 2 pixels."""
@@ -63,7 +65,36 @@ def planned(
     steering: Steering | None = None,
     seed: int = 0,
 ) -> LayPlan:
-    """Return the plan by which a surface is laid; parameters as in `synthesize_quilt`."""
+    """Return the plan by which a surface is covered with one texture.
+
+    Parameters
+    ----------
+    exemplar
+        (H, W, C), any number of channels; uint8, uint16 or float32.
+    surface, fields
+        The charts, and their warp fields.
+    vectors
+        (T, 3, 3), unit vectors at the triangles' corners: the direction of the exemplar's rows.
+    scale
+        Exemplar pixels per model unit.
+    fold, turns
+        1, 2 or 4: this many evenly rotated directions count as one where a block extends from triangle to
+        triangle; and (T,) the quarter turns from the warp fields to the directions, by default none, see
+        `upholster.charts.turns`.
+    options
+        Parameters of the method.
+    phases
+        For a sample that repeats: its own phases, and those that the surface requests. None: phases do not
+        count.
+    sizes
+        Factor by which the sample is enlarged at each place, as in the warp fields; None: 1 everywhere.
+    used
+        (H, W) the pixels of the exemplar that blocks may show, see `check_used`; None: all.
+    steering
+        The requests to blocks; None: there are none.
+    seed
+        0 to 2^63 − 1; the same seed gives the same quilt with any number of threads.
+    """
     zones = None if steering is None else steering.zones
     wanted = (phases,) if zones is None else zones.phases
     rectangles = () if zones is None else zones.rectangles
@@ -85,15 +116,9 @@ def planned(
             costs=guide_costs(steering.guides, pyramid.variance),
         )
     block = numbers.size * 2**numbers.level / scale
-    weights = LayWeights(
-        options.evenness * pyramid.variance,
-        options.variety * pyramid.variance,
-        options.tolerance,
-        max(0.0 if one is None else one.weight for one in wanted) * pyramid.variance / MISFIT,
-        sum(np.count_nonzero(mask) for mask in masks) / masks[0].size if masks else 1.0,
-    )
+    phase = max(0.0 if one is None else one.weight for one in wanted)
+    weights = LayWeights(options.tolerance, phase * pyramid.variance / MISFIT, _RELAY * pyramid.variance)
     density = _density(surface)
-    rows, columns = pyramid.empty_usage(numbers.symmetries.bit_count()).shape
     return LayPlan(
         surface,
         vectors,
@@ -108,7 +133,6 @@ def planned(
         numbers,
         weights,
         _OVERLAP if options.overlap is None else options.overlap / options.block,
-        (rows, columns),
         tuple(None if one is None else one.surface for one in wanted),
         int(np.random.SeedSequence(seed).generate_state(1, np.uint64)[0]),
         _parcels(surface, vectors, block if sizes is None else block * sizes.most, density, steering),
@@ -166,57 +190,13 @@ def _allowed(numbers: LayNumbers, masks: Sequence[Used]) -> NDArray[np.uint8]:
     return found
 
 
-def synthesize_quilt(
-    exemplar: PixelArray,
-    surface: ChartedSurface,
-    fields: tuple[WarpField, ...],
-    vectors: FloatArray,
-    scale: float,
-    *,
-    threads: int | None = None,
-    progress: Progress | None = None,
-    **more: Any,
-) -> Quilt:
-    """Cover a charted surface with one texture.
-
-    Parameters
-    ----------
-    exemplar
-        (H, W, C), any number of channels; uint8, uint16 or float32.
-    surface, fields
-        The charts, and their warp fields.
-    vectors
-        (T, 3, 3), unit vectors at the triangles' corners: the direction of the exemplar's rows.
-    scale
-        Exemplar pixels per model unit.
-    fold, turns
-        1, 2 or 4: this many evenly rotated directions count as one where a block extends from triangle to
-        triangle; and (T,) the quarter turns from the warp fields to the directions, by default none, see
-        `upholster.charts.turns`.
-    options
-        Parameters of the method.
-    phases
-        For a sample that repeats: its own phases, and those that the surface requests. None: phases do not
-        count.
-    sizes
-        Factor by which the sample is enlarged at each place, as in the warp fields; None: 1 everywhere.
-    used
-        (H, W) the pixels of the exemplar that blocks may show, see `check_used`; None: all.
-    steering
-        The requests to blocks; None: there are none.
-    seed
-        0 to 2^63 − 1; the same seed gives the same quilt with any number of threads.
-    threads, progress
-        As in `upholster.parallel.run_tasks`; stage "blocks".
-    """
-    check_running(threads, progress)
-    return laid_quilt(planned(exemplar, surface, fields, vectors, scale, **more), threads, progress)
-
-
 def laid_quilt(plan: LayPlan, threads: int | None = None, progress: Progress | None = None) -> Quilt:
-    """Lay a surface's blocks on threads of this process, and return its quilt."""
+    """Lay a surface's blocks on threads of this process, and return its quilt.
+
+    `threads` and `progress` are as for `upholster.parallel.run_tasks`; stage "blocks".
+    """
     if len(plan.parcels) == 1:
-        _, drawn = lay_parcel(plan, 0, plan.empty_usage(), (), threads=threads, progress=progress)
+        _, drawn = lay_parcel(plan, 0, (), threads=threads, progress=progress)
         assert drawn is not None  # a surface has triangles
         return emitted_quilt(plan, label_pieces(plan, drawn, threads=threads), threads=threads)
     blocks = _laid_parcels(plan, threads, progress)
@@ -232,16 +212,14 @@ def laid_quilt(plan: LayPlan, threads: int | None = None, progress: Progress | N
 
 def _laid_parcels(plan: LayPlan, threads: int | None, progress: Progress | None) -> list[ParcelBlocks]:
     blocks: list[ParcelBlocks] = [ParcelBlocks.joined(plan, ())] * len(plan.parcels)
-    usage = plan.empty_usage()
 
     def lay(n: int, start: int, threads: int) -> None:
         before = [blocks[k] for k in plan.parcels.near(n) if k < start]
-        blocks[n], _ = lay_parcel(plan, n, usage, before, threads=threads)
+        blocks[n], _ = lay_parcel(plan, n, before, threads=threads)
 
-    for start, stop in plan.parcels.classes:
+    for start, stop in plan.parcels.ranks:
         inner = max(1, thread_count(threads) // (stop - start))
         run_tasks([partial(lay, n, start, inner) for n in range(start, stop)], threads=threads)
-        usage = sum((blocks[n].used for n in range(start, stop)), usage)
         if progress is not None:
             progress("blocks", stop, len(blocks))
     return blocks

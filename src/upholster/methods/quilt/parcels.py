@@ -1,8 +1,8 @@
 """Parcels: cubes of space into which a large surface is cut, so that no task ever holds all of it.
 
-Parcels are laid class by class. There are eight classes by the parity of the parcels' indices, so two parcels
-of a class are at least one parcel apart. Therefore parcels of a class are independent tasks, and each sees
-all neighbouring blocks of earlier classes. A small surface is one parcel; so is a tile of any size.
+Parcels are laid outward from one end of the surface, as blocks are, see `order`. A parcel waits for its
+earlier neighbours only: parcels of one rank are independent tasks. A small surface is one parcel; so is a
+tile of any size.
 """
 
 from dataclasses import dataclass
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from upholster.charts.charted import ChartedSurface
 from upholster.charts.subdivision import subdivided
+from upholster.methods.quilt.order import distances_from, near_blocks, ranks_of
 from upholster.types import FloatArray, IntArray
 
 __all__ = ["MOST_WHOLE", "Parcels"]
@@ -25,6 +26,9 @@ MOST_WHOLE = 2**25
 
 BLOCKS = 32
 """Minimum side of a parcel, in blocks: it also redraws about four blocks on each side."""
+
+_TOUCHING = 1.8
+"""Cubes whose first corners are less than this far apart, in sides, touch: at most √3."""
 
 _FINE = 8
 """To find the parcels that triangles meet, triangles are cut to a parcel's side divided by this number."""
@@ -44,8 +48,8 @@ class Parcels:
         Side of a block, in model units.
     cubes
         (P, 3) int64: the index of each parcel's cube along each axis.
-    classes
-        For each class the number of its first parcel, and that of the parcel after its last.
+    ranks
+        For each rank the number of its first parcel, and that of the parcel after its last.
     charts
         For each parcel the charts that may have triangles in it.
     numbers
@@ -56,7 +60,7 @@ class Parcels:
     side: float
     block: float
     cubes: NDArray[np.int64]
-    classes: tuple[tuple[int, int], ...]
+    ranks: tuple[tuple[int, int], ...]
     charts: tuple[tuple[int, ...], ...]
     numbers: IntArray
 
@@ -75,17 +79,19 @@ class Parcels:
         fine = subdivided(surface, vectors, side / _FINE).surface
         met = _met(fine, origin, side, shape)
         cubes = np.unique(met[:, 1:], axis=0)
-        kind = (cubes & 1) @ np.array([1, 2, 4])
-        order = np.lexsort((*cubes.T[::-1], kind))
-        cubes, kind = cubes[order], kind[order]
+        near = near_blocks(cubes.astype(np.float64), _TOUCHING)
+        away = distances_from(near, np.ones((len(cubes), 1)), np.full(len(cubes), np.inf))
+        rank = ranks_of(near, 0, np.argsort(away, kind="stable"))
+        order = np.lexsort((away, rank))
+        cubes, rank = cubes[order], rank[order]
         numbers = np.full(shape, -1, np.int32)
         numbers[tuple(cubes.T)] = np.arange(len(cubes), dtype=np.int32)
         charts_of: list[list[int]] = [[] for _ in cubes]
         for chart, *cube in met.tolist():
             charts_of[numbers[tuple(cube)]].append(chart)
-        firsts = [0, *(np.flatnonzero(np.diff(kind)) + 1).tolist(), len(cubes)]
-        classes = tuple(pairwise(firsts))
-        return cls(origin, side, block, cubes, classes, tuple(map(tuple, charts_of)), numbers)
+        firsts = [0, *(np.flatnonzero(np.diff(rank)) + 1).tolist(), len(cubes)]
+        ranks = tuple(pairwise(firsts))
+        return cls(origin, side, block, cubes, ranks, tuple(map(tuple, charts_of)), numbers)
 
     def __len__(self) -> int:
         """Return the number of parcels."""

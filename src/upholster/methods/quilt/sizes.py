@@ -4,11 +4,17 @@ import numpy as np
 
 from upholster.charts.charted import ChartedSurface
 from upholster.charts.phases import PhaseField
-from upholster.methods.quilt.exemplar_structure import block_size
 from upholster.stages import stage
-from upholster.types import FloatArray, PixelArray
+from upholster.types import FloatArray
 
-__all__ = ["block_side", "turning_of"]
+__all__ = ["block_side", "suiting_side", "turning_of"]
+
+_SHARE = 5 / 16
+"""Side of a block as a fraction of the sample's shorter side. Smaller blocks break more elements, larger ones
+leave so few sources that repetitions are visible."""
+
+_MOST = 512
+"""Maximum side of a block, in pixels."""
 
 _LEAST = 20
 """Minimum side of a block in pixels, if its sample is large enough: smaller blocks take more bytes without a
@@ -21,25 +27,30 @@ _TURN, _STRAIGHT = 0.5, 0.9
 """Maximum turn of directions over a block's side, in radians, and the fraction of the surface that must
 satisfy it. Blocks that turn more are trimmed and fit their neighbours worse."""
 
-_SHARE = 0.94
+_IN_STEP = 0.94
 """Fraction of the surface on which blocks stay in step. They cannot in the rest, where courses end."""
 
 _LEAST_PERIODS = 0.75
 """Minimum side of a block, in periods of the fastest wave."""
 
 
+def suiting_side(shape: tuple[int, ...]) -> int:
+    """Return the side of a block, in pixels, that suits a sample (H, W): a multiple of 4, 8 to 512."""
+    return max(8, min(_MOST, 4 * round(_SHARE * min(shape[:2]) / 4)))
+
+
 @stage
-def block_side(exemplar: PixelArray, across: float, turning: float, phases: PhaseField | None) -> int:
+def block_side(shape: tuple[int, ...], across: float, turning: float, phases: PhaseField | None) -> int:
     """Return the side of a surface's blocks.
 
-    It suits the sample's structure, and is at most an eighth of the surface. Directions turn little inside
+    It suits the sample's size, and is at most an eighth of the surface. Directions turn little inside
     such a block, and a repeating texture stays in step. Inside a block the texture has its true scale; from
     block to block the requested phase compensates for the stretch of courses, less than a quarter turn.
 
     Parameters
     ----------
-    exemplar
-        (H, W, C), any number of channels; uint8, uint16 or float32.
+    shape
+        (H, W, …) of the exemplar.
     across
         Square root of the surface's area, in exemplar pixels.
     turning
@@ -55,9 +66,9 @@ def block_side(exemplar: PixelArray, across: float, turning: float, phases: Phas
     most = min(across / _ACROSS, _TURN / max(turning, 1e-9))
     if phases is not None:
         period = 1 / float(np.sqrt((phases.waves**2).sum(axis=1).max()))
-        in_step = 0.25 / max(phases.strain(_SHARE), 1e-9)
+        in_step = 0.25 / max(phases.strain(_IN_STEP), 1e-9)
         most = min(most, max(in_step, _LEAST_PERIODS * period))
-    return min(block_size(exemplar), 4 * int(max(most, _LEAST) / 4))
+    return min(suiting_side(shape), 4 * int(max(most, _LEAST) / 4))
 
 
 @stage

@@ -7,6 +7,9 @@ import * as lengths from './lengths.js'
 const DIRECTIONS = [
   ['', 'by itself'],
   ['level', 'level, as bricks in a wall'],
+  ['smooth', 'with few turns'],
+  ['curvature', 'along the greatest bend'],
+  ['edges', 'along sharp edges'],
   ['u', 'along u of patches'],
   ['v', 'along v of patches'],
   ['angle', 'turned by an angle'],
@@ -128,8 +131,6 @@ export function groups(store, live) {
       ),
       expert(
         add(seed(store)),
-        penalty('Evenness', 'evenness', 'Cost of using a part of the sample more often than others.'),
-        penalty('Variety', 'variety', 'Cost of repeating a part near where it was used.'),
         add(
           text(
             { label: 'Block', hint: 'Side of a block in pixels of the sample, 8 to 512.', option: '--block', placeholder: 'by itself' },
