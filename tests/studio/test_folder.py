@@ -136,7 +136,7 @@ def test_a_group_has_a_thousand_files_in_all_of_its_folders_together(folder):
     group = stored(folder, b"1", "a.png", folder="Set/b")[0]
     for n in range(999):
         (folder.path / str(group) / "Set" / f"{n}.png").touch()
-    with pytest.raises(InputError, match="'c.png' is one file too many; allowed: 1000 together"):
+    with pytest.raises(InputError, match=r"'c\.png' is one file too many; allowed: 1000 together"):
         stored(folder, b"1", "c.png", group, folder="Set/c")
     assert not (folder.path / str(group) / "Set" / "c").exists()
 
