@@ -5,11 +5,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command_line import assert_one_line, run_cli
-from gltf_models import Glb
+from gltf_models import OLD_IMAGE, Glb
 
+from upholster.geometry.mesh_files import read_model
 from upholster.image import read_image, write_image
 from upholster.pipeline import cover
-from upholster.redrawn import redrawn
+from upholster.redrawn import part_colors, redrawn
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 SIZE = (160, 120)
@@ -67,3 +68,19 @@ def test_bad_input_is_one_line(tmp_path: Path) -> None:
     assert_one_line(run_cli("picture", tmp_path / "none.glb", "-o", tmp_path / "x.png"), "does not exist")
     wrong = run_cli("picture", EXAMPLES / "chair.glb", "-o", tmp_path / "x.png", "--view", "up")
     assert_one_line(wrong, "view is 'up'")
+
+
+def test_parts_have_mean_colours(tmp_path: Path) -> None:
+    (tmp_path / "a.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    assert part_colors(read_model(tmp_path / "a.obj")).tolist() == [[200, 200, 200]]
+    (tmp_path / "b.obj").write_text("v 0 0 0 1 0 0\nv 1 0 0 1 0 0\nv 0 1 0 1 0 0\nf 1 2 3\n")
+    assert part_colors(read_model(tmp_path / "b.obj")).tolist() == [[255, 0, 0]]
+    glb = Glb()
+    glb.add("materials", {"pbrMetallicRoughness": {"baseColorFactor": [1, 0.2159, 1, 1]}})
+    image = glb.add("images", {"bufferView": glb.view(OLD_IMAGE), "mimeType": "image/png"})
+    glb.add("textures", {"source": image})
+    glb.add("materials", {"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}})
+    for material in (0, 1):
+        glb.node(name=f"{material}", mesh=glb.mesh(f"{material}", glb.box() | {"material": material}))
+    (tmp_path / "c.glb").write_bytes(glb.bytes())
+    assert part_colors(read_model(tmp_path / "c.glb")).tolist() == [[255, 128, 255], [99, 99, 99]]

@@ -14,6 +14,7 @@ from upholster.geometry.mesh_files.accessors import Accessors
 from upholster.geometry.mesh_files.gltf import Gltf, Json
 from upholster.geometry.mesh_files.gltf_nodes import stands
 from upholster.geometry.triangle_mesh import MAX_TRIANGLES
+from upholster.image import from_linear, to_linear
 from upholster.image.read import read_image_data
 from upholster.image.roles import MAP_ROLES
 from upholster.render import render
@@ -30,6 +31,9 @@ _GUTTER = 16
 
 _UP = np.array([[1.0, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
 """From glTF's axes, y up, to ours, z up."""
+
+_GREY = 200
+"""Red, green and blue of a part whose file says nothing of its colour."""
 
 _MOST_TRIANGLES = MAX_TRIANGLES
 """Greatest number of triangles in a picture, of all placements together."""
@@ -149,6 +153,23 @@ def shown_model(path: str | os.PathLike[str]) -> ShownModel:
     return ShownModel(corners, normals, uv, color, images.maps(), left)
 
 
+def part_colors(model: ModelFile) -> NDArray[np.uint8]:
+    """Return the mean colour (3) that each part has in its file, sRGB-coded; light grey if it has none."""
+    out = np.full((len(model.parts), 3), _GREY, np.uint8)
+    if model.gltf is not None:
+        images = _Images(model.gltf)
+        for number, place in enumerate(model.gltf_parts):
+            primitive = model.gltf.item("meshes", place.mesh)["primitives"][place.primitive]
+            if "material" in primitive:
+                out[number] = images.mean(primitive["material"])
+    elif model.colors is not None:
+        for number in range(len(model.parts)):
+            own = model.colors[model.mesh.part == number]
+            if len(own) and np.isfinite(own).all():
+                out[number] = np.rint(255 * np.clip(own.mean(axis=(0, 1)), 0, 1))
+    return out
+
+
 def _everywhere(model: ModelFile, uv: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, int]:
     """Return corners, their normals and places in the images, (N, 3, …), of all parts at all their places.
 
@@ -208,6 +229,12 @@ class _Images:
         height, width = looks["color"].shape[:2]
         uv = np.clip(uv - np.floor(uv.min(axis=1, keepdims=True)) * (np.abs(uv - 0.5) > 0.501).any(), 0, 1)
         return uv * (width, height) + (_GUTTER, top + _GUTTER)
+
+    def mean(self, material: int) -> NDArray[np.uint8]:
+        """Return the mean colour (3) of a material."""
+        pixels = self._looks(self._gltf.item("materials", material))["color"][:, :, :3]
+        mean = to_linear(pixels).mean(axis=(0, 1), keepdims=True)
+        return np.asarray(from_linear(mean, "uint8")[0, 0], np.uint8)
 
     def maps(self) -> dict[str, PixelArray]:
         """Return the maps that at least one material has."""

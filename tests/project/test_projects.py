@@ -10,6 +10,7 @@ from command_line import assert_one_line, run_cli
 
 from upholster import FormatError, InputError, Project, Sample, read_project, save_project, synthesize
 from upholster.image import write_image
+from upholster.project.joint_progress import JointProgress
 from upholster.quilt import paint
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -126,6 +127,31 @@ def test_the_next_preview_cancels_the_one_before(chair):
     assert first.is_cancelled
     assert first.wait(PATIENCE)
     assert [look.is_final for look in second][-1]
+
+
+def test_progress_over_all_stages_and_looks_only_grows():
+    said = []
+    for total in (0, 4):  # a pass over nothing, too
+        preview = JointProgress(lambda *one: said.append(one))
+        for start, end in ((0.2, 0.4), (0.4, 1.0)):
+            preview.begin(start, end)
+            for stage, count in (("blocks", 9), ("blocks", 3), ("paint", total), ("blocks", 9)):
+                for done in range(1, count + 1):
+                    preview(stage, done, count)
+        shares = [done for _, done, _ in said]
+        assert shares == sorted(shares)
+        assert len(set(shares)) > 30
+        assert (shares[0] > 200, shares[-1] < 1000, {all_ for *_, all_ in said}) == (True, True, {1000})
+        said.clear()
+
+
+def test_a_previews_progress_only_grows(chair):
+    said = []
+    materials = {"Seat": Sample(str(EXAMPLES / "granite.png"))}
+    list(chair.change(materials=materials, seed=21).preview(progress=lambda *one: said.append(one)))
+    shares = [done / total for _, done, total in said]
+    assert len(set(shares)) > 5
+    assert shares == sorted(shares)
 
 
 def test_what_fails_is_raised_where_looks_are_awaited():

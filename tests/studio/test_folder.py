@@ -14,7 +14,7 @@ from upholster import InputError
 
 pytest.importorskip("starlette")
 
-from upholster.studio.folder import Folder
+from upholster.studio.folder import MADE, Folder
 
 PROJECT = "a.upholster.json"
 
@@ -31,12 +31,12 @@ def files_of(folder):
     return {file.relative_to(folder.path).as_posix() for file in found}
 
 
-def stored(folder, data, name="x.zip", group=None):
+def stored(folder, data, name="x.zip", group=None, /, **more):
     async def parts():
         for start in range(0, len(data), 1000):
             yield data[start : start + 1000]
 
-    return asyncio.run(folder.store(parts(), name, group))
+    return asyncio.run(folder.store(parts(), name, group, **more))
 
 
 def packed(path, files, method=zipfile.ZIP_DEFLATED):
@@ -64,7 +64,7 @@ def test_a_zip_of_a_project_is_replaced_by_its_files(folder, tmp_path):
     data = packed(tmp_path / "x.zip", {PROJECT: b"{}", "b/c.png": b"123"})
     path = stored(folder, data)[1]
     assert folder.unpacked(path) == f"2/{PROJECT}"
-    assert files_of(folder) == {f"2/{PROJECT}", "2/b/c.png"}
+    assert files_of(folder) == {f"2/{PROJECT}", "2/b/c.png", f"2/{MADE}"}
     assert room(folder) == 8 * 10**6 - 5
     path = stored(folder, packed(tmp_path / "y.zip", {"a_albedo.png": b"1"}))[1]
     assert folder.unpacked(path) is None
@@ -130,6 +130,24 @@ def test_a_file_that_replaces_another_counts_once_and_one_that_fails_not(folder)
         stored(folder, bytes(10**6 + 1), "a.png", group)
     assert room(folder) == 8 * 10**6 - 7000
     assert files_of(folder) == {f"{group}/a.png"}
+
+
+def test_a_group_has_a_thousand_files_in_all_of_its_folders_together(folder):
+    group = stored(folder, b"1", "a.png", folder="Set/b")[0]
+    for n in range(999):
+        (folder.path / str(group) / "Set" / f"{n}.png").touch()
+    with pytest.raises(InputError, match=r"'c\.png' is one file too many; allowed: 1000 together"):
+        stored(folder, b"1", "c.png", group, folder="Set/c")
+    assert not (folder.path / str(group) / "Set" / "c").exists()
+
+
+def test_a_refused_file_does_not_mark_its_group(folder):
+    group = stored(folder, b"1", "a.png")[0]
+    with pytest.raises(InputError, match="too large"):
+        stored(folder, bytes(10**6 + 1), "b.png", group, is_made=True)
+    assert files_of(folder) == {f"{group}/a.png"}
+    stored(folder, b"1", "b.png", group, is_made=True)
+    assert files_of(folder) == {f"{group}/{name}" for name in ("a.png", "b.png", MADE)}
 
 
 def test_names_of_any_script_are_cut_to_what_a_disk_takes(folder):

@@ -3,6 +3,7 @@
 import http.client
 import json
 import os
+import re
 import shlex
 import signal
 import struct
@@ -21,6 +22,7 @@ from upholster import InputError, Project, Sample, read_exemplar, read_project
 from upholster.elements import find_lattice
 from upholster.image import encode_image, from_linear
 from upholster.image.rectify import Rectification
+from upholster.project import project_of
 from upholster.server import serving
 from upholster.stream import StreamDecoder
 
@@ -29,6 +31,7 @@ pytest.importorskip("starlette")
 from upholster.studio import routes as studio_routes
 from upholster.studio.overlays import KINDS
 from upholster.studio.routes import Studio, make_studio
+from upholster.studio.words import command, python
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 WEAVE, CHAIR = EXAMPLES / "weave.png", EXAMPLES / "chair.glb"
@@ -174,6 +177,44 @@ def test_the_words_make_the_same(page, tmp_path, monkeypatch):
     assert made.read_bytes() == data
 
 
+def test_words_name_only_files_that_the_user_has(page):
+    folder = page.studio.folder.path
+
+    def words_for(query, **more):
+        photo = page.answer("POST", f"/blobs?{query}", WEAVE.read_bytes())["path"]
+        project = project_of(STATE | {"sample": {"source": photo}} | more, folder)
+        return command(project, folder), python(project, folder)
+
+    shell, code = words_for("name=photo.png")
+    assert shell == ("upholster cover photo.png --on sample:chair --texels 10000 --seed 3 -o chair_photo.glb")
+    assert "'sample:chair'" in code
+    for query in ("name=pasted.png&made=true", f"name={quote('pasted?.png')}"):
+        shell, code = words_for(query)
+        assert re.fullmatch(
+            "upholster cover --project (chair_pasted.*).upholster.json -o (chair_pasted.*).glb", shell
+        )
+        assert "upholster.read_project('chair_pasted" in code
+    # A relief is for files to print: without it, others are made.
+    shell, code = words_for("name=photo.png", writing={"displace": "5mm", "displace_by": "luminance"})
+    first, second = shell.split("\n")
+    assert ("displace" in first, "--displace 5mm --displace-by luminance" in second) == (False, True)
+    assert (first.endswith("chair_photo.glb"), second.endswith("chair_photo.3mf")) == (True, True)
+    assert "project.change(displace=None, displace_by=None).cover(['chair_photo.glb'])" in code
+
+
+def test_a_state_without_model_or_sample_shows_nothing_and_is_kept(page):
+    before = page.answer("POST", "/state", {"state": LONG | {"seed": 57}})["revision"]
+    for state in ({"upholster": 1}, {k: v for k, v in STATE.items() if k != "sample"}):
+        answer = page.answer("POST", "/state", {"state": state})
+        assert answer == {"revision": answer["revision"]}
+        assert page.ask("GET", f"/looks/{before}")[0] == 410
+        assert page.ask("GET", f"/looks/{answer['revision']}")[0] == 410
+        assert page.answer("GET", "/session")["state"] == state
+    for depth in (3, {}):
+        body = {"revision": answer["revision"], "targets": ["x.3mf"], "depth": depth}
+        assert "depth" in page.answer("POST", "/save", body, status=422)["error"]
+
+
 def test_an_earlier_state_gives_the_same_looks_again(page):
     _, first = page.shown(STATE)
     _, other = page.shown(STATE | {"seed": 4})
@@ -213,6 +254,8 @@ def test_files_come_in_and_lead_nowhere(page):
     assert answer["path"] == f"{answer['group']}/a b.png"
     more = page.answer("POST", f"/blobs?name=x_normal.png&group={answer['group']}", WEAVE.read_bytes())
     assert more["group"] == answer["group"]
+    inner = page.answer("POST", f"/blobs?name=a.heic&folder={quote('../Set//b/../c')}", b"x")
+    assert inner == {"group": inner["group"], "path": f"{inner['group']}/Set/b/c/a.heic", "kind": "image"}
     found = page.answer("POST", "/sources", {"path": answer["path"]})
     assert (found["kind"], found["width"], found["height"]) == ("image", 256, 256)
     status, headers, data = page.ask("GET", f"/pictures/{quote(answer['path'])}?size=64")
@@ -244,7 +287,6 @@ def test_files_come_in_and_lead_nowhere(page):
         (STATE | {"seed": -1}, "seed"),
         (STATE | {"synthesis": {"texels": "many"}}, "texels"),
         (STATE | {"synthesis": {"direction": "inward"}}, "direction"),
-        ({"upholster": 1}, "model"),
         ([], "object"),
         (None, "object"),
     ],
@@ -385,6 +427,12 @@ def test_what_was_shown_is_saved_after_a_change_that_fails(page):
     assert "error" in page.answer("POST", "/state", {"state": STATE | {"seed": -1}}, status=422)
     saved = page.answer("POST", "/save", {"revision": answer["revision"], "targets": ["x.uph"]})
     assert page.ask("GET", f"/saved/{saved['id']}/x.uph")[2] == looks[-1][0]
+    # Another save may be making a folder of any other name at the same time.
+    (page.studio.folder.path / "saved" / "unfinished").mkdir()
+    body = {"revision": answer["revision"], "targets": ["x.uph"]}
+    numbers = [page.answer("POST", "/save", body)["id"] for _ in range(2)]
+    (page.studio.folder.path / "saved" / "unfinished").rmdir()
+    assert [*numbers, page.answer("POST", "/save", body)["id"]] == [saved["id"] + n for n in (1, 2, 3)]
     body = {"revision": answer["revision"] + 1, "targets": ["x.uph"]}
     assert "changed" in page.answer("POST", "/save", body, status=422)["error"]
 

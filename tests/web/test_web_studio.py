@@ -1,72 +1,29 @@
 """The studio in Chromium, as a person uses it: drop, set, undo, save, reload."""
 
-import base64
-import json
 import zipfile
 from collections.abc import Iterator
-from contextlib import closing
 from pathlib import Path
 from typing import Any
 
-import browser
 import pytest
 from browser import BRICKS, ROOT
+from hand import Hand, hand_at
 
 from upholster import Project, Sample, read_exemplar
 from upholster.elements import find_lattice
 from upholster.image import from_linear, write_image
 from upholster.image.perspective import proposed_corners
 from upholster.image.rectify import Rectification
-from upholster.studio.routes import Studio, make_studio
 
 pytestmark = pytest.mark.browser
 
 CHAIR, WEAVE = ROOT / "examples" / "chair.glb", ROOT / "examples" / "weave.png"
 
-DROP = """([name, text]) => {
-  const bytes = Uint8Array.from(atob(text), (one) => one.charCodeAt(0))
-  const transfer = new DataTransfer()
-  transfer.items.add(new File([bytes], name))
-  const how = { dataTransfer: transfer, bubbles: true, cancelable: true }
-  for (const type of ['dragenter', 'dragover', 'drop']) document.body.dispatchEvent(new DragEvent(type, how))
-}"""
-
-
-class Hand:
-    """What a person does with the page."""
-
-    def __init__(self, tab: Any) -> None:
-        self.tab, self.page = tab, tab.page
-
-    def drop(self, *files: Path) -> None:
-        for file in files:
-            self.page.evaluate(DROP, [file.name, base64.b64encode(file.read_bytes()).decode()])
-            self.page.wait_for_function(f"() => sessionStorage.history?.includes({json.dumps(file.name)})")
-
-    def final(self) -> None:
-        """Wait for the last look at what was set last."""
-        self.page.wait_for_function("() => document.body.dataset.look === 'final'")
-        self.page.evaluate("() => { delete document.body.dataset.look }")
-        assert self.page.evaluate("() => document.querySelector('upholster-viewer').model.complete")
-
-    @property
-    def state(self) -> Any:
-        return self.page.evaluate(
-            "() => { const { states, at } = JSON.parse(sessionStorage.history); return states[at] }"
-        )
-
-    def button(self, name: str) -> Any:
-        return self.page.get_by_role("button", name=name, exact=True)
-
 
 @pytest.fixture
-def hand(tab: Any, tmp_path: Path) -> Iterator[Hand]:
-    with closing(Studio([], None, 10**7)) as studio:
-        app, entry = make_studio(studio)
-        with browser.serving(app) as address:
-            tab.open(f"{address}/#{entry.token}")
-            tab.page.get_by_label("Detail").select_option("250000")
-            yield Hand(tab)
+def hand(tab: Any) -> Iterator[Hand]:
+    with hand_at(tab) as found:
+        yield found
 
 
 def test_a_person_drops_sets_undoes_saves_and_finds_it_again(hand: Hand, tmp_path: Path) -> None:
@@ -183,14 +140,11 @@ def test_corners_are_proposed_on_a_photo_that_was_taken_at_an_angle(hand: Hand, 
     assert hand.state["sample"]["rectify"] == [[pytest.approx(x, abs=0.06) for x in one] for one in proposed]
 
 
-def test_what_is_wrong_is_reported_in_one_line(hand: Hand, tmp_path: Path) -> None:
-    page = hand.page
-    (tmp_path / "words.txt").write_text("no image")
-    page.evaluate(DROP, ["words.txt", base64.b64encode(b"no image").decode()])
-    page.wait_for_selector("#message:not([hidden])")
-    assert "words.txt is not an image" in page.locator("#message").inner_text()
-    page.evaluate(DROP, ["big.glb", base64.b64encode(b"\0" * (10**7 + 1)).decode()])
-    page.wait_for_function("() => document.getElementById('message').textContent.includes('too large')")
+def test_what_is_wrong_is_reported_in_one_line(hand: Hand) -> None:
+    hand.drop_together(("words.txt", b"no image"))
+    hand.message("words.txt is not an image")
+    hand.drop_together(("big.glb", b"\0" * (10**7 + 1)))
+    hand.message("too large")
     (reported,) = hand.tab.problems
     assert "413" in reported
     hand.tab.problems.clear()

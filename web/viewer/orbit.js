@@ -8,9 +8,16 @@ const [NEAREST, FARTHEST] = [0.02, 25]
 /** Turns per height of the canvas that is dragged over, degrees per second of turning by itself, how fast movements run out. */
 const [DRAG_DEGREES, AUTO_DEGREES, DECAY] = [290, 7.2, 8]
 
+const MOST_CHANGE = 4 // of the radius of a model's sphere, while it counts as the same model
 const WHEEL = 0.0016 // of the zoom's logarithm, per pixel
 const UNKNOWN = new Float32Array([-1, -1, -1, 1, 1, 1])
 const limit = (x, low, high) => Math.min(Math.max(x, low), high)
+
+/** Whether two spheres may be of one model: then each has the middle of the other in it, and none is many times larger. */
+function overlap(a, b) {
+  const apart = Math.hypot(...a.center.map((x, k) => x - b.center[k]))
+  return apart < Math.min(a.radius, b.radius) && Math.max(a.radius / b.radius, b.radius / a.radius) < MOST_CHANGE
+}
 
 /** A camera and what moves it. `onchange` is called when a frame is due. */
 export class Orbit {
@@ -87,6 +94,17 @@ export class Orbit {
     this.touched = false
     this.#frame()
     this.onchange()
+  }
+
+  /**
+   * Another sphere of the world becomes the unit ball: a view that somebody chose stays where it is in the world, if the model does.
+   * @param {{ center: number[], radius: number }} before @param {{ center: number[], radius: number }} after
+   */
+  keep(before, after) {
+    if (!this.touched || !overlap(before, after)) return
+    const scale = before.radius / after.radius
+    this.#target = this.#target.map((x, k) => scale * x + (before.center[k] - after.center[k]) / after.radius)
+    this.#distance *= scale
   }
 
   /** Turn by degrees: round the model, and up. */

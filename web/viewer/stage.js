@@ -68,6 +68,7 @@ export class Stage {
   /** Show one model, or two that are compared, or none. */
   show(...models) {
     const fresh = models[0] !== this.#models[0]
+    if (fresh && models[0] && this.#models[0]) this.#orbit.keep(this.#models[0].sphere, models[0].sphere)
     for (const model of this.#models) this.#renderer.models.delete(model)
     for (const model of models) this.#renderer.models.add(model)
     this.#models = models

@@ -162,8 +162,11 @@ def _read(sample: Sample, notes: Notes | None) -> PixelArray | Material:
     try:
         return read_material(source, **asked, notes=notes)
     except InputError as error:
+        path = str(Path(source))
+        if str(error).startswith(repr(path)[:-1]):  # it names the file, or one in it
+            raise
         kind = "zip file" if is_zip(source) else "folder"
-        raise InputError(f"{kind} {os.fspath(source)!r}: {error}") from None
+        raise InputError(f"{kind} {path!r}: {error}") from None
 
 
 def as_exemplar(exemplar: object) -> PixelArray | Material:

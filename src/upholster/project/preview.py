@@ -18,6 +18,7 @@ from upholster.coverings.joint_work import painted_model
 from upholster.errors import CancelledError, check_whole
 from upholster.options import WriteOptions
 from upholster.parallel import Stop, cancelled_by, check_running
+from upholster.project.joint_progress import JointProgress, shares_of
 from upholster.quilt import Quilt
 from upholster.stages import Stages
 from upholster.textured import TexturedModel
@@ -124,7 +125,7 @@ class Previews:
 
     def begin(
         self,
-        read: Callable[[], list[Covering]],
+        read: Callable[[Progress], list[Covering]],
         writing: WriteOptions,
         seed: int,
         texels: int,
@@ -134,22 +135,32 @@ class Previews:
         """Begin a preview, replacing the current one; see `Project.preview`."""
         texels = check_whole("texels", texels, 1000, 2**26)
         check_running(threads, progress)
-        if self._running is not None:
-            self._running.cancel()
+        self.cancel()
+        joint = JointProgress(progress)
 
         def work(preview: Preview) -> None:
             with self.stages.active():
-                coverings = read()
-                how: dict[str, Any] = {"seed": seed, "threads": threads, "progress": progress}
-                for octaves in (*_octaves(coverings), 0):
-                    quilts = [each.synthesized(octaves=octaves, **how) for each in coverings]
+                coverings = read(joint)
+                how: dict[str, Any] = {"seed": seed, "threads": threads, "progress": joint}
+                looks = (*_octaves(coverings), 0)
+                sizes = [[each.texels / 4**octaves for each in coverings] for octaves in looks]
+                for octaves, shares in zip(looks, shares_of(sizes), strict=True):
+                    quilts = []
+                    for each, share in zip(coverings, shares, strict=True):
+                        joint.begin(*share)
+                        quilts.append(each.synthesized(octaves=octaves, **how))
                     model = painted_model(
-                        coverings, quilts, writing, texels=texels, threads=threads, progress=progress
+                        coverings, quilts, writing, texels=texels, threads=threads, progress=joint
                     )
                     preview.show(model, quilts, is_final=octaves == 0)
 
         self._running = Preview(work)
         return self._running
+
+    def cancel(self) -> None:
+        """End the running preview, if there is one."""
+        if self._running is not None:
+            self._running.cancel()
 
 
 def _octaves(coverings: Sequence[Covering]) -> list[int]:

@@ -215,7 +215,8 @@ class Project(Shown):
         texels
             Largest number of texels to paint, margins of charts included.
         threads, progress
-            As in `upholster.synthesize`; `progress` is called in a thread of the preview.
+            As in `upholster.synthesize`; `progress` is called in a thread of the preview, and `done` of
+            `total` grows over all stages and looks.
 
         Returns
         -------
@@ -223,11 +224,7 @@ class Project(Shown):
             Yields looks at the complete model: soon a coarse one, then better ones; the last has the quilts
             that `cover` writes.
         """
-
-        def read() -> list[Covering]:
-            return self.coverings(progress)
-
-        return self.previews.begin(read, self.writing, self.seed, texels, threads, progress)
+        return self.previews.begin(self.coverings, self.writing, self.seed, texels, threads, progress)
 
     def cover(
         self,

@@ -18,12 +18,17 @@ from upholster.image.write import IMAGE_SUFFIXES
 from upholster.included import included_models, included_samples
 from upholster.shown import in_bytes
 
-__all__ = ["INCLUDED", "Folder", "file_kind"]
+__all__ = ["INCLUDED", "MADE", "Folder", "file_kind"]
 
 INCLUDED = "included"
 """The folder of samples and models that are included with the program."""
 
+MADE = ".made"
+"""A file in groups of files that the user does not have under these names: pasted, renamed, unpacked."""
+
+_PHOTOS = (*IMAGE_SUFFIXES, ".heic", ".heif", ".avif")
 _MOST_FILES = 1000
+_MOST_FOLDERS = 8
 _MOST_NAME = 200
 """Most bytes of a file's name: systems allow 255, and temporary names are longer."""
 
@@ -42,7 +47,7 @@ def file_kind(name: str) -> str:
         return "project"
     if lower.endswith(_MODELS):
         return "model"
-    if lower.endswith(tuple(IMAGE_SUFFIXES)):
+    if lower.endswith(_PHOTOS):
         return "image"
     return "material" if lower.endswith(".zip") else "other"
 
@@ -106,8 +111,18 @@ class Folder:
                 return place
         raise InputError(f"{name!r} does not exist; allowed: files that were dropped here")
 
-    async def store(self, parts: AsyncIterator[bytes], name: str, group: int | None) -> tuple[int, str]:
+    async def store(
+        self,
+        parts: AsyncIterator[bytes],
+        name: str,
+        group: int | None,
+        *,
+        folder: str = "",
+        is_made: bool = False,
+    ) -> tuple[int, str]:
         """Receive a file; return its group (a new one if None is given) and its path.
+
+        `folder` is where the file was in a dropped folder; `is_made` says that the user has no such file.
 
         Raises
         ------
@@ -117,14 +132,18 @@ class Folder:
         if group is not None and not 1 <= group <= self._groups:
             raise InputError(f"group is {group}; allowed: one that was made")
         number = group or self.new_group()
-        folder = self.path / str(number)
-        if len(list(folder.iterdir())) >= _MOST_FILES:
+        group_folder = self.path / str(number)
+        if sum(one.is_file() for one in group_folder.rglob("*")) >= _MOST_FILES:
             raise InputError(f"{name!r} is one file too many; allowed: {_MOST_FILES} together")
-        target = folder / _safe(name)
+        own = [one for one in folder.split("/") if one.strip(". ")][:_MOST_FOLDERS]
+        own.append(re.split(r"[/\\]", name)[-1])
+        target = group_folder.joinpath(*map(_safe, own))
         with self._new_file(target, name) as write:
             async for part in parts:
                 write(part)
-        return number, f"{number}/{target.name}"
+        if is_made or own != [_safe(one) for one in own]:
+            (group_folder / MADE).touch()
+        return number, target.relative_to(self.path).as_posix()
 
     def add(self, file: str | os.PathLike[str]) -> str:
         """Copy a file or a folder of images, named at start; return its path."""
@@ -179,6 +198,7 @@ class Folder:
                 with self._new_file(folder / one.filename, one.filename) as write:
                     for part in unpacked_parts(place, one, one.file_size):
                         write(part)
+            (folder / MADE).touch()
         except BaseException:
             self._remove(folder)
             raise

@@ -154,7 +154,8 @@ class Studio:
         if length.isdigit():
             self.folder.check(name, int(length))
         number = _number(group, "group", 1, _MOST_NUMBER) if group is not None else None
-        number, path = await self.folder.store(request.stream(), name, number)
+        folder, is_made = request.query_params.get("folder", ""), "made" in request.query_params
+        number, path = await self.folder.store(request.stream(), name, number, folder=folder, is_made=is_made)
         kind = file_kind(path)
         if kind == "material":
             project = await run_in_threadpool(self.folder.unpacked, path)
@@ -263,8 +264,11 @@ class Studio:
             raise InputError("targets is empty; allowed: names of files")
         for target in targets:
             _check_target(target)
+        depth = body.get("depth")
+        if not (depth is None or isinstance(depth, str)):
+            raise InputError("depth is not a text; allowed: a length, such as '0.6mm', or an empty text")
         revision = check_whole("revision", _entry(body, "revision"), 1)
-        return _Answer(await self.worker.ask("save", revision, targets))
+        return _Answer(await self.worker.ask("save", revision, targets, depth))
 
     async def saved(self, request: Request) -> Response:
         """Return one saved file as a download, or all files of one save as a zip."""

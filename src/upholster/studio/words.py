@@ -5,22 +5,42 @@ import re
 import shlex
 from collections.abc import Iterator, Mapping
 from dataclasses import fields
+from pathlib import Path
 from typing import Any
 
 from upholster.charts.size_map import parse_size_map
+from upholster.formats import PROJECT_SUFFIX
 from upholster.image.source import Sample
+from upholster.included import INCLUDED_PREFIX
 from upholster.options import Options, SampleOptions, differing
 from upholster.project import KINDS, Project
+from upholster.studio.folder import INCLUDED, MADE
 
-__all__ = ["command", "python", "stem"]
+__all__ = ["command", "flat", "python", "stem"]
+
+_RELIEF = ("displace", "displace_by", "mid_level", "keep", "triangles")
+"""Options of a relief in the mesh."""
 
 _BY_X = ("texels", "size", "resize")
 """Options whose pairs are written with an x."""
 
 
-def command(project: Project, output: str) -> str:
-    """Return the shell command that writes a project's model to a file; names are without folders."""
+def command(project: Project, folder: Path) -> str:
+    """Return the shell command that writes a project's model to a file, and with a relief another to print.
+
+    It names files as the user has them: without folders, and included ones as ``sample:NAME``. If the user
+    does not have one of the files, it names the project's file, which the studio saves with all of them.
+    """
+    found = [_command(flat(project), f"{stem(project)}.glb", folder)]
+    if project.writing.displace is not None:
+        found.append(_command(project, f"{stem(project)}.3mf", folder))
+    return "\n".join(found)
+
+
+def _command(project: Project, output: str, folder: Path) -> str:
     words = ["upholster", "cover"]
+    if not _has_all(project, folder):
+        return shlex.join([*words, "--project", f"{stem(project)}{PROJECT_SUFFIX}", "-o", output])
     options: Options | SampleOptions = SampleOptions()
     if project.sample is not None:
         words += _sources(project.sample)
@@ -38,9 +58,17 @@ def command(project: Project, output: str) -> str:
     return shlex.join([*words, "-o", output])
 
 
-def python(project: Project, output: str) -> str:
+def python(project: Project, folder: Path) -> str:
     """Return the Python code that does the same."""
     lines = ["import upholster", ""]
+    output, relief = f"{stem(project)}.glb", project.writing.displace
+    written = [f"project.cover([{output!r}])"]
+    if relief is not None:
+        written = [f"project.change({_no_relief(project)}).cover([{output!r}])"]
+        written.append(f"project.cover([{stem(project) + '.3mf'!r}])")
+    if not _has_all(project, folder):
+        lines.append(f"project = upholster.read_project({stem(project) + PROJECT_SUFFIX!r})")
+        return "\n".join([*lines, *written, ""])
     named: dict[str, str] = {"sample": "None" if project.sample is None else _spelled(project.sample)}
     if project.materials:
         inner = ", ".join(f"{part!r}: {_spelled(one)}" for part, one in project.materials.items())
@@ -53,18 +81,38 @@ def python(project: Project, output: str) -> str:
     lines.append("project = upholster.Project(")
     lines.append(f"    {_name(project.model)!r},")
     lines += [f"    {name}={text}," for name, text in named.items()]
-    return "\n".join([*lines, ")", f"project.cover([{output!r}])", ""])
+    return "\n".join([*lines, ")", *written, ""])
+
+
+def flat(project: Project) -> Project:
+    """Return a project without a relief in the mesh: only some kinds of files can have one."""
+    return project.change(**dict.fromkeys(_RELIEF))
+
+
+def _no_relief(project: Project) -> str:
+    return ", ".join(f"{name}=None" for name in differing(project.writing) if name in _RELIEF)
+
+
+def _has_all(project: Project, folder: Path) -> bool:
+    """Return whether the user has all files of a project under these names."""
+    files = (Path(os.path.abspath(file)) for file in project.files())
+    groups = (file.relative_to(folder).parts[0] for file in files if file.is_relative_to(folder))
+    return not any((folder / group / MADE).exists() for group in groups)
 
 
 def stem(project: Project) -> str:
     """Return the base name of a project's files: from its model and sample, unlike the model's own file."""
-    names = [_name(project.model).split(":")[0]]
+    names = [_name(project.model).removeprefix(INCLUDED_PREFIX).split(":")[0]]
     names.append(_sources(project.sample)[0] if project.sample is not None else "parts")
+    names[1] = names[1].removeprefix(INCLUDED_PREFIX)
     return "_".join(re.sub(r"[^\w-]+", "-", os.path.splitext(one)[0]).strip("-") or "x" for one in names)
 
 
 def _name(file: Any) -> str:
     text = str(os.fspath(file))
+    base = os.path.basename(text)
+    if os.path.isabs(text) and os.path.basename(os.path.dirname(text)) == INCLUDED:
+        return f"{INCLUDED_PREFIX}{os.path.splitext(base)[0]}"
     return os.path.basename(text.rstrip("/")) if os.path.isabs(text) else text
 
 

@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 
 from upholster.coverings.covering import Covering
-from upholster.coverings.joint_work import read_notes, settled_values, work_notes
+from upholster.coverings.joint_work import read_notes, roles_of, settled_values, work_notes
 from upholster.elements import find_lattice
 from upholster.errors import CancelledError, InputError, UpholsterError
 from upholster.formats import split_name
@@ -42,6 +42,8 @@ from upholster.quilt import Quilt
 from upholster.stream import encode_stream
 from upholster.studio import words
 from upholster.studio.overlays import segments
+from upholster.studio.uncovered import plain_streams
+from upholster.studio.words import flat
 from upholster.types import FloatArray
 
 __all__ = ["serve_pipe"]
@@ -53,6 +55,9 @@ _HERE = "files that were dropped here"
 
 _SHOWN = 4
 """Number of recent looks that can still be saved."""
+
+_PRINTED = (".3mf", ".stl")
+"""Suffixes of files for printers."""
 
 _QUIET = 0.1
 """Seconds between two progress messages of the same stage."""
@@ -82,6 +87,7 @@ class _Work:
         self.project: Project | None = None
         self.revision = 0
         self.shown: dict[int, Project] = {}
+        self.left: tuple[object, Sequence[bytes]] = (None, ())
 
     def send(self, *message: Any) -> None:
         with self.lock, suppress(OSError):
@@ -116,21 +122,26 @@ class _Work:
     # -------------------------------------------------------------- what is shown
 
     def state(self, written: Any, revision: int) -> dict[str, Any]:
-        """Begin to show a state; the previous one is cancelled."""
-        project = replace(project_of(written, self.folder), previews=self.previews)
+        """Begin to show a state; the previous one is cancelled. One without model or sample shows nothing."""
+        project = None
+        if _is_complete(written):
+            project = replace(project_of(written, self.folder), previews=self.previews)
         with self.changing:
             if revision < self.revision:
                 raise CancelledError("a later change replaced it")
             self.project, self.revision = project, revision
+            if project is None:
+                self.previews.cancel()
+                self.send("ended", revision)
+                return {"revision": revision}
             stage = _Stages(lambda *said: self.send("stage", revision, *said))
             preview = project.preview(texels=_LOOK, progress=stage)
         threading.Thread(target=self.follow, args=(revision, project, preview), daemon=True).start()
-        output = f"{words.stem(project)}.glb"
         return {
             "revision": revision,
             "name": words.stem(project),
-            "command": words.command(project, output),
-            "python": words.python(project, output),
+            "command": words.command(project, self.folder),
+            "python": words.python(project, self.folder),
             "notes": list(project.notes),
         }
 
@@ -139,7 +150,8 @@ class _Work:
         try:
             for look in preview:
                 with self.previews.stages.active():
-                    streams = _streams(project.coverings(), look)
+                    coverings = project.coverings()
+                    streams = [*_streams(coverings, look), *self.uncovered(project, coverings)]
                 if preview.is_cancelled:
                     break
                 if look.is_final:
@@ -170,6 +182,7 @@ class _Work:
                 "notes": [*read_notes(coverings), *work_notes(coverings)],
                 "parts": [],
                 "unit": None,
+                "heights": _has_heights(coverings),
             }
             if model is None:
                 return found
@@ -181,6 +194,16 @@ class _Work:
             ]
             found["unit"] = None if whole.mesh.metres is None else _unit_name(whole.mesh.metres)
         return found
+
+    def uncovered(self, project: Project, coverings: Sequence[Covering]) -> Sequence[bytes]:
+        """Return streams of the parts that no sample covers, in the colours of the file."""
+        model = coverings[0].covered.model
+        if model is None or not model.left:
+            return ()
+        key = (str(project.model), replace(project.reading, part=None), model.left)
+        if self.left[0] != key:
+            self.left = key, plain_streams(self.whole_model(project), model.left)
+        return self.left[1]
 
     def whole_model(self, project: Project) -> Any:
         """Return the model of the file, with all of its parts."""
@@ -254,26 +277,43 @@ class _Work:
 
     # -------------------------------------------------------------- saving
 
-    def save(self, revision: int, targets: Sequence[str]) -> dict[str, Any]:
-        """Write files of the model shown into a folder of their own."""
+    def save(self, revision: int, targets: Sequence[str], depth: str | None) -> dict[str, Any]:
+        """Write files of the model shown into a folder of their own.
+
+        `depth` is that of the relief in files for printers; "": they are flat; None: as the project has it.
+        """
         project = self.shown.get(revision)
         if project is None:
             raise CancelledError("the model has changed in the meantime; save again")
         with self.changing:
             saved = self.folder / "saved"
-            number = 1 + (len(os.listdir(saved)) if saved.is_dir() else 0)  # an earlier worker's too
+            saved.mkdir(exist_ok=True)
+            before = [int(one) for one in os.listdir(saved) if one.isdigit()]  # an earlier worker's too
+            number = 1 + max(before, default=0)
             folder = saved / str(number)
-            folder.mkdir(parents=True)
+            folder.mkdir()
         notes: list[str] = []
         for target in targets:
             if target == "project":
                 _save_project(project, folder)
             else:
                 prefix, place = split_name(target)
-                notes += project.cover([f"{prefix}{folder / os.path.basename(place)}"]).notes
+                relief = self.in_relief(project, depth) if place.lower().endswith(_PRINTED) else flat(project)
+                notes += relief.cover([f"{prefix}{folder / os.path.basename(place)}"]).notes
         files = sorted(one for one in folder.iterdir() if one.is_file())
         listed = [{"name": one.name, "bytes": one.stat().st_size} for one in files]
         return {"id": number, "files": listed, "notes": notes}
+
+    def in_relief(self, project: Project, depth: str | None) -> Project:
+        """Return a project whose files for printers have a relief of this depth."""
+        if depth is None:
+            return project
+        if not depth:
+            return flat(project)
+        with self.previews.stages.active():
+            heights = _has_heights(project.coverings())
+        own = {} if heights or project.writing.displace is not None else {"displace_by": "luminance"}
+        return project.change(displace=depth, **own)
 
 
 class _Stages:
@@ -288,6 +328,18 @@ class _Stages:
             return
         self.last, self.time = stage, now
         self.say(stage, done, total)
+
+
+def _has_heights(coverings: Sequence[Covering]) -> bool:
+    """Return whether all samples have a height map."""
+    return "height" in roles_of(coverings, all_have=True)
+
+
+def _is_complete(written: Any) -> bool:
+    """Return whether a state has enough to show, or is none at all: then `project_of` says so."""
+    return not isinstance(written, dict) or bool(
+        written.get("model") and (written.get("sample") or written.get("materials"))
+    )
 
 
 def _vector(numbers: Any) -> FloatArray:

@@ -5,6 +5,9 @@ const TAB = (sessionStorage.tab ??= crypto.randomUUID())
 /** Thrown if another tab has the session. */
 export class TakenError extends Error {}
 
+/** Thrown if the server does not accept what was asked, or fails at it: asking again gives the same answer. */
+export class RefusedError extends Error {}
+
 async function asked(address, { json, ...how } = {}) {
   const headers = { 'X-Tab': TAB, ...how.headers }
   if (how.method === 'POST') headers['X-Upholster'] = 'studio'
@@ -20,9 +23,9 @@ async function asked(address, { json, ...how } = {}) {
     throw new Error('The studio does not answer. Is the program still running?')
   }
   if (answer.ok || answer.status === 410) return answer
-  const { error = `the server says ${answer.status}` } = await answer.json().catch(() => ({}))
+  const { error = `an internal error occurred (${answer.status}); see the terminal for details` } = await answer.json().catch(() => ({}))
   if (answer.status === 409) throw new TakenError(error)
-  throw new Error(error)
+  throw new ([413, 422, 500].includes(answer.status) ? RefusedError : Error)(error)
 }
 
 const post = (address, json) => asked(address, { method: 'POST', json })
@@ -43,12 +46,18 @@ export const source = (path) => inJson(post('/sources', { path }))
 export const hints = (path) => inJson(post('/hints', { path }))
 export const change = (state) => inJson(post('/state', { state }))
 export const pick = (ray) => inJson(post('/pick', ray))
-export const save = (revision, targets) => inJson(post('/save', { revision, targets }))
+/** `depth` is that of the relief in files for printers; undefined: as the state has it. */
+export const save = (revision, targets, depth) => inJson(post('/save', { revision, targets, depth }))
 export const keep = (id, over) => inJson(post('/keep', { id, over }))
 
-/** Send a file; `group` is the group of files that belong together, undefined for a new one. */
-export async function upload(file, name, group) {
-  const address = `/blobs?name=${encodeURIComponent(name)}${group === undefined ? '' : `&group=${group}`}`
+/**
+ * Send a file, named with its folders; `group` is the group of files that belong together, undefined for a new one; `made`, whether it is no
+ * file that the user has.
+ */
+export async function upload(file, path, { group, made }) {
+  const [, folder, name] = /^(.*?)\/?([^/]*)$/.exec(path)
+  const more = Object.entries({ name, folder, group, made }).filter(([, value]) => value !== undefined)
+  const address = `/blobs?${new URLSearchParams(more)}`
   return inJson(asked(address, { method: 'POST', body: file }))
 }
 

@@ -16,6 +16,27 @@ function labelled(text, input, shown = null) {
 }
 
 /**
+ * Let the user type into an input: `write` gets the text, null if it is empty. Returns a function that sets the text; it waits while the user
+ * types, and does not leave a text there that was not accepted.
+ */
+export function typed(input, write, show) {
+  let isTyping = false
+  input.oninput = () => (isTyping = true)
+  input.onblur = () => (isTyping = false)
+  input.onchange = () => {
+    isTyping = false
+    write(input.value.trim() || null)
+    show()
+  }
+  return (text) => {
+    if (!isTyping) input.value = text
+  }
+}
+
+/** A typed number; a text that is none stays as it is, for the server to refuse. */
+export const numberIn = (text) => (text === null || Number.isNaN(Number(text)) ? text : Number(text))
+
+/**
  * A slider and a number input next to it. `about` has label, hint, option, least, most, step, and `isLog` if each step is a factor;
  * `read` returns the present value, `write` gets the new one.
  */
@@ -27,14 +48,14 @@ export function slider(about, read, write) {
   const show = () => {
     const value = read()
     bar.value = toBar(value)
-    if (document.activeElement !== number) number.value = shortened(value)
+    setNumber(shortened(value))
   }
+  const setNumber = typed(number, (text) => text !== null && write(Number(text)), () => show())
   bar.oninput = () => {
     const value = Number(shortened(fromBar(Number(bar.value))))
     number.value = value
     write(value)
   }
-  number.onchange = () => number.value !== '' && write(Number(number.value))
   const head = labelled(about.label, bar)
   show()
   return Object.assign(framed(about, head, make('div', { className: 'row' }, bar, number)), { show })
@@ -69,8 +90,8 @@ export function toggle(about, read, write) {
 /** A text; an empty one is null. */
 export function text(about, read, write) {
   const input = make('input', { type: 'text', placeholder: about.placeholder ?? '', spellcheck: false })
-  input.onchange = () => write(input.value.trim() || null)
-  const show = () => document.activeElement !== input && (input.value = read() ?? '')
+  const show = () => setText(read() ?? '')
+  const setText = typed(input, write, show)
   const head = labelled(about.label, input)
   show()
   return Object.assign(framed(about, head, make('div', { className: 'row' }, input)), { show })

@@ -1,5 +1,7 @@
 /** Functions that make an element in one line. */
 
+const NAME_END = 9 // characters of a long name that are always seen
+
 /** An element: properties, listeners by `onclick` …, attributes by `attributes`; then its children, elements or texts. */
 export function make(tag, { attributes = {}, ...properties } = {}, ...children) {
   const element = Object.assign(document.createElement(tag), properties)
@@ -9,6 +11,12 @@ export function make(tag, { attributes = {}, ...properties } = {}, ...children) 
 }
 
 export const button = (text, onclick, more = {}) => make('button', { type: 'button', onclick, ...more }, text)
+
+/** A name that is too long for its place is cut in the middle: names of one model often begin alike and differ at the end. */
+export function named(name) {
+  const end = name.length > 2 * NAME_END ? name.length - NAME_END : name.length
+  return make('span', { className: 'name' }, make('span', {}, name.slice(0, end)), make('span', {}, name.slice(end)))
+}
 
 /** Open the page's dialog with a heading; returns a function that closes it. */
 export function openDialog(heading, ...children) {

@@ -1,6 +1,6 @@
 /** The four groups of settings: size, direction, material, variation. The defaults suit most models; experts unfold the rest. */
 
-import { choice, slider, text, toggle } from './controls.js'
+import { choice, numberIn, slider, text, toggle, typed } from './controls.js'
 import { button, make } from './dom.js'
 import * as lengths from './lengths.js'
 
@@ -105,7 +105,7 @@ export function groups(store, live) {
       expert(
         add(
           text(
-            { label: 'Displace', hint: 'Height of the relief in a saved 3MF, STL or GLB.', option: '--displace', placeholder: '0.6mm' },
+            { label: 'Displace', hint: 'Depth of the relief in a 3MF for printers. Save proposes one.', option: '--displace', placeholder: '0.6mm' },
             writing.read('displace', ''),
             writing.write('displace', ''),
           ),
@@ -135,7 +135,7 @@ export function groups(store, live) {
           text(
             { label: 'Block', hint: 'Side of a block in pixels of the sample, 8 to 512.', option: '--block', placeholder: 'by itself' },
             synthesis.read('block', ''),
-            (value) => store.option('synthesis', 'block', value === null ? null : Number(value)),
+            (value) => store.option('synthesis', 'block', numberIn(value)),
           ),
         ),
       ),
@@ -165,13 +165,13 @@ function size(store, live) {
     middle = null
     show()
   }
-  input.onchange = () => write(input.value.trim() || undefined)
   const show = () => {
     const value = width()
     bar.disabled = input.disabled = !store.state.sample
     if (middle === null) bar.value = 0
-    if (document.activeElement !== input && value !== null) input.value = store.state.sample?.size ?? lengths.written(value, live.facts?.unit)
+    setText(store.state.sample?.size ?? (value === null ? '' : lengths.written(value, live.facts?.unit)))
   }
+  const setText = typed(input, (text) => write(text ?? undefined), show)
   const control = make(
     'div',
     { className: 'control' },
@@ -227,6 +227,6 @@ function seed(store) {
   return text(
     { label: 'Seed', hint: 'The same seed gives the same texture.', option: '--seed' },
     () => String(store.state.seed),
-    (value) => store.set({ seed: Number(value ?? 0) }),
+    (value) => store.set({ seed: numberIn(value) ?? 0 }),
   )
 }

@@ -17,6 +17,7 @@ const STAGES = {
 
 /**
  * Events: `revision` {revision, command, python, notes}; `facts` {facts}; `look` {isFinal, seconds}; `problem` {error}; `status` {text, busy}.
+ * A state that can not be shown is taken out of the store: then the one before it is shown again.
  */
 export class Live extends EventTarget {
   /** The server's answer for the state that is shown; null before its last look, and during a change. */
@@ -43,7 +44,7 @@ export class Live extends EventTarget {
   /** Show the state as it is now. */
   async update() {
     this.#wanted = true
-    if (this.#isSending || !this.#store.isWhole) return
+    if (this.#isSending) return
     this.#isSending = true
     try {
       while (this.#wanted) {
@@ -56,36 +57,47 @@ export class Live extends EventTarget {
   }
 
   async #send() {
+    const [store, state] = [this.#store, this.#store.state]
     this.#abort.abort()
-    this.#abort = new AbortController()
+    const { signal } = (this.#abort = new AbortController())
     this.shown = null
-    this.#say('working', true)
+    this.#say(store.isWhole ? 'working' : '', store.isWhole)
     try {
-      this.answer = await api.change(this.#store.state)
+      if (!store.isWhole) this.#clear()
+      this.answer = await api.change(state)
     } catch (error) {
-      this.#fail(error)
-      return
+      return this.#fail(error, state)
     }
     this.#emit('revision', this.answer)
-    if (!this.#wanted) this.#follow(this.answer.revision, this.#abort.signal)
+    if (!this.#wanted && store.isWhole) this.#follow(state, signal)
   }
 
-  async #follow(revision, signal) {
+  /** Show nothing: model or sample is not chosen yet. */
+  #clear() {
+    this.#final = this.facts = null
+    this.streams = []
+    this.#emit('facts', { facts: null })
+    this.#viewer.open(null)
+  }
+
+  async #follow(state, signal) {
+    const { revision } = this.answer
     try {
       for await (const one of api.looks(revision, signal)) {
         if (signal.aborted) return
         if (one.stage) this.#say(progress(one), true)
         else {
           if (!(await this.#viewer.replace(...one.streams)) || signal.aborted) return
+          if (one.isFinal) this.#store.accept(state)
           this.streams = one.streams
-          this.#emit('look', one)
           this.shown = this.#final = one.isFinal ? this.answer : null
+          this.#emit('look', one)
           this.#say(one.isFinal ? '' : 'getting sharper', !one.isFinal)
           this.#learn(revision, signal)
         }
       }
     } catch (error) {
-      if (!signal.aborted) this.#fail(error)
+      if (!signal.aborted) this.#fail(error, state)
     }
   }
 
@@ -97,9 +109,10 @@ export class Live extends EventTarget {
   }
 
   /** The previous look stays, and can be saved. */
-  #fail(error) {
+  #fail(error, state) {
     this.shown = this.#final
     this.#say('', false)
+    if (error instanceof api.RefusedError) this.#store.reject(state)
     this.#emit('problem', { error })
   }
 

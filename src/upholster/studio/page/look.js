@@ -35,6 +35,7 @@ export function looking(live, viewer) {
 
   const facts = make('dl', { className: 'facts' })
   live.addEventListener('facts', ({ facts: known }) => {
+    if (!known) return facts.replaceChildren()
     const lines = [['texels', known.texels.toLocaleString('en')], ...Object.entries(known.settled ?? {})]
     facts.replaceChildren(...lines.flatMap(([name, text]) => [make('dt', {}, name), make('dd', {}, String(text))]))
     facts.append(...(known.notes ?? []).flatMap((note) => [make('dt', {}, 'note'), make('dd', {}, note)]))

@@ -1,7 +1,7 @@
 /** The model's parts: names, which are covered, and with which sample; a click on the model chooses one. */
 
 import * as api from './api.js'
-import { make } from './dom.js'
+import { make, named } from './dom.js'
 
 const BASE = '' // the sample of all other parts
 
@@ -13,7 +13,12 @@ export function parts(store, live, viewer, samples) {
     { className: 'group', hidden: true },
     make('h2', {}, 'Parts'),
     list,
-    make('div', { className: 'control' }, make('p', {}, 'Click on the model to find a part; drag a sample on it. ', make('code', {}, '--material PART=SAMPLE'))),
+    make(
+      'div',
+      { className: 'control' },
+      make('p', {}, 'Click on the model to find a part; drag a sample on it. ', make('code', {}, '--material PART=SAMPLE')),
+      make('p', {}, 'Parts that are not checked keep the look that they have in the file; here they have its mean colour. ', make('code', {}, '--part')),
+    ),
   )
   let known = []
   let chosen = null
@@ -42,7 +47,7 @@ export function parts(store, live, viewer, samples) {
     if (now && !values.includes(value)) select.append(make('option', { value }, String(now.source).split('/').at(-1)))
     select.value = value
     select.onchange = () => assign(name, select.value === BASE ? null : JSON.parse(select.value))
-    const item = make('li', { className: name === chosen ? 'chosen' : '', title: `${triangles.toLocaleString('en')} triangles` }, eye, make('span', {}, name), select)
+    const item = make('li', { className: name === chosen ? 'chosen' : '', title: `${name}: ${triangles.toLocaleString('en')} triangles` }, eye, named(name), select)
     item.ondragover = (event) => {
       if (![...event.dataTransfer.types].includes('application/x-upholster-sample')) return
       event.preventDefault()
@@ -60,7 +65,7 @@ export function parts(store, live, viewer, samples) {
     list.replaceChildren(...known.map(row))
   }
   live.addEventListener('facts', ({ facts }) => {
-    known = facts.parts ?? []
+    known = facts?.parts ?? []
     show()
   })
   store.addEventListener('change', show)

@@ -7,25 +7,32 @@ const KINDS = [
   ['glb', 'GLB', 'for the web, Blender, engines'],
   ['usdz', 'USDZ', 'for iPhone and iPad'],
   ['obj', 'OBJ', 'with its texture in a file of its own'],
-  ['3mf', '3MF', 'for printers, in relief'],
   ['uph', 'Stream', 'any first part of it is a complete model'],
   ['html', 'Page', 'viewer and model in one file'],
   ['png', 'Picture', 'of the model'],
   ['atlas', 'Texture', 'the atlas as an image'],
+  ['3mf', '3MF', 'for printers'],
 ]
 
 const amount = (bytes) => (bytes < 1e6 ? `${Math.max(1, Math.round(bytes / 1e3))} kB` : `${(bytes / 1e6).toPrecision(3)} MB`)
 
-/** Open the dialog for the model shown: `answer` is the server's answer for it, `canKeep` whether the server may write files itself. */
-export function openSave(answer, canKeep) {
+/**
+ * Open the dialog for the model shown: `answer` is the server's answer for it, `canKeep` whether the server may write files itself,
+ * `reliefs` what to begin with in files for printers: the depth, and `hasHeights`, whether there is a height map.
+ */
+export function openSave(answer, canKeep, reliefs) {
   const { name, revision } = answer
   let isOpen = true
   const rows = [...KINDS, ['project', 'Project', 'to continue later, here or on the command line']].map(([kind, label, hint]) => {
     const size = make('td', { className: 'number' }, '…')
     const get = make('td', {}, '')
     const target = kind === 'project' ? 'project' : kind === 'atlas' ? `atlas:${name}_texture.png` : `${name}.${kind}`
-    return { target, size, get, row: make('tr', {}, make('td', {}, make('b', {}, label)), make('td', {}, hint), size, get) }
+    const about = make('td', {}, hint)
+    return { target, size, get, about, row: make('tr', {}, make('td', {}, make('b', {}, label)), about, size, get) }
   })
+  const printed = rows.find(({ target }) => target.endsWith('.3mf'))
+  printed.relief = relief(reliefs, () => fill(printed))
+  printed.about.append(printed.relief)
   const words = (label, text) =>
     make(
       'details',
@@ -43,9 +50,14 @@ export function openSave(answer, canKeep) {
   )
   document.getElementById('dialog').addEventListener('close', () => (isOpen = false), { once: true })
 
-  const fill = async ({ target, size, get }) => {
+  const fill = async (row) => {
+    const { target, size, get, relief } = row
+    const asked = (row.asked = {}) // a later depth replaces it
+    size.textContent = '…'
+    get.replaceChildren()
     try {
-      const made = await api.save(revision, [target])
+      const made = await api.save(revision, [target], relief?.depth)
+      if (asked !== row.asked) return
       const { files } = made
       const one = files.length === 1 ? `/saved/${made.id}/${encodeURIComponent(files[0].name)}` : `/saved/${made.id}.zip`
       size.textContent = amount(files.reduce((sum, { bytes }) => sum + bytes, 0))
@@ -53,14 +65,38 @@ export function openSave(answer, canKeep) {
       get.append(link)
       if (canKeep) get.append(' ', keeper(made.id))
     } catch (error) {
+      if (asked !== row.asked) return
       size.textContent = ''
-      get.replaceChildren(make('span', { className: 'wrong', title: error.message }, 'not for this model'))
+      get.replaceChildren(make('span', { className: 'wrong', title: error.message }, relief ? error.message : 'not for this model'))
     }
   }
   const fillAll = async () => {
-    for (const one of rows) if (isOpen) await fill(one)
+    for (const one of rows) if (isOpen && !one.asked) await fill(one)
   }
   return fillAll()
+}
+
+/** Asks for the depth of a relief; returns an element with `depth`, a text: it is flat if that is empty. */
+function relief({ depth, hasHeights }, onchange) {
+  const input = make('input', { type: 'text', value: depth, className: 'short', placeholder: 'none', ariaLabel: 'Depth of the relief', spellcheck: false })
+  const words = make('code', {})
+  const says = make('span', { className: 'note' })
+  const element = make('label', { className: 'relief' }, ', in a relief of depth', input, words, says)
+  const show = () => {
+    element.depth = input.value.trim()
+    says.textContent = !element.depth
+      ? 'Flat: only the shape, without the sample.'
+      : hasHeights
+        ? 'By the height map of the material.'
+        : 'Bright is high: the sample has no height map.'
+    words.textContent = element.depth ? `--displace ${element.depth}${hasHeights ? '' : ' --displace-by luminance'}` : ''
+  }
+  input.onchange = () => {
+    show()
+    onchange()
+  }
+  show()
+  return element
 }
 
 function keeper(id) {

@@ -1,7 +1,7 @@
 /** The shelf of samples, models and surfaces to choose from: included ones and dropped ones. */
 
 import * as api from './api.js'
-import { button, make } from './dom.js'
+import { button, make, named } from './dom.js'
 
 const nameOf = (path) => String(Array.isArray(path) ? path[0] : path).split('/').at(-1).replace(/\.[a-z0-9]+$/i, '')
 
@@ -15,7 +15,7 @@ export function shelf(store, { samples, models, surfaces }, actions) {
   const isSame = (a, b) => JSON.stringify(a) === JSON.stringify(b)
 
   const entry = ({ path, name }, kind, isChosen) => {
-    const text = make('span', {}, name ?? nameOf(path))
+    const text = named(name ?? nameOf(path))
     const one = make('button', { type: 'button', title: name ?? nameOf(path), ariaPressed: String(isChosen), onclick: () => actions[kind](path) }, text)
     if (kind === 'sample' && path) one.style.backgroundImage = `url("${api.picture(Array.isArray(path) ? path[0] : path)}")`
     one.draggable = kind === 'sample'

@@ -13,13 +13,15 @@ export class Store extends EventTarget {
   #at
   #key = null
   #time = 0
+  #good = new WeakSet() // states that were shown
 
   /** @param {object | null} state as the server has it; earlier states come from this tab's memory, if they lead to it */
   constructor(state) {
     super()
     const kept = JSON.parse(sessionStorage.history ?? 'null')
-    const leads = kept && JSON.stringify(kept.states[kept.at]) === JSON.stringify(state)
-    this.#states = leads ? kept.states : [{ ...EMPTY, ...state }]
+    const first = { ...EMPTY, ...state }
+    const leads = kept && JSON.stringify(kept.states[kept.at]) === JSON.stringify(first)
+    this.#states = leads ? kept.states : [first]
     this.#at = leads ? kept.at : 0
   }
 
@@ -66,6 +68,26 @@ export class Store extends EventTarget {
   sample(entries, key = null) {
     const changed = Object.entries({ ...this.state.sample, ...entries }).filter(([, value]) => value !== null && value !== undefined)
     this.set({ sample: Object.fromEntries(changed) }, key)
+  }
+
+  /** Remember that a state was shown completely. */
+  accept(state) {
+    this.#good.add(state)
+  }
+
+  /**
+   * Forget a state that can not be shown; the one before it takes its place, or an empty one. A state that was shown before stays: what
+   * fails now is something else.
+   */
+  reject(state) {
+    const at = this.#states.indexOf(state)
+    if (at < 0 || this.#good.has(state) || (this.#states.length === 1 && !this.isWhole)) return
+    const isPresent = at === this.#at
+    this.#states.splice(at, 1)
+    if (!this.#states.length) this.#states.push({ ...EMPTY })
+    if (at <= this.#at) this.#at = Math.max(0, this.#at - 1)
+    this.#key = null
+    if (isPresent) this.#emit()
   }
 
   undo() {

@@ -5,6 +5,7 @@ import * as api from './api.js'
 import { button, make, openDialog, say } from './dom.js'
 import { chooseFiles, listenForFiles, send } from './drop.js'
 import { groups } from './groups.js'
+import * as lengths from './lengths.js'
 import { Live } from './live.js'
 import { looking } from './look.js'
 import { parts } from './parts.js'
@@ -50,14 +51,21 @@ function build(given) {
   const dropped = { sample: [...given.samples], model: [...given.models] }
 
   /** Use dropped files as models, samples or projects. */
-  const use = async (files, isFolder) => {
-    try {
-      for (const { path, kind } of await send(files, isFolder, (text) => status(text, true))) await place(path, kind)
-      say(null)
-    } catch (error) {
-      fail(error)
+  const use = async (drops) => {
+    const problems = []
+    const wrong = (error) => (error instanceof api.TakenError ? fail(error) : problems.push(error.message))
+    for (const drop of drops) {
+      try {
+        const sent = await send(drop, (text) => status(text, true), wrong)
+        const others = sent.filter(({ kind }) => kind === 'other').map(({ path }) => path.split('/').at(-1))
+        for (const { path, kind } of sent) if (kind !== 'other') await place(path, kind).catch(wrong)
+        if (others.length) wrong(new Error(`${others.join(', ')} ${others.length > 1 ? 'are no image' : 'is not an image'}, material, model or project`))
+      } catch (error) {
+        wrong(error)
+      }
     }
     status('')
+    if (problems.length) say(problems.join('\n'))
   }
   const place = async (path, kind) => {
     if (kind === 'project') {
@@ -65,7 +73,6 @@ function build(given) {
       return store.set(state)
     }
     const of = kind === 'model' ? 'model' : 'sample'
-    if (kind === 'other') throw new Error(`${path.split('/').at(-1)} is not an image, material, model or project`)
     if (of === 'sample') for (const one of [path].flat()) await api.source(one) // throws if it is not allowed
     dropped[of].push({ path })
     chooser.add({ path }, of)
@@ -81,27 +88,37 @@ function build(given) {
   const panel = document.getElementById('panel')
   panel.append(chooser, parts(store, live, viewer, () => dropped.sample), ...groups(store, live), looking(live, viewer))
   bar(store, live, given)
-  listenForFiles(use)
+  listenForFiles(use, fail)
 
   live.addEventListener('status', ({ text, busy }) => status(text, busy))
   live.addEventListener('problem', ({ error }) => fail(error))
   live.addEventListener('look', ({ isFinal, seconds }) => {
-    say(null)
     document.body.dataset.look = isFinal ? 'final' : 'first'
     document.body.dataset.seconds = seconds
   })
   const welcome = document.getElementById('welcome')
-  const greet = () => (welcome.hidden = store.isWhole)
+  const greet = () => {
+    const { model, sample } = store.state
+    welcome.hidden = store.isWhole
+    welcome.firstElementChild.textContent = model ? 'Now drop a photo' : sample ? 'Now drop a model' : 'Drop a photo and a model'
+  }
   store.addEventListener('change', greet)
+  store.addEventListener('change', () => say(null)) // what was wrong is about the state before
   greet()
   live.update()
+}
+
+/** The relief to begin with: a fortieth of the sample's width looks about right on bricks and fabrics. */
+function reliefOf({ writing }, facts) {
+  const proposed = facts?.sample_size ? lengths.written(Number((facts.sample_size / 40).toPrecision(1)), facts.unit) : ''
+  return { depth: String(writing.displace ?? proposed), hasHeights: Boolean(facts?.heights) }
 }
 
 /** Undo, redo, save. */
 function bar(store, live, given) {
   const undo = button('Undo', () => store.undo(), { title: 'Ctrl+Z' })
   const redo = button('Redo', () => store.redo(), { title: 'Ctrl+Y' })
-  const save = button('Save', () => live.shown && openSave(live.shown, given.save_to), {
+  const save = button('Save', () => live.shown && openSave(live.shown, given.save_to, reliefOf(store.state, live.facts)), {
     className: 'main',
     title: 'Ctrl+S',
   })
@@ -141,4 +158,13 @@ async function openSampleTable(store) {
   if (chosen) store.sample(chosen)
 }
 
-start().catch((error) => say(error.message))
+/** Say what failed, whatever it was: nothing of it would be seen otherwise. */
+const failed = (error) => say(error?.message || 'The page has failed. Reload it.')
+addEventListener('error', ({ error }) => error && failed(error))
+addEventListener('unhandledrejection', ({ reason }) => failed(reason))
+
+start().catch((error) => {
+  failed(error)
+  const welcome = document.getElementById('welcome')
+  welcome.replaceChildren(make('h2', {}, 'The studio can not begin'), make('p', {}, error.message), button('Try again', () => location.reload()))
+})
