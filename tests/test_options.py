@@ -92,11 +92,13 @@ def run(command, monkeypatch, target, *arguments):
 def test_what_is_written_arrives_as_options(monkeypatch):
     given = run(
         "cover", monkeypatch, "upholster.project.project.cover", "a.png", "--on", "plane", "-o", "b.png",
-        "--texels", "512x400", "--tileable", "--evenness", "1", "--shortlist", "8", "--size", "20x30",
+        "--texels", "512x400", "--tileable", "--tolerance", "1.5", "--shortlist", "8", "--size", "20x30",
         "--view", "10,-5.5", "--wavelet", "haar", "--sample-quality", "lossless", "--bytes", "8k",
         "--texture", "webp",
     )  # fmt: skip
-    assert given["synthesis"] == SynthesisOptions(texels=(512, 400), tileable=True, evenness=1.0, shortlist=8)
+    assert given["synthesis"] == SynthesisOptions(
+        texels=(512, 400), tileable=True, tolerance=1.5, shortlist=8
+    )
     assert given["options"] == WriteOptions(
         texture="webp",
         size=(20, 30),
@@ -147,14 +149,12 @@ def test_a_default_that_is_written_is_refused_by_the_other_method(monkeypatch):
         ({"method": "pixel", "texels": 5000}, "texels belongs to method 'quilt'"),
         ({"method": "pixel", "levels": 0}, "levels is 0; allowed: 1 to 6"),
         (
-            {"method": "paper", "variety": 0.2},
-            "variety belongs to method 'quilt'; allowed with 'paper': block",
+            {"method": "paper", "tolerance": 1.2},
+            "tolerance belongs to method 'quilt'; allowed with 'paper': block",
         ),
         ({"method": "paper", "shortlist": 9}, "shortlist belongs to method 'quilt'"),
         ({"method": "pixel", "mirror": True}, "mirror belongs to method 'quilt'"),
         ({"rotate": 90}, "rotate is 90; allowed: True or False"),
-        ({"evenness": 11}, "evenness is 11; allowed: 0 to 10"),
-        ({"variety": float("nan")}, "variety is nan; allowed: 0 to 10"),
         ({"tolerance": 0.9}, "tolerance is 0.9; allowed: 1 to 2"),
         ({"shortlist": 0}, "shortlist is 0; allowed: 1 to 4096"),
         ({"block": 7}, "block is 7; allowed: 8 to 512"),
@@ -178,9 +178,9 @@ def test_bad_choices_are_refused_in_one_line(choices, reported):
 
 
 def test_choices_come_before_options_and_none_chooses_nothing():
-    base = SynthesisOptions(evenness=1.0, block=24)
-    assert chosen(SynthesisOptions, base, variety=0.5, block=None) == replace(base, variety=0.5)
-    assert chosen(SynthesisOptions, {"evenness": 1.0}, block=24) == base
+    base = SynthesisOptions(tolerance=1.5, block=24)
+    assert chosen(SynthesisOptions, base, phase=0.5, block=None) == replace(base, phase=0.5)
+    assert chosen(SynthesisOptions, {"tolerance": 1.5}, block=24) == base
     assert chosen(SynthesisOptions) == SynthesisOptions()
     assert chosen(WriteOptions, quads=7) == WriteOptions(quads=7)
 

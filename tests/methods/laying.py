@@ -16,7 +16,8 @@ from upholster.methods.quilt._block_kernels import LayNumbers
 from upholster.methods.quilt._lay_kernels import Ground
 from upholster.methods.quilt.emit import emitted_quilt, label_pieces
 from upholster.methods.quilt.ground import PlacedGround, field_arrays, ground_of
-from upholster.methods.quilt.laying import Drawn, LayPlan, lay_parcel
+from upholster.methods.quilt.lay_plan import LayPlan
+from upholster.methods.quilt.laying import Drawn, lay_parcel
 from upholster.methods.quilt.method import planned
 from upholster.methods.quilt.quilt_options import QuiltOptions
 from upholster.options import SynthesisOptions
@@ -176,7 +177,7 @@ class Run:
     @classmethod
     def of(cls, plan: LayPlan, threads: int | None = 1) -> "Run":
         """Lay a surface that is one parcel."""
-        _, drawn = lay_parcel(plan, 0, plan.empty_usage(), (), threads=threads)
+        _, drawn = lay_parcel(plan, 0, (), threads=threads)
         assert drawn is not None
         assert not drawn.placed.corners.any()  # places in windows are those on charts
         return cls(emitted_quilt(plan, label_pieces(plan, drawn)), plan.numbers, drawn)

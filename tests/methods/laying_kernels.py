@@ -3,8 +3,7 @@
 from typing import Any
 
 from upholster.jit import kernel
-from upholster.methods.quilt._block_kernels import splat_tent
-from upholster.methods.quilt._choice_kernels import choose_source, draw_fitting, penalise_used
+from upholster.methods.quilt._choice_kernels import choose_source, draw_fitting
 from upholster.methods.quilt._frame_kernels import look_at_frame, write_frame
 from upholster.methods.quilt._guide_kernels import is_barred, penalise_off, prefer_cells, show_all
 from upholster.methods.quilt._seed_kernels import cut_block
@@ -22,10 +21,11 @@ def choose(
     span: Any,
     pixels: Any,
     choice: Any,
+    near: int,
     out: Any,
 ) -> None:
     """Write the row, the column and the cost that `choose_source` finds."""
-    y, x, cost = choose_source(match, numbers, weights, state, span, pixels, choice)
+    y, x, cost = choose_source(match, numbers, weights, state, span, pixels, choice, near)
     out[0], out[1], out[2] = y, x, cost
 
 
@@ -35,15 +35,6 @@ def draw_first(match: Any, numbers: Any, weights: Any, state: Any, span: Any, ch
     for n in range(out.shape[0]):
         y, x = draw_fitting(match, numbers, weights, state, span, choice)
         out[n, 0], out[n, 1] = y, x
-
-
-@kernel
-def count_use(usage: Any, step: int, places: Any, size: int, first: int, weights: Any, out: Any) -> None:
-    """Count blocks at `places` (n, 2) as used, and write what places then cost."""
-    part = usage[first : first + out.shape[0]]
-    for n in range(places.shape[0]):
-        splat_tent(part, step, places[n, 0], places[n, 1], size, size, 1.0)
-    penalise_used(usage, first, weights, out)
 
 
 @kernel

@@ -37,15 +37,6 @@ def box_means(image: np.ndarray) -> np.ndarray:
     return (total + 8) >> 4
 
 
-def add_tent(usage: np.ndarray, step: int, centre: Any, size: int) -> None:
-    """Add to each point how much of a block there a block at `centre` covers."""
-    y, x = np.meshgrid(
-        *(1.0 - np.abs(np.arange(n) * step - at) / size for n, at in zip(usage.shape, centre, strict=True)),
-        indexing="ij",
-    )
-    usage += np.where((y > 0) & (x > 0), y * x, 0.0)
-
-
 def misfits(phases: np.ndarray, wanted: np.ndarray) -> np.ndarray:
     """Return of each pixel 1 − cos of what its phases (n, H, W) are off, summed, in 1/2^14."""
     total = np.zeros(phases.shape[1:], np.int64)
@@ -90,14 +81,15 @@ class PlainChoice:
     phases: np.ndarray
     wanted: np.ndarray
     allowed: np.ndarray | None = None
+    near: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         self.image, self.old = self.image.astype(np.int64), self.old.astype(np.int64)
         self.there, self.misfit = self.marks == 1, misfits(self.phases, self.wanted)
 
     def costs(self, y: Any, x: Any) -> tuple[Any, Any]:
-        """Return what places cost for their use, and for their phases."""
-        step = self.numbers.usage_step
+        """Return what places cost by guides, and for their phases."""
+        step = self.numbers.guide_step
         i, j = (np.minimum(at // step, n - 1) for at, n in zip((y, x), self.penalties.shape, strict=True))
         return self.penalties[i, j], self.weights.phase * self.misfit[y, x]
 
@@ -166,8 +158,18 @@ class PlainChoice:
                     columns = range(max(x - near, span.first_x), min(x + near, span.last_x) + 1)
                     found += [(a, b) for b in columns if (a, b) != (y, x) and self.is_allowed(a, b)]
         good = [n for n, total in enumerate(totals) if total <= limit]
+        used = [self.use(found[n]) for n in good]
+        good = [n for n, use in zip(good, used, strict=True) if use == min(used)]
         chosen = good[draws.below(len(good))]
         return (*found[chosen], totals[chosen])
+
+    def use(self, place: tuple[int, int]) -> float:
+        """Return how much of a block there the blocks nearby show."""
+        total = 0.0
+        for other in [] if self.near is None else self.near.tolist():
+            down, right = (1.0 - abs(a - b) / self.numbers.size for a, b in zip(place, other, strict=True))
+            total += down * right if down > 0 and right > 0 else 0.0
+        return total
 
 
 def cells_of(array: np.ndarray, cell: int) -> np.ndarray:

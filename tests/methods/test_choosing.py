@@ -5,12 +5,11 @@ from typing import Any
 import numpy as np
 import pytest
 from laying import texture
-from laying_kernels import choose, count_use, cut, draw_first
+from laying_kernels import choose, cut, draw_first
 from plain_laying import (
     SYMMETRIES,
     Draws,
     PlainChoice,
-    add_tent,
     box_means,
     misfits,
     plain_cut_block,
@@ -57,7 +56,7 @@ class Frame:
             height, width, 0, self.level.step, more.get("shortlist", 32), self.pyramid.stride(0), 1, size, 2
         )
         # Costs are multiples of 1/4: then sums are exact in the search's float32, in any order.
-        self.weights = LayWeights(0.0, 0.0, more.get("tolerance", 1.1), 0.25 if lattice else 0.0, 1.0)
+        self.weights = LayWeights(more.get("tolerance", 1.1), 0.25 if lattice else 0.0, 0.0)
         self.image = self.match.image.view(np.uint8).reshape(height, width, 4)
         turn, (i, j) = SYMMETRIES[symmetry], np.mgrid[:size, :size] - size // 2
         self.pixels = FramePixels.of(size)
@@ -77,9 +76,11 @@ class Frame:
             self.match = self.match._replace(
                 allowed=self.allowed.view(np.uint8).reshape(-1), places=np.flatnonzero(self.allowed)
             )
-        self.choice = ChoiceScratch.of(self.numbers, self.pyramid.empty_usage())
+        self.choice = ChoiceScratch.of(self.numbers)
         self.choice.penalties[:] = rng.integers(0, more.get("dear", 400), self.choice.penalties.shape)
         self.choice.wanted[:] = [(0, 1, 12345), (1, -1, -2345)]
+        self.near = more.get("near", 3)
+        self.choice.near[: self.near] = rng.integers(0, (height, width), (self.near, 2))
         # What is laid: a part of the sample, a little changed.
         place = rng.integers(0, (height, width))
         laid = np.roll(self.image, -place, axis=(0, 1))[:size, :size] + rng.integers(0, 30, (size, size, 4))
@@ -99,13 +100,15 @@ class Frame:
         pixels, phases = self.pixels, self.match.phases.reshape(-1, *self.image.shape[:2])
         return PlainChoice(
             self.image, self.numbers, self.weights, self.span, pixels.marks, self.old, pixels.ys, pixels.xs,
-            self.choice.penalties, phases, self.choice.wanted, self.allowed,
+            self.choice.penalties, phases, self.choice.wanted, self.allowed, self.choice.near[: self.near],
         )  # fmt: skip
 
 
 WAVES = repeating(70, 66, [(1 / 12, 0.01), (0.004, 1 / 15)])
 CASES: dict[str, tuple[Any, ...]] = {
     "plain": (texture(), 16, 0, {}),
+    "nothing nearby": (texture(), 16, 0, {"near": 0, "tolerance": 1.5}),
+    "many nearby": (texture(60, 60), 20, 0, {"near": 60, "tolerance": 2.0}),
     "grey, few": (texture(50, 50, 1), 24, 0, {"shortlist": 5}),
     "the best alone": (texture(60, 60), 16, 0, {"tolerance": 1.0, "dear": 1}),
     "every second pixel": (texture(80, 90), 20, 0, {}),
@@ -133,7 +136,9 @@ def test_the_source_is_the_twins(name: str, seed: int) -> None:
     span, draws = frame.span, Draws(seed)
     wanted = frame.plain().choose(draws)
     state, out = np.array([seed], np.uint64), np.zeros(3, np.int64)
-    choose(frame.match, frame.numbers, frame.weights, state, span, frame.pixels, frame.choice, out)
+    choose(
+        frame.match, frame.numbers, frame.weights, state, span, frame.pixels, frame.choice, frame.near, out
+    )
     assert tuple(out.tolist()) == wanted
     assert int(state[0]) == draws.state
 
@@ -171,21 +176,6 @@ def test_the_first_block_is_drawn_from_what_is_allowed(lattice: Any) -> None:
     off = misfits(frame.match.phases.reshape(2, *frame.image.shape[:2]), frame.choice.wanted)
     best = frame.allowed & (off <= off[frame.allowed].min() + 2**14 // 32)
     assert drawn == {tuple(place) for place in np.argwhere(best).tolist()}
-
-
-def test_use_is_counted_by_tents_and_what_is_used_more_costs_more() -> None:
-    usage, out = np.zeros((2 * 9, 12)), np.zeros((9, 12))
-    places = np.random.default_rng(3).integers(0, (36, 48), (20, 2))
-    count_use(usage, 4, places, 14, 9, LayWeights(3.0, 0.0, 1.1, 0.0, 1.0), out)
-    wanted = np.zeros((9, 12))
-    for place in places:
-        add_tent(wanted, 4, place, 14)
-    np.testing.assert_allclose(usage, np.concatenate([0 * wanted, wanted]))
-    # The mean is that of both symmetries.
-    np.testing.assert_allclose(out, 3.0 * np.maximum(0, wanted / (wanted.mean() / 2) - 1))
-    # Of a quarter of the sample that is used alone.
-    count_use(usage, 4, places[:0], 14, 9, LayWeights(3.0, 0.0, 1.1, 0.0, 0.25), out)
-    np.testing.assert_allclose(out, 3.0 * np.maximum(0, wanted / (2 * wanted.mean()) - 1))
 
 
 @pytest.mark.parametrize("cell", [2, 4])

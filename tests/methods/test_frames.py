@@ -1,6 +1,6 @@
 """Frames and canvases: where blocks lie on charts, what is there, what they write; steps and centres."""
 
-from itertools import pairwise, product
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -17,7 +17,7 @@ from upholster.methods.quilt._lay_kernels import Ground
 from upholster.methods.quilt._sheet_kernels import FIT, MOST_SHEETS, FieldArrays
 from upholster.methods.quilt._unfold_kernels import Footprint
 from upholster.methods.quilt._whole_kernels import CLEAR_CELL, ClearCells
-from upholster.methods.quilt.centres import Regions, centres_on
+from upholster.methods.quilt.centres import centres_on
 from upholster.methods.quilt.match_pyramid import match_pyramid
 from upholster.quilt.warp_field import FIELD_STEP, WarpField
 
@@ -237,41 +237,6 @@ def _within(canvases: Any, centres: Any) -> np.ndarray:
     # The numbers of centres' steps on their charts.
     chart, row, column = centres.roots[:, :3].astype(int).T
     return np.asarray(row * canvases.widths[chart] + column)
-
-
-def test_regions_hold_every_block_once_and_those_of_a_class_never_touch() -> None:
-    rng, block, first = np.random.default_rng(4), 10.0, 0
-    regions, known = Regions(block, None), np.zeros((0, 3))
-    for count in (700, 150):
-        spots = rng.uniform(-70, 90, (count, 3)) * (1, 1, 0.4)
-        order, classes = regions.enter(spots, first)
-        np.testing.assert_array_equal(np.sort(order), np.arange(count))
-        known = np.concatenate([known, spots[order]])
-        parts = [part for parts in classes for part in parts]
-        # Parts follow each other, without gaps.
-        assert parts[0][0] == first
-        assert parts[-1][1] == first + count
-        assert all(one[1] == other[0] for one, other in pairwise(parts))
-        assert len(classes) <= 8
-        for own in classes:
-            for n, (start, stop) in enumerate(own):
-                assert np.ptp(known[start:stop], axis=0).max() < 3 * block
-                for other in own[n + 1 :]:
-                    apart = known[start:stop, None] - known[None, slice(*other)]
-                    assert np.abs(apart).max(axis=2).min() > 2 * block
-        first += count
-    # All blocks that may touch one are near it.
-    for spot in known[::50]:
-        near = np.concatenate([np.arange(*part) for part in regions.near(spot)])
-        assert set(np.flatnonzero(np.abs(known - spot).max(axis=1) < 3 * block)) <= set(near.tolist())
-        assert len(np.unique(near)) == len(near)
-
-
-def test_the_same_blocks_get_the_same_order_in_the_order_of_their_places() -> None:
-    spots = np.random.default_rng(5).uniform(0, 90, (200, 3))
-    order, _ = Regions(10.0, None).enter(spots, 0)
-    again, _ = Regions(10.0, None).enter(spots[order], 0)
-    np.testing.assert_array_equal(again, np.arange(200))
 
 
 def test_cells_with_seams_creases_and_borders_are_marked_and_no_others() -> None:

@@ -93,7 +93,7 @@ class Asked:
 @pytest.mark.parametrize("guides", [1, 2])
 def test_places_cost_what_their_frames_are_off(guides: int, symmetry: int) -> None:
     asked = Asked(guides, guides, symmetry=symmetry)
-    penalties, span, step = asked.choice.penalties, asked.span, asked.numbers.usage_step
+    penalties, span, step = asked.choice.penalties, asked.span, asked.numbers.guide_step
     before = asked.rng.integers(0, 400, penalties.shape).astype(float)
     penalties[:] = before
     ask(asked.match, asked.numbers, span, asked.pixels, asked.choice)
@@ -267,7 +267,7 @@ def test_a_frame_tells_what_is_asked_and_what_stays(centre: tuple[int, int]) -> 
 @pytest.mark.parametrize("guides", [0, 2])
 def test_the_first_block_is_drawn_from_its_zone_and_from_the_best(guides: int, zone: int) -> None:
     asked = Asked(zone, guides)
-    span, choice, step = asked.span, asked.choice, asked.numbers.usage_step
+    span, choice, step = asked.span, asked.choice, asked.numbers.guide_step
     inside = np.zeros(SHAPE, bool)
     inside[span.first_y : span.last_y + 1, span.first_x : span.last_x + 1] = True
     allowed = inside & ((asked.zone == zone) | (zone == 0))
@@ -276,7 +276,7 @@ def test_the_first_block_is_drawn_from_its_zone_and_from_the_best(guides: int, z
     choice.penalties[:] = asked.rng.integers(0, 12000, choice.penalties.shape)
     choice.zone[0] = zone
     out = np.zeros((600, 2), np.int64)
-    weights, state = LayWeights(0.0, 0.0, 1.1, 0.0, 1.0), np.array([7], np.uint64)
+    weights, state = LayWeights(1.1, 0.0, 0.0), np.array([7], np.uint64)
     draw_first(match, asked.numbers, weights, state, span, choice, out)
     assert allowed[tuple(out.T)].all()
     drawn = {tuple(place) for place in out.tolist()}

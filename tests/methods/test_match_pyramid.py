@@ -56,21 +56,10 @@ def test_what_is_not_used_does_not_vary():
 
 
 @pytest.mark.parametrize(("height", "width"), [(1, 1), (30, 64), (256, 256), (257, 40), (900, 20)])
-def test_use_is_counted_on_a_lattice_of_at_most_64_points_each_way(height, width):
+def test_guides_are_compared_at_no_more_than_64_places_each_way(height, width):
     for last in (0, 2, 4):
         pyramid = match_pyramid(picture(height, width), last)
-        usage_step = pyramid.empty_usage()
-        assert not usage_step.any()
-        assert 1 <= max(usage_step.shape) <= 64
-        # its points lie on whole pixels of every level, and reach over all of the finest
+        assert max(height, width) <= 64 * pyramid.guide_step
         for level in range(last + 1):
-            assert pyramid.stride(level) * 2**level == pyramid.usage_step
+            assert pyramid.stride(level) * 2**level == pyramid.guide_step
             assert pyramid.stride(level) >= 1
-        assert (
-            usage_step.shape[0] * pyramid.usage_step
-            >= height
-            > (usage_step.shape[0] - 1) * pyramid.usage_step
-        )
-        assert (
-            usage_step.shape[1] * pyramid.usage_step >= width > (usage_step.shape[1] - 1) * pyramid.usage_step
-        )

@@ -1,4 +1,4 @@
-"""Sides of blocks: by the sample's structure, the surface's size, and what courses are stretched by."""
+"""Sides of blocks: by the sample's size, the surface's size, and what courses are stretched by."""
 
 from types import SimpleNamespace
 
@@ -9,8 +9,7 @@ from repeating import repeating
 from upholster.charts.charted import charted_patches
 from upholster.charts.layout import density_layout
 from upholster.geometry import surface_from_spec
-from upholster.methods.quilt.exemplar_structure import block_size
-from upholster.methods.quilt.sizes import block_side, turning_of
+from upholster.methods.quilt.sizes import block_side, suiting_side, turning_of
 
 SAMPLE, LATTICE = repeating(256, 256, [(1 / 40, 0), (0, 1 / 31)])
 
@@ -20,27 +19,34 @@ def stretched(strain, waves=LATTICE.waves):
 
 
 def test_a_block_suits_the_sample_where_nothing_is_stretched():
-    suits = block_size(SAMPLE)
-    assert suits >= 40
-    assert block_side(SAMPLE, 5000.0, 0.0, None) == suits
-    assert block_side(SAMPLE, 5000.0, 0.0, stretched(0.0)) == suits
+    suits = suiting_side(SAMPLE.shape)
+    assert suits == 80
+    assert block_side(SAMPLE.shape, 5000.0, 0.0, None) == suits
+    assert block_side(SAMPLE.shape, 5000.0, 0.0, stretched(0.0)) == suits
+
+
+@pytest.mark.parametrize(
+    ("shape", "side"), [((32, 90), 8), ((128, 128, 3), 40), ((16, 16), 8), ((4000, 4000, 1), 512)]
+)
+def test_a_block_is_five_sixteenths_of_the_sample(shape, side):
+    assert suiting_side(shape) == side
 
 
 def test_a_block_is_no_larger_than_a_small_surface_allows():
-    assert block_side(SAMPLE, 8 * 26.0, 0.0, None) == 24
-    assert block_side(SAMPLE, 5000.0, 0.5 / 26.0, None) == 24
-    assert block_side(SAMPLE, 40.0, 0.0, None) == 20
+    assert block_side(SAMPLE.shape, 8 * 26.0, 0.0, None) == 24
+    assert block_side(SAMPLE.shape, 5000.0, 0.5 / 26.0, None) == 24
+    assert block_side(SAMPLE.shape, 40.0, 0.0, None) == 20
 
 
 @pytest.mark.parametrize(("strain", "side"), [(0.25 / 33, 32), (0.25 / 28.5, 28), (1.0, 20)])
 def test_a_block_is_in_step_with_the_next_but_holds_three_quarters_of_a_period(strain, side):
-    assert block_side(SAMPLE, 5000.0, 0.0, stretched(strain)) == side
+    assert block_side(SAMPLE.shape, 5000.0, 0.0, stretched(strain)) == side
 
 
 def test_blocks_are_smaller_than_twenty_pixels_only_where_the_sample_is_small():
-    assert block_side(SAMPLE, 5000.0, 0.0, stretched(1.0, np.array([(1 / 7, 0)]))) == 20
+    assert block_side(SAMPLE.shape, 5000.0, 0.0, stretched(1.0, np.array([(1 / 7, 0)]))) == 20
     small = SAMPLE[:32, :32]
-    assert block_side(small, 5000.0, 0.0, stretched(1.0)) == block_size(small) < 20
+    assert block_side(small.shape, 5000.0, 0.0, stretched(1.0)) == suiting_side(small.shape) < 20
 
 
 def test_directions_turn_on_a_sphere_as_its_parallels_do() -> None:

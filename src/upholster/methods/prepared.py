@@ -17,7 +17,7 @@ from upholster.image.masks import Used
 from upholster.methods.paper.method import PaperOptions, synthesize_paper
 from upholster.methods.pixel.method import PixelOptions, synthesize_pixel
 from upholster.methods.quilt.guides import Again, Steering, on_charts
-from upholster.methods.quilt.laying import LayPlan
+from upholster.methods.quilt.lay_plan import LayPlan
 from upholster.methods.quilt.method import laid_quilt, planned
 from upholster.methods.quilt.phases import WantedPhases
 from upholster.methods.quilt.quilt_options import QuiltOptions

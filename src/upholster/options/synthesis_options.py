@@ -218,7 +218,7 @@ class SynthesisOptions:
         metadata=about(
             _SYNTHESIS,
             "Side of a block in pixels of the sample, 8 to 512. Default: 5/16 of its shorter side, less "
-            "where a surface curves. With method paper in texels, a multiple of 2^levels up to 256; default 32.",
+            "on curved surfaces. With method paper in texels, a multiple of 2^levels up to 256; default 32.",
             only=("quilt", "paper"),
         ),
     )

@@ -16,7 +16,8 @@ from upholster.errors import InputError
 from upholster.export import map_companion, page_files
 from upholster.geometry import Surface
 from upholster.methods.quilt.emit import Labelled, LabelPiece, label_pieces, labelled
-from upholster.methods.quilt.laying import LayPlan, ParcelBlocks, draw_parcel, lay_parcel
+from upholster.methods.quilt.lay_plan import LayPlan
+from upholster.methods.quilt.laying import ParcelBlocks, draw_parcel, lay_parcel
 from upholster.options import WriteOptions
 from upholster.paging import PagedAtlas, write_page
 from upholster.quilt.materials import WindowPainter

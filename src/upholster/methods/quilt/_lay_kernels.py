@@ -172,9 +172,7 @@ def turn_frame(numbers: LayNumbers, symmetry: int, pixels: FramePixels) -> Span:
 
 
 @inline
-def list_near(
-    numbers: LayNumbers, blocks: BlockArrays, near: NDArray[np.int64], choice: ChoiceScratch
-) -> int:
+def list_near(blocks: BlockArrays, near: NDArray[np.int64], choice: ChoiceScratch) -> Any:
     """List the sources of those `near` blocks that are laid; return their number."""
     count = int64(0)
     for m in near:
@@ -199,7 +197,7 @@ def _choose(
     # Chooses the source of block n with each of the listed symmetries, and keeps the cheapest. Ties go to the
     # first one.
     record, choice, tried = blocks.records[n], scratch.choice, scratch.tried
-    least, listed = int64(-1), list_near(numbers, blocks, near, choice)
+    least, listed = int64(-1), list_near(blocks, near, choice)
     for t in range(count):
         span = turn_frame(numbers, tried[t], scratch.pixels)
         choice.penalties[:, :] = 0.0

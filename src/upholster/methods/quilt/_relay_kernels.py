@@ -114,7 +114,7 @@ def _cut_between(
     down: int,
     right: int,
 ) -> Any:
-    # The cost of the cut between two steps, q `down` and `right` pixels from p: what both blocks show at both.
+    # The cost of the cut between two steps, q `down` and `right` pixels from p: what both blocks show there.
     one, other = int64(canvases.sources[p]), int64(canvases.sources[q])
     first, second = records[canvases.owners[p], SYMMETRY], records[canvases.owners[q], SYMMETRY]
     there = _beyond(match, numbers, one, first, down, right)
@@ -127,7 +127,7 @@ def _cut_between(
 def cost_steps(
     ground: Ground, match: MatchImage, numbers: LayNumbers, records: IntArray, out: FloatArray
 ) -> None:
-    """Write to `out` (steps,) the cost of cuts from each step of the canvases to the next ones on its chart."""
+    """Write to `out` (steps,) the cost of cuts from each step of the canvases to the next on its chart."""
     canvases = ground.canvases
     owners = canvases.owners
     for k in range(canvases.firsts.shape[0]):

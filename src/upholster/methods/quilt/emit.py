@@ -22,7 +22,8 @@ from upholster.methods.quilt._label_map_kernels import (
     list_sheets,
 )
 from upholster.methods.quilt._sheet_kernels import FIT, MOST_SHEETS
-from upholster.methods.quilt.laying import Drawn, LayPlan
+from upholster.methods.quilt.lay_plan import LayPlan
+from upholster.methods.quilt.laying import Drawn
 from upholster.parallel import run_tasks
 from upholster.quilt.labels import LabelMap, label_shape
 from upholster.quilt.model import Quilt

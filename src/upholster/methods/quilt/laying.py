@@ -1,25 +1,21 @@
-"""Laying a surface's blocks, parcel by parcel: the plan for all parcels, and the result of each.
+"""Laying a surface's blocks, parcel by parcel.
 
 A parcel's task takes the triangles within some blocks of its cube and redraws the blocks that earlier parcels
 have laid there. Then it lays its own blocks: on even grids over the charts, then on steps that are still
-bare, in the order of `order`. The result of a task is small.
+bare, in the order of `block_order`. The result of a task is small.
 
 A bare step belongs to the last of the parcels near it: by then all of them have laid blocks on their grids.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import partial
 from threading import Barrier, BrokenBarrierError
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.charts.charted import ChartedSurface
 from upholster.charts.mesh_layout import GUTTER
-from upholster.charts.size_map import SizeField
-from upholster.charts.subdivision import subdivided_in
 from upholster.elements._joint_kernels import measure_distances
 from upholster.methods.quilt._block_kernels import (
     BLOCK_COLUMNS,
@@ -27,35 +23,22 @@ from upholster.methods.quilt._block_kernels import (
     PHASE,
     SOURCE_COLUMN,
     SOURCE_ROW,
-    LayNumbers,
-    LayWeights,
-    MatchImage,
 )
 from upholster.methods.quilt._frame_kernels import KEPT_SHEET
 from upholster.methods.quilt._lay_kernels import BlockArrays, LayScratch, lay_blocks, replay_blocks
 from upholster.methods.quilt._put_kernels import put_block
 from upholster.methods.quilt._relay_kernels import RelayScratch, cost_steps, relay_blocks
-from upholster.methods.quilt._sheet_kernels import FIT, MOST_SHEETS, FieldArrays
+from upholster.methods.quilt._sheet_kernels import FIT, MOST_SHEETS
+from upholster.methods.quilt.block_order import Lists, Near, distances_from, near_blocks, ranks_of
 from upholster.methods.quilt.centres import Centres, centres_at, centres_on
-from upholster.methods.quilt.ground import PlacedGround, field_arrays, ground_of, whole_ground
-from upholster.methods.quilt.guides import EITHER, Asked
-from upholster.methods.quilt.order import Lists, Near, distances_from, near_blocks, ranks_of
-from upholster.methods.quilt.parcels import Parcels
-from upholster.methods.quilt.phases import SurfacePhases
-from upholster.methods.quilt.putting import PutPiece, piece_frame
+from upholster.methods.quilt.ground import PlacedGround
+from upholster.methods.quilt.guides import EITHER
+from upholster.methods.quilt.lay_plan import LayPlan
+from upholster.methods.quilt.putting import piece_frame
 from upholster.parallel import run_tasks, stop_flag, thread_count
-from upholster.quilt.model import Quilt
-from upholster.quilt.warp_field import WarpField
 from upholster.types import FloatArray, IntArray, Progress
 
-__all__ = ["Drawn", "LayPlan", "ParcelBlocks", "draw_parcel", "lay_parcel"]
-
-_SHORT = 0.6
-"""Maximum length of an edge of the triangles that blocks are unfolded over, in blocks."""
-
-_RANGE = 8.0
-"""Where blocks are more than this many times smaller than the largest, triangles have longer edges than
-`_SHORT`. Otherwise the largest blocks would cover too many triangles."""
+__all__ = ["Drawn", "ParcelBlocks", "draw_parcel", "lay_parcel"]
 
 _BARE = 1.0
 """Distance, in blocks, within which a parcel may cover a bare step."""
@@ -78,7 +61,11 @@ _AGAIN = 0.5
 """Distance of the places where laying again is tried, relative to that of blocks."""
 
 _TIMES = 3
+"""Number of times that the worst places are laid again: each time others, and all in parallel."""
+
 _APART = 0.7
+"""Distance within which only the place with the highest cost of cuts is laid again at a time, in blocks."""
+
 _INNER = 0.35
 """Half the side of the square around such a place in which cuts must cost much, in blocks."""
 
@@ -99,96 +86,6 @@ _NUMBERS = 2**24
 
 _MULTIPLIER = 0xD1342543DE82EF95
 """Difference of the random generators' seeds of two successive blocks; `lay_blocks` uses the same."""
-
-
-@dataclass(frozen=True, eq=False)
-class LayPlan:
-    """All parameters that stay the same while blocks are laid.
-
-    Attributes
-    ----------
-    surface, vectors, fields
-        As in `upholster.methods.quilt.method.planned`.
-    turns, fold, crease
-        Likewise; `turns` is (T,).
-    shape
-        (height, width) of the exemplar.
-    scale
-        Exemplar pixels per model unit.
-    density
-        Steps per model unit.
-    match, numbers, weights
-        The exemplar in its matching form, and the parameters of matching.
-    overlap
-        Overlap of neighbouring blocks on a grid, as a fraction of a block's side.
-    phases
-        The requested phases of each zone, or of the only sample; None: phases do not count.
-    seed
-        0 to 2^64 − 1.
-    parcels
-        The parcels of the surface.
-    asked
-        The requests to blocks; None: there are none.
-    before
-        The quilt of which a part is kept; None: there is none.
-    put
-        Pieces of the sample at places that the user chose.
-    sizes
-        Factor by which the sample is enlarged at each place; None: 1 everywhere.
-    """
-
-    surface: ChartedSurface
-    vectors: FloatArray
-    fields: tuple[WarpField, ...]
-    turns: IntArray
-    fold: int
-    crease: float | None
-    shape: tuple[int, int]
-    scale: float
-    density: float
-    match: MatchImage
-    numbers: LayNumbers
-    weights: LayWeights
-    overlap: float
-    phases: tuple[SurfacePhases | None, ...]
-    seed: int
-    parcels: Parcels
-    asked: Asked | None = None
-    before: Quilt | None = None
-    put: tuple[PutPiece, ...] = ()
-    sizes: SizeField | None = None
-
-    @cached_property
-    def in_rows(self) -> bool:
-        """Whether blocks are laid in rows: on a flat texture in one parcel of which nothing is kept."""
-        normals = self.surface.mesh.flat_normals
-        single = len(self.parcels) == len(self.fields) == 1
-        return self.before is None and single and bool((normals == normals[0]).all())
-
-    @property
-    def pixels(self) -> float:
-        """Frame pixels per model unit."""
-        return float(self.scale / 2**self.numbers.level)
-
-    @cached_property
-    def field(self) -> FieldArrays:
-        """All warp fields in the kernels' form."""
-        return field_arrays(self.fields, self.numbers.level)
-
-    def ground(self, parcel: int, blocks: float, *, threads: int | None = 1) -> PlacedGround | None:
-        """Return the bare ground within `blocks` blocks of a parcel; None: it contains no surface.
-
-        `threads` is as in `upholster.parallel.run_tasks`.
-        """
-        box = self.parcels.box(parcel, blocks)
-        longest = _SHORT * self.numbers.size / self.pixels
-        longest *= 1.0 if self.sizes is None else max(self.sizes.least, self.sizes.most / _RANGE)
-        how: dict[str, Any] = {"turns": self.turns, "fold": self.fold, "crease": self.crease}
-        if box is None:
-            whole = whole_ground(self.surface, self.vectors, self.field, longest, threads=threads, **how)
-            return whole.bare(self.asked)
-        fine = subdivided_in(self.surface, self.vectors, longest, box)
-        return None if fine is None else ground_of(fine, self.field, threads=threads, **how).bare(self.asked)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -567,14 +464,18 @@ class _Laying:
         fits, pieces = np.empty((stop - start, MOST_SHEETS, FIT)), np.zeros(stop - start, np.int64)
         # A block's generator follows from its number. `lay_blocks` adds the index, so it is subtracted here.
         moved = (int(self.numbers[start]) - start) * _MULTIPLIER
-        how = self.placed.ground, plan.match, plan.numbers, plan.weights, self._arrays(), part
-        rest = (
-            np.uint64((plan.seed + moved) % 2**64), fits, pieces, self.masks[start:stop], self.stop, scratch
-        )  # fmt: skip
+        ground, blocks, masks = self.placed.ground, self._arrays(), self.masks[start:stop]
+        seed = np.uint64((plan.seed + moved) % 2**64)
         if near is None:
-            relay_blocks(*how, *rest, RelayScratch.of(plan.numbers))
+            relay_blocks(
+                ground, plan.match, plan.numbers, plan.weights, blocks, part,
+                seed, fits, pieces, masks, self.stop, scratch, RelayScratch.of(plan.numbers),
+            )  # fmt: skip
         else:
-            lay_blocks(*how, *near, *rest)
+            lay_blocks(
+                ground, plan.match, plan.numbers, plan.weights, blocks, part, near[0], near[1],
+                seed, fits, pieces, masks, self.stop, scratch,
+            )  # fmt: skip
         self._keep(start, fits, pieces)
         self._free.append(scratch)
 

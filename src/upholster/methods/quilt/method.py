@@ -19,7 +19,8 @@ from upholster.methods.quilt._block_kernels import LayNumbers, LayWeights
 from upholster.methods.quilt._phase_kernels import MISFIT
 from upholster.methods.quilt.emit import LabelPiece, emitted_quilt, label_pieces
 from upholster.methods.quilt.guides import Asked, Rectangle, Steering, cropped, guide_costs, level_guides
-from upholster.methods.quilt.laying import LayPlan, ParcelBlocks, draw_parcel, lay_parcel
+from upholster.methods.quilt.lay_plan import LayPlan
+from upholster.methods.quilt.laying import ParcelBlocks, draw_parcel, lay_parcel
 from upholster.methods.quilt.match_pyramid import MatchPyramid, SamplePart, match_pyramid
 from upholster.methods.quilt.parcels import MOST_WHOLE, Parcels
 from upholster.methods.quilt.phases import WantedPhases

@@ -1,6 +1,6 @@
 """Parcels: cubes of space into which a large surface is cut, so that no task ever holds all of it.
 
-Parcels are laid outward from one end of the surface, as blocks are, see `order`. A parcel waits for its
+Parcels are laid outward from one end of the surface, as blocks are, see `block_order`. A parcel waits for its
 earlier neighbours only: parcels of one rank are independent tasks. A small surface is one parcel; so is a
 tile of any size.
 """
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from upholster.charts.charted import ChartedSurface
 from upholster.charts.subdivision import subdivided
-from upholster.methods.quilt.order import distances_from, near_blocks, ranks_of
+from upholster.methods.quilt.block_order import distances_from, near_blocks, ranks_of
 from upholster.types import FloatArray, IntArray
 
 __all__ = ["MOST_WHOLE", "Parcels"]

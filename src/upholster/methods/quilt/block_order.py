@@ -10,7 +10,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.methods.quilt._order_kernels import rank_in_order
+from upholster.methods.quilt._block_order_kernels import rank_in_order
 from upholster.types import FloatArray
 
 __all__ = ["Lists", "Near", "distances_from", "near_blocks", "ranks_of"]
