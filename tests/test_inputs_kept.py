@@ -28,8 +28,9 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     pixels = np.random.default_rng(0).integers(0, 256, (64, 64, 3), dtype=np.uint8)
     (tmp_path / "wall").mkdir()
     for role in ROLES:
-        write_image(tmp_path / f"wall_{role}.png", pixels)
-        write_image(tmp_path / "wall" / f"b_{role}.png", pixels)
+        shown = pixels[..., :1] if role == "roughness" else pixels  # of colours a note would say so
+        write_image(tmp_path / f"wall_{role}.png", shown)
+        write_image(tmp_path / "wall" / f"b_{role}.png", shown)
     write_image(tmp_path / "wall" / "b_normal_dx.png", pixels)
     write_image(tmp_path / "x.png", pixels)
     (tmp_path / "x.ezw").write_bytes(codec.encode(pixels))

@@ -125,7 +125,7 @@ def test_what_is_killed_goes_on(alone: dict[str, bytes], tmp_path: Path, killed:
         )  # fmt: skip
 
     process = start()
-    while len(list(tmp_path.glob("x.upholster/used-*"))) < 4:
+    while len(list(tmp_path.glob("x.upholster/parcel-*"))) < 4:
         assert process.poll() is None, process.communicate()
         time.sleep(0.02)
     if killed == "a worker":
