@@ -63,8 +63,6 @@ USES: dict[str, list[dict[str, Any]]] = {
     "method": [PAPER, PIXEL],
     "block": [{**ON_PLANE, "block": 16}],
     "overlap": [{**ON_PLANE, "block": 16, "overlap": 5}],
-    "evenness": [{**ON_PLANE, "evenness": 3.0}],
-    "variety": [{**ON_PLANE, "variety": 3.0}],
     "phase": [{**ON_PLANE, "phase": 0.0}],
     "tolerance": [{**ON_PLANE, "tolerance": 1.5}],
     "shortlist": [{**ON_PLANE, "shortlist": 3}],

@@ -89,7 +89,7 @@ STROKE = {"at": [20, -15, 0], "value": 0.5}
         ([STROKE | {"colour": 3}], "allowed: {"),
         ([STROKE | {"at": [0, 0]}], "is at [0, 0]; allowed: three finite numbers"),
         ([STROKE | {"at": [0, 0, True]}], "three finite numbers"),
-        ([STROKE | {"at": [0, 0, float("nan")]}], "three finite numbers"),
+        ([STROKE | {"at": [0, 0, float("nan")]}], "NaN is no number"),
         ([STROKE | {"value": 1.5}], "has the value 1.5; allowed: 0 to 1"),
         ([STROKE | {"value": "dark"}], "has the value dark; allowed: 0 to 1"),
         ([STROKE | {"radius": 0}], "has the radius 0; allowed: a length above 0"),
@@ -111,7 +111,7 @@ def test_files_that_are_missing_or_no_json_are_reported(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="No such file"):
         parse_map(str(tmp_path / "none.json")).values(on_flat())
     (tmp_path / "no.json").write_text("no JSON")
-    with pytest.raises(InputError, match="no JSON"):
+    with pytest.raises(InputError, match="it is not JSON"):
         parse_map(str(tmp_path / "no.json")).values(on_flat())
 
 

@@ -48,8 +48,6 @@ export function groups(store, live) {
   const [synthesis, writing, reading] = ['synthesis', 'writing', 'reading'].map(of)
   const expert = (...children) => make('details', {}, make('summary', {}, 'More'), ...children)
   const group = (name, ...children) => make('section', { className: 'group' }, make('h2', {}, name), ...children)
-  const penalty = (label, name, hint) =>
-    add(slider({ label, hint, option: `--${name}`, least: 0, most: 10, step: 0.1 }, synthesis.read(name, 0.2), synthesis.write(name, 0.2)))
 
   return [
     group(
