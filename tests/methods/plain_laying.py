@@ -82,6 +82,7 @@ class PlainChoice:
     wanted: np.ndarray
     allowed: np.ndarray | None = None
     near: np.ndarray | None = None
+    avoid: int = -1
 
     def __post_init__(self) -> None:
         self.image, self.old = self.image.astype(np.int64), self.old.astype(np.int64)
@@ -147,6 +148,10 @@ class PlainChoice:
                 apart = self.image[y + self.ys[black], x + self.xs[black]] - self.old[black]
                 use, phase = self.costs(y, x)
                 totals.append(judged(apart, int(use * count) + int(phase * count), limit))
+                row, column = divmod(self.avoid, self.numbers.width)
+                reach = self.numbers.size // 4
+                if self.avoid >= 0 and abs(y - row) < reach and abs(x - column) < reach:
+                    totals[-1] = BIG
                 if totals[-1] < best:
                     best, limit = totals[-1], int(totals[-1] * self.weights.tolerance)
             if refining or not near:

@@ -79,6 +79,7 @@ class Frame:
         self.choice = ChoiceScratch.of(self.numbers)
         self.choice.penalties[:] = rng.integers(0, more.get("dear", 400), self.choice.penalties.shape)
         self.choice.wanted[:] = [(0, 1, 12345), (1, -1, -2345)]
+        self.choice.avoid[0] = more.get("avoid", -1)
         self.near = more.get("near", 3)
         self.choice.near[: self.near] = rng.integers(0, (height, width), (self.near, 2))
         # What is laid: a part of the sample, a little changed.
@@ -101,6 +102,7 @@ class Frame:
         return PlainChoice(
             self.image, self.numbers, self.weights, self.span, pixels.marks, self.old, pixels.ys, pixels.xs,
             self.choice.penalties, phases, self.choice.wanted, self.allowed, self.choice.near[: self.near],
+            avoid=int(self.choice.avoid[0]),
         )  # fmt: skip
 
 
@@ -108,6 +110,7 @@ WAVES = repeating(70, 66, [(1 / 12, 0.01), (0.004, 1 / 15)])
 CASES: dict[str, tuple[Any, ...]] = {
     "plain": (texture(), 16, 0, {}),
     "nothing nearby": (texture(), 16, 0, {"near": 0, "tolerance": 1.5}),
+    "not as before": (texture(60, 60), 20, 0, {"avoid": 25 * 60 + 30}),
     "many nearby": (texture(60, 60), 20, 0, {"near": 60, "tolerance": 2.0}),
     "grey, few": (texture(50, 50, 1), 24, 0, {"shortlist": 5}),
     "the best alone": (texture(60, 60), 16, 0, {"tolerance": 1.0, "dear": 1}),

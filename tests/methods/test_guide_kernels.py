@@ -57,7 +57,7 @@ class Asked:
             *(int(-low[0]), int(SHAPE[0] - 1 - high[0]), int(-low[1]), int(SHAPE[1] - 1 - high[1])),
             *(int(low[0]), int(high[0]), int(low[1]), int(high[1])),
         )
-        self.choice = ChoiceScratch.of(self.numbers, np.zeros((15, 17)))
+        self.choice = ChoiceScratch.of(self.numbers)
         # Blobs of all kinds: laid, bare, beside the surface.
         pixels.marks[:] = np.array([0, 1, 1, 2, 1])[texture(SIZE, SIZE, 1, seed, 8)[..., 0] // 52]
         pixels.old[:] = rng.choice(level.match.image, (SIZE, SIZE))
@@ -300,7 +300,7 @@ def test_a_piece_lies_turned_and_scaled(degrees: float, size: float) -> None:
     records, fits = np.zeros((1, BLOCK_COLUMNS), np.int32), np.zeros((MOST_SHEETS, FIT))
     records[0, :2] = frame.source
     blocks = BlockArrays(centres.triangles, centres.roots, centres.spots, np.ones(1), records)
-    scratch = LayScratch.of(ground, frame.numbers, np.zeros((15, 17)))
+    scratch = LayScratch.of(ground, frame.numbers)
     before = canvases.triangles.copy()
     pieces = put_block(ground, frame.numbers, blocks, n, piece.turn(), frame.half, frame.mask, fits, scratch)
     assert pieces == 1

@@ -51,7 +51,7 @@ def test_all_else_is_laid_round_a_piece() -> None:
     beyond = np.ones((200, 200), bool)
     beyond[60:122, 60:142] = False
     same = np.abs(read - np.stack(np.mgrid[:200, :200] + 0.0, axis=2) - (56 - 90, 44 - 100)).max(axis=2) < 1
-    assert same[beyond].mean() < 0.05
+    assert same[beyond].mean() < 0.1
 
 
 @pytest.mark.slow(reason="lays whole quilts on several surfaces")
@@ -104,8 +104,9 @@ def test_a_region_is_laid_once_more(name: str) -> None:
         lies = charted.lies_on(n, (0, 0), own.shape)
         # Where a region ends at a seam, what is blended over it changes as well.
         assert (differs & ~own & lies).sum() <= (0 if on == "plane" else 0.02 * lies.sum())
-    assert np.concatenate(changed).mean() > 0.5
-    assert np.concatenate(apart).mean() > 0.5
+    # Along its rim, a region two blocks wide continues what is around it.
+    assert np.concatenate(changed).mean() > 0.3
+    assert np.concatenate(apart).mean() > 0.3
 
 
 def test_regions_are_laid_one_after_another() -> None:
@@ -120,7 +121,7 @@ def test_regions_are_laid_one_after_another() -> None:
         )
     )
     differs = (two != none).any(axis=2)
-    assert min(differs[first].mean(), differs[second].mean()) > 0.5
+    assert min(differs[first].mean(), differs[second].mean()) > 0.25
     assert not differs[~first & ~second].any()
     np.testing.assert_array_equal(two[~second], one[~second])  # what was laid first stays
 

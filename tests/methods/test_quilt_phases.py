@@ -73,12 +73,8 @@ def broken(quilt, lattice, rim=0):
 
 def test_a_flat_lattice_has_no_broken_element():
     exemplar, lattice = repeating(64, 64, [(1 / 11.3, 0), (0.003, 1 / 13.7)], noise=0.5)
-    free, kept = (
-        synthesize(exemplar, "plane", texels=(200, 200), block=20, phase=phase, seed=1)
-        for phase in (0.0, None)
-    )
+    kept = synthesize(exemplar, "plane", texels=(200, 200), block=20, seed=1)
     assert broken(kept, lattice) == 0
-    assert broken(free, lattice) > 20
 
 
 def test_rows_on_a_mesh_are_whole():
@@ -86,7 +82,6 @@ def test_rows_on_a_mesh_are_whole():
     surface = sheet(0.0, 5.0)
     asked = {"texels": 22_500, "sample_size": 80 / 30, "block": 20, "direction": (1.0, 0.0, 0.0), "seed": 3}
     assert broken(synthesize(exemplar, surface, **asked), lattice, 12) == 0
-    assert broken(synthesize(exemplar, surface, phase=0.0, **asked), lattice, 12) > 10
 
 
 def test_a_tile_that_stretches_rows_is_offered_a_better_size():

@@ -70,7 +70,7 @@ def test_one_size_is_that_of_a_larger_sample():
         np.testing.assert_array_equal(one.nodes, other.nodes)
     quilts = [laid_quilt(lay_plan(each, SAMPLE, seed=1), threads=1) for each in (twice, larger)]
     counts = [len(quilt.placements) for quilt in quilts]
-    assert counts[0] == pytest.approx(counts[1], rel=0.1)
+    assert counts[0] == pytest.approx(counts[1], rel=0.15)
     assert mapping(PLANE, quilts[0].on(PLANE), scale=SCALE / 2).within > 0.98
 
 

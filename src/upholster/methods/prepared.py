@@ -176,7 +176,7 @@ def execute(
     if isinstance(options, QuiltOptions):
         quilt = laid_quilt(lay_plan(prepared, exemplar, seed=seed), threads, progress)
         for region in prepared.again:
-            kept = replace(prepared.steering or Steering(), kept=(quilt, region.stays))
+            kept = replace(prepared.steering or Steering(), kept=(quilt, region.stays), differs=True)
             plan = lay_plan(replace(prepared, steering=kept), exemplar, seed=region.seed)
             quilt = laid_quilt(plan, threads, progress)
         return quilt.on(surface, seed=seed, density=prepared.density)

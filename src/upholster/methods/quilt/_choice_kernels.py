@@ -183,6 +183,14 @@ def _compare(
 
 
 @inline
+def _is_as_before(numbers: LayNumbers, choice: ChoiceScratch, place: int) -> Any:
+    # Whether a source is about that which the block's centre showed before it is laid again.
+    avoid, reach = choice.avoid[0], numbers.size // 4
+    down = abs(place // numbers.width - avoid // numbers.width)
+    return avoid >= 0 and down < reach and abs(place % numbers.width - avoid % numbers.width) < reach
+
+
+@inline
 def _judge(
     match: MatchImage,
     numbers: LayNumbers,
@@ -211,6 +219,8 @@ def _judge(
             total += _compare(match.image, place, choice.offsets, choice.values, start, stop)
             if total > limit:
                 break
+        if _is_as_before(numbers, choice, place):
+            total = _BIG
         choice.judged[m] = total
         if total < least:
             least = total

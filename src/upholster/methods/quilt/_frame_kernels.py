@@ -45,7 +45,8 @@ class Canvases(NamedTuple):
     """The charts' steps, one chart after another: step (r, c) of chart k at ``firsts[k] + r·widths[k] + c``.
 
     `owners` is the block that each step shows, −1 for none, `sheets` is the sheet of that block, and
-    `sources` the pixel of the exemplar, row · width + column. `triangles` is the triangle that contains the
+    `sources` the pixel of the exemplar, row · width + column; at bare steps the pixel that they showed before
+    they are laid again, −1 for none. `triangles` is the triangle that contains the
     step's centre or is right next to it, −1 for none. `heights` and `widths` are the charts' sizes. The first
     `fixed` blocks do not change. `wanted` (K, steps) are the values that guides request, 0 without a request,
     and `zones` (steps,) is the requested zone of the exemplar, 0 for any; (0,): there are no zones.

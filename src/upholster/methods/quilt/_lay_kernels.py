@@ -197,7 +197,8 @@ def _choose(
     # Chooses the source of block n with each of the listed symmetries, and keeps the cheapest. Ties go to the
     # first one.
     record, choice, tried = blocks.records[n], scratch.choice, scratch.tried
-    least, listed = int64(-1), list_near(blocks, near, choice)
+    # Where a region must differ, the seed decides alone.
+    least, listed = int64(-1), int64(0) if choice.avoid[0] >= 0 else list_near(blocks, near, choice)
     for t in range(count):
         span = turn_frame(numbers, tried[t], scratch.pixels)
         choice.penalties[:, :] = 0.0
@@ -267,6 +268,7 @@ def _settle(
     if bare == 0 and canvases.owners[centre] >= 0:
         return
     scratch.choice.zone[0] = canvases.zones[centre] % EITHER if canvases.zones.shape[0] else 0
+    scratch.choice.avoid[0] = canvases.sources[centre] if canvases.owners[centre] < 0 else -1
     count = list_symmetries(numbers, scratch)
     record[LAID] = 1 if laid else 2
     if laid:

@@ -63,7 +63,7 @@ class PlacedGround:
         canvases = own._replace(
             owners=np.full(count, -1, np.int32),
             sheets=np.zeros(count, np.uint8),
-            sources=np.zeros(count, np.int32),
+            sources=np.full(count, -1, np.int32),
         )
         if asked is not None:
             canvases = self._asked(canvases, asked)
@@ -79,7 +79,8 @@ class PlacedGround:
             return canvases
         kept = np.concatenate([part.reshape(-1) for part in self._windows(asked.kept)])
         here = (kept >= 0) & (canvases.triangles >= 0)
-        canvases.owners[here], canvases.sheets[here], canvases.sources[here] = 0, KEPT_SHEET, kept[here]
+        canvases.owners[here], canvases.sheets[here] = 0, KEPT_SHEET
+        canvases.sources[:] = np.where(kept >= 0, kept, np.where(kept < -1, -1 - kept, -1))
         return canvases._replace(fixed=1)
 
     def _windows(self, arrays: Sequence[NDArray[Any]]) -> list[NDArray[Any]]:

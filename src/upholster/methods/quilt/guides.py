@@ -107,12 +107,15 @@ class Steering:
         keep it; None: no steps.
     put
         Pieces of the sample at places that the user chose.
+    differs
+        Whether other steps must differ from that quilt.
     """
 
     guides: tuple[Guide, ...] = ()
     zones: Zones | None = None
     kept: tuple[Quilt, tuple[NDArray[np.bool_], ...]] | None = None
     put: tuple[PutPiece, ...] = ()
+    differs: bool = False
 
     def on_charts(self, before: Sequence[Chart], charts: Sequence[Chart]) -> "Steering":
         """Return the same requests for charts of the same faces with longer steps, but without kept steps."""
@@ -152,8 +155,8 @@ class Asked:
     zones
         (height, width) the requested zone; empty: there are no zones.
     kept
-        (height, width) int32: the pixel of the level that each kept step shows, row · width + column, −1 for
-        steps that are not kept; empty: no steps are kept.
+        (height, width) int32: the pixel n of the level that each kept step shows, row · width + column;
+        −1 − n for steps that must not show it; −1 for others; empty: no steps are kept.
     """
 
     wanted: ChartBytes
@@ -174,8 +177,10 @@ class Asked:
         if steering.kept is not None:
             quilt, stays = steering.kept
             kept = tuple(
-                np.where(stay, _level_places(source, level, shape), -1).astype(np.int32)
-                for source, stay in zip(quilt.sources(), stays, strict=True)
+                np.where(stay, places, -1 - places if steering.differs else -1).astype(np.int32)
+                for places, stay in zip(
+                    (_level_places(source, level, shape) for source in quilt.sources()), stays, strict=True
+                )
             )
         return cls(tuple(wanted), zones, kept)
 

@@ -62,6 +62,8 @@ class LayPlan:
         Pieces of the sample at places that the user chose.
     sizes
         Factor by which the sample is enlarged at each place; None: 1 everywhere.
+    differs
+        Whether steps that are not kept must differ from `before`.
     """
 
     surface: ChartedSurface
@@ -84,6 +86,7 @@ class LayPlan:
     before: Quilt | None = None
     put: tuple[PutPiece, ...] = ()
     sizes: SizeField | None = None
+    differs: bool = False
 
     @cached_property
     def in_rows(self) -> bool:

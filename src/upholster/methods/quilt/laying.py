@@ -262,6 +262,8 @@ class _Laying:
         while len((centres := centres_on(self.placed, self.bare, step, 0.5 * step, bare=True)).steps):
             self.lay(centres)
             step = max(1.0, 0.5 * step)
+        if self.plan.differs:
+            return  # its places would look as before
         places = self._on_grids(_AGAIN * apart)
         for _ in range(_TIMES):
             worst = self._costly(places)

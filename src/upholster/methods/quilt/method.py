@@ -37,6 +37,9 @@ __all__ = ["laid_quilt", "planned", "step_level"]
 _OVERLAP = 0.3
 """Default overlap of blocks, as a fraction of their side."""
 
+_DIFFERING = 1.5
+"""Least tolerance for a region that is laid again: else all seeds would give the same."""
+
 _RELAY = 0.5
 """Least gain of laying again, for each pixel of a frame's side, as a fraction of the sample's variance."""
 
@@ -118,7 +121,9 @@ def planned(
         )
     block = numbers.size * 2**numbers.level / scale
     phase = max(0.0 if one is None else one.weight for one in wanted)
-    weights = LayWeights(options.tolerance, phase * pyramid.variance / MISFIT, _RELAY * pyramid.variance)
+    differs = steering is not None and steering.differs
+    tolerance = max(options.tolerance, _DIFFERING) if differs else options.tolerance
+    weights = LayWeights(tolerance, phase * pyramid.variance / MISFIT, _RELAY * pyramid.variance)
     density = _density(surface)
     return LayPlan(
         surface,
@@ -141,6 +146,7 @@ def planned(
         None if steering is None or steering.kept is None else steering.kept[0],
         () if steering is None else steering.put,
         sizes,
+        differs,
     )
 
 
