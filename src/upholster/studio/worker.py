@@ -6,6 +6,7 @@ import multiprocessing
 import threading
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, field
 from multiprocessing.connection import Connection
 from typing import Any
@@ -138,17 +139,13 @@ class Worker:
             raise InputError("the worker has ended; allowed: to try again") from None
 
     def _listen(self, pipe: Connection, loop: asyncio.AbstractEventLoop) -> None:
-        """Pass the process's messages to the loop, until the process ends."""
+        """Pass the process's messages to the loop, until the process or the loop ends."""
         call: Callable[..., Any] = loop.call_soon_threadsafe
-        try:
-            while True:
-                call(self._take, pipe.recv())
-        except (EOFError, OSError):
-            pass
-        try:
+        with suppress(RuntimeError):  # the loop has ended
+            with suppress(EOFError, OSError):
+                while True:
+                    call(self._take, pipe.recv())
             call(self._lost, pipe)
-        except RuntimeError:  # the loop has ended too
-            return
 
     def _take(self, message: tuple[Any, ...]) -> None:
         kind, number, *rest = message
