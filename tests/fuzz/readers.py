@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+sys.path.insert(0, str(Path(__file__).parents[2]))  # the folder of benchmarks
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from benchmarks.nets import write_nets
