@@ -8,8 +8,11 @@ from repeating import repeating
 
 from upholster.charts.charted import charted_patches
 from upholster.charts.layout import density_layout
+from upholster.charts.surface_to_cover import as_covered
 from upholster.geometry import surface_from_spec
-from upholster.methods.quilt.sizes import block_side, suiting_side, turning_of
+from upholster.methods import coarser, prepare
+from upholster.methods.quilt.sizes import LARGEST_SIDE, block_side, suiting_side, turning_of
+from upholster.options import SynthesisOptions
 
 SAMPLE, LATTICE = repeating(256, 256, [(1 / 40, 0), (0, 1 / 31)])
 
@@ -58,3 +61,12 @@ def test_directions_turn_on_a_sphere_as_its_parallels_do() -> None:
     radius = float(np.linalg.norm(charted.mesh.corners[0, 0]))
     # A parallel at height z turns by z / √(1 − z²) in a radius; heights are spread evenly over a sphere.
     np.testing.assert_allclose(turning_of(charted, along, 1) * radius, 0.9 / np.sqrt(0.19), rtol=0.15)
+
+
+def test_a_quick_look_has_blocks_twice_as_wide_and_never_too_wide():
+    sample = np.random.default_rng(1).integers(0, 256, (1000, 1000, 1), dtype=np.uint8)
+    surface, sides = as_covered("sphere").surface, []
+    for block in (100, 400):
+        options = SynthesisOptions(texels=40_000, sample_size=8.0, block=block, phase=0)
+        sides.append(coarser(prepare(sample, surface, options), sample, 2).options.block)
+    assert sides == [200, LARGEST_SIDE]

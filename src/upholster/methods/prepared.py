@@ -21,6 +21,7 @@ from upholster.methods.quilt.lay_plan import LayPlan
 from upholster.methods.quilt.method import laid_quilt, planned
 from upholster.methods.quilt.phases import WantedPhases
 from upholster.methods.quilt.quilt_options import QuiltOptions
+from upholster.methods.quilt.sizes import LARGEST_SIDE
 from upholster.quilt.chart import Chart
 from upholster.quilt.model import Quilt
 from upholster.quilt.painting import PAINTED_DENSITIES, painted_charts
@@ -114,7 +115,7 @@ def coarser(prepared: Prepared, exemplar: PixelArray, octaves: int) -> Prepared:
     along, down = triangle_frames(charted.mesh, prepared.vectors)
     scale = 1.0 if prepared.scale is None else prepared.scale.scale
     factors = None if prepared.sizes is None else prepared.sizes.factors
-    block = min(2 * options.block, 3 * min(exemplar.shape[:2]) // 4)
+    block = min(2 * options.block, 3 * min(exemplar.shape[:2]) // 4, LARGEST_SIDE)
     return replace(
         prepared,
         charts=charted.charts,

@@ -7,13 +7,13 @@ from upholster.charts.phases import PhaseField
 from upholster.stages import stage
 from upholster.types import FloatArray
 
-__all__ = ["block_side", "suiting_side", "turning_of"]
+__all__ = ["LARGEST_SIDE", "block_side", "suiting_side", "turning_of"]
 
 _SHARE = 5 / 16
 """Side of a block as a fraction of the sample's shorter side. Smaller blocks break more elements, larger ones
 leave so few sources that repetitions are visible."""
 
-_MOST = 512
+LARGEST_SIDE = 512
 """Maximum side of a block, in pixels."""
 
 _LEAST = 20
@@ -36,7 +36,7 @@ _LEAST_PERIODS = 0.75
 
 def suiting_side(shape: tuple[int, ...]) -> int:
     """Return the side of a block, in pixels, that suits a sample (H, W): a multiple of 4, 8 to 512."""
-    return max(8, min(_MOST, 4 * round(_SHARE * min(shape[:2]) / 4)))
+    return max(8, min(LARGEST_SIDE, 4 * round(_SHARE * min(shape[:2]) / 4)))
 
 
 @stage
