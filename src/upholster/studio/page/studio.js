@@ -100,7 +100,7 @@ function build(given) {
   const greet = () => {
     const { model, sample } = store.state
     welcome.hidden = store.isWhole
-    welcome.firstElementChild.textContent = model ? 'Now drop a photo' : sample ? 'Now drop a model' : 'Drop a photo and a model'
+    welcome.firstElementChild.textContent = model ? 'Now drop or choose a photo' : sample ? 'Now drop or choose a model' : 'Drop or choose a photo and a model'
   }
   store.addEventListener('change', greet)
   store.addEventListener('change', () => say(null)) // what was wrong is about the state before
