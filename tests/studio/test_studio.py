@@ -198,6 +198,17 @@ def test_a_photo_of_many_pixels_is_reduced_in_the_preview_and_in_the_command(pag
     assert (tmp_path / "chair_photo.glb").read_bytes() == data
 
 
+def test_models_on_the_shelf_have_pictures(page, tmp_path):
+    status, _, data = page.ask("GET", "/pictures/included/chair.glb?size=64")
+    assert status == 200
+    (tmp_path / "chair.png").write_bytes(data)
+    shown = read_image(tmp_path / "chair.png")
+    assert shown.shape == (48, 64, 3)
+    assert shown[24, 32].mean() < shown[0, 0].mean() - 20  # the chair is darker than the background
+    broken = page.answer("POST", "/blobs?name=broken.obj", b"f 1 2 3")["path"]
+    assert page.ask("GET", f"/pictures/{broken}")[0] == 204
+
+
 def test_words_name_only_files_that_the_user_has(page):
     folder = page.studio.folder.path
 

@@ -66,8 +66,12 @@ def test_a_person_drops_sets_undoes_saves_and_finds_it_again(hand: Hand, tmp_pat
     assert hand.button("Undo").is_enabled()
 
 
-def test_a_photo_of_many_pixels_is_shown_with_a_note(hand: Hand, tmp_path: Path) -> None:
+def test_a_photo_of_many_pixels_is_shown_with_a_note_and_models_have_pictures(
+    hand: Hand, tmp_path: Path
+) -> None:
     page = hand.page
+    tile = page.get_by_title("chair").evaluate("(one) => one.style.backgroundImage")
+    assert tile.startswith('url("/pictures/included/chair.glb')
     note = page.locator("#panel > .note")
     assert note.is_hidden()
     write_image(tmp_path / "photo.png", np.kron(read_image(WEAVE), np.ones((8, 8, 1), np.uint8)))

@@ -41,6 +41,8 @@ from upholster.project.preview import Previews
 from upholster.quilt import Quilt
 from upholster.stream import encode_stream, fitting_side
 from upholster.studio import words
+from upholster.studio.folder import file_kind
+from upholster.studio.model_picture import model_picture
 from upholster.studio.overlays import segments
 from upholster.studio.uncovered import plain_streams
 from upholster.studio.words import flat
@@ -276,7 +278,10 @@ class _Work:
         return {"kind": kind, "roles": list(parts), "width": width, "height": height}
 
     def picture(self, path: str, size: int, role: str) -> tuple[bytes, int, int]:
-        """Return a PNG of a source's map as it is read, and the map's own size."""
+        """Return a PNG of a model, or of a source's map as it is read, and the map's own size."""
+        if file_kind(path) == "model":
+            with self.previews.stages.active():
+                return model_picture(str(self.folder / path), size)
         with self.previews.stages.active():
             parts = source_parts(read_source(str(self.folder / path)))
         return _png(parts.get(role, parts["albedo"]), size)
