@@ -158,7 +158,7 @@ class Seen:
             return options.block
         lattices = self.lattices(options, weight)
         side = max(
-            suiting_side(part.shape, repeats=lattice is not None)
+            suiting_side(part.shape, repeats=lattice is not None and len(lattice.waves) > 1)
             for part, lattice in zip(self.parts, lattices, strict=True)
         )
         return min(usable_side(side, used) for used in self.masks)
