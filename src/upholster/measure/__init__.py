@@ -6,7 +6,6 @@
 - `scale`, `mapping`: the sizes and directions of the texture
 - `fidelity`, `patch_distance`, `structure`: whether the result looks like its exemplar
 - `copies`, `landmarks`: repetition; `trace`: the placement of each texel
-- `solid`: whether triangles can be printed
 """
 
 from upholster.measure.broken import BrokenElements, broken_elements
@@ -21,7 +20,6 @@ from upholster.measure.patch_distance import PatchDistance, patch_distance, undi
 from upholster.measure.report import Measures, Seams, measure_cover, measure_image
 from upholster.measure.scale import TexelScale, mesh_texel_scale, texel_scale
 from upholster.measure.seams import WrapSeams, edge_seam_ratio, wrap_seams
-from upholster.measure.solid import Solid, check_solid, shown_length, solid_lines
 from upholster.measure.structure import Peak, Structure, structure
 
 __all__ = [
@@ -35,12 +33,10 @@ __all__ = [
     "PatchDistance",
     "Peak",
     "Seams",
-    "Solid",
     "Structure",
     "TexelScale",
     "WrapSeams",
     "broken_elements",
-    "check_solid",
     "copies",
     "cut_seam_ratio",
     "edge_seam_ratio",
@@ -55,9 +51,7 @@ __all__ = [
     "mesh_seams",
     "mesh_texel_scale",
     "patch_distance",
-    "shown_length",
     "sliced_wasserstein",
-    "solid_lines",
     "structure",
     "texel_scale",
     "undistorted_views",
