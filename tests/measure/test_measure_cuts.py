@@ -11,10 +11,37 @@ from upholster.errors import InputError
 from upholster.geometry import plane, surface_from_spec
 from upholster.measure import cut_seam_ratio, matched_cut_ratio, matched_edge_ratio
 from upholster.measure.places import SeamPlaces
+from upholster.measure.trace import Trace, quilt_windows
 from upholster.methods import synthesize
 from upholster.quilt import Texels, paint
 from upholster.quilt.chart import Chart
 from upholster.quilt.placement import PLACEMENT
+
+
+@pytest.mark.parametrize("scale", [0.5, 1.0, 2.5])
+def test_cuts_through_a_field_against_the_quilts_own_sources(scale):
+    quilt = warped(np.random.default_rng(7), scale, exemplar=(512, 512))
+    trace = Trace.of(quilt, quilt_windows(quilt)[0])
+    # What each placement would give everywhere, painted alone: exact, from the quilt itself.
+    alone = []
+    for n in range(len(quilt.placements)):
+        placed = quilt.placements[n : n + 1].copy()
+        shape = quilt.exemplar_shape
+        alone.append(quilt_of_nearest(quilt.charts, placed, exemplar=shape, fields=quilt.fields).sources()[0])
+    for axis in (0, 1):
+        border = trace.border(axis)
+        there = border.rows + (axis == 0), border.columns + (axis == 1)
+        one, other = trace.owners[border.rows, border.columns], trace.owners[there]
+        assert (one != other).all()
+        pairs = zip(one, other, *there, strict=True)
+        far = [np.abs(alone[a][row, column] - alone[b][row, column]).max() for a, b, row, column in pairs]
+        np.testing.assert_array_equal(border.cut, np.array(far) > 8)
+
+
+def test_equal_sources_under_other_turns_are_cuts():
+    # Both would read texel (0, 0) from pixel (16, 34); turn 5 goes through the columns backwards.
+    quilt = quilt_of([(16, 8, 32, 16, 32, 42, 0), (16, 24, 32, 16, 32, 10, 5)])
+    assert Trace.of(quilt, quilt_windows(quilt)[0]).border(1).cut.all()
 
 
 def test_cuts_against_a_plain_sum():

@@ -61,7 +61,7 @@ def broken_elements(
     There is a cut between two neighbouring texels if the second is not, within half a pixel, the continuation
     of the first one's source. The sample's phase at the second texel through its own source is compared with
     that through the first one's. This is exact, from the quilt; colours play no part. Cuts between blocks of
-    different symmetries are left out. At most 8 Mtexels are examined, as by `copies`.
+    different symmetries are left out. At most 8 Mtexels are examined.
 
     Parameters
     ----------
