@@ -81,7 +81,7 @@ def _fidelity(exemplar: PixelArray, options: dict[str, Any], flat: int) -> list[
     size: dict[str, Any] = {"texels": (flat, flat)} if options["method"] == "quilt" else {"chart": flat}
     made = paint(synthesize(exemplar, plane(), **options, **size, seed=1), exemplar).arrays[0]
     distance = f"SWD {1000 * np.mean(sliced_wasserstein([made], exemplar)):.1f}"
-    from benchmarks.fidelity_measures import statistics_error
+    from benchmarks.fidelity import statistics_error
 
     error = statistics_error(made, exemplar)
     return [distance] if error is None else [f"PS {error:.2f}", distance]

@@ -50,9 +50,8 @@ CAPTIONS = {
         - Newell's teapot in `bricks.png` (`--sample-size 1.6`).
 
         Each has `--texels 2M --seed 1`. The parts are STEP files; they and the samples of knurl, leather and
-        metal are computed. The teapot's file is not part of the project. The picture was made by
-
-            python -m benchmarks.cad_pictures OUT --teapot teapot.bpt --blender PYTHON_WITH_BPY --gallery
+        metal are computed. The teapot's file is not part of the project. The picture was made by script
+        `cad_pictures`, [in the history](../benchmarks.md#scripts-in-the-history).
         """,
     "players": """\
         `weave.png` on a fox with a skin and three animations (`--texels 1M --seed 1`), in our renderer, in
@@ -60,9 +59,7 @@ CAPTIONS = {
         source, bit for bit. In every pose each corner of each triangle is at the source's position, in both
         programs. The fox: model by PixelMannen (CC0), rig and animation by @tomkranis (CC BY 4.0), conversion
         to glTF by @AsoboStudio and @scurest (CC BY 4.0); it is not part of the project. The picture was made
-        and checked by
-
-            python -m benchmarks.players fox.glb -o OUT --blender PYTHON_WITH_BPY --gallery
+        and checked by script `players`, [in the history](../benchmarks.md#scripts-in-the-history).
         """,
     "strip": """\
         `weave.png` on a torus (`--on torus:R=2,r=0.9 --sample-size 1.6`), `pebbles.png` on a vase
@@ -94,7 +91,7 @@ CAPTIONS = {
         bricks are shortened, and the zigzag is lost. Right: the default. The sample's waves are detected and
         get a consistent phase everywhere. Rows and columns still end where the surface narrows. The samples
         are 256 x 256: the project's own `bricks.png` and `weave.png`, and others made by
-        `python -m benchmarks.lattice_samples OUT`; the net is a bent vase. All have
+        `benchmarks/lattice_samples.py`; the net is a bent vase. All have
         `--texels 2M --direction around:z --seed 1`; the two flat pairs show a part
         of 512 x 512 texels.
         """,
@@ -197,7 +194,8 @@ CAPTIONS = {
         `--seed 1`.
 
         - Seconds are of one run on two cores that were also busy with other work, up to twice those
-          of an idle machine (`python -m benchmarks pixel` measures them).
+          of an idle machine. Script `pixel`,
+          [in the history](../benchmarks.md#scripts-in-the-history), measured them.
         - "Seam" is the seam ratio across the edges of patches or charts, relative to the sample; 1 is
           invisible.
         - PS is the Portilla-Simoncelli error and SWD the sliced Wasserstein distance in 1/1000, both

@@ -101,6 +101,6 @@ def _sample(name: str) -> PixelArray:
 
 
 def _surface(spec: str) -> Surface:
-    from benchmarks.lattices import bent_vase  # which needs what its command needs
+    from benchmarks.nets import bent_vase
 
     return bent_vase() if spec == "net" else surface_from_spec(spec)

@@ -73,21 +73,21 @@ def chairs(_exemplars: Exemplars) -> Any:
 
 def cad_lacking() -> str:
     """Return what the picture of CAD parts needs, which is not the project's: the teapot, and Blender."""
-    return "python -m benchmarks.cad_pictures, which takes the teapot's file and Blender"
+    return "cad_pictures of an earlier revision, which takes the teapot's file and Blender"
 
 
 def cad(_exemplars: Exemplars) -> Any:
-    """Stand for a picture that `benchmarks.cad_pictures` makes."""
+    """Stand for a picture that `cad_pictures` made."""
     raise AssertionError(cad_lacking())
 
 
 def players_lacking() -> str:
     """Return what the picture of a rigged model needs, which is not the project's: the model, and Blender."""
-    return "python -m benchmarks.players, which takes a model and Blender"
+    return "players of an earlier revision, which takes a model and Blender"
 
 
 def players(_exemplars: Exemplars) -> Any:
-    """Stand for a picture that `benchmarks.players` makes."""
+    """Stand for a picture that `players` made."""
     raise AssertionError(players_lacking())
 
 
