@@ -22,7 +22,6 @@ from upholster.measure.seams import WrapSeams, edge_seam_ratio, wrap_seams
 __all__ = [
     "BrokenElements",
     "JointEnds",
-    "Landmarks",
     "MappingReport",
     "Measures",
     "MeshSeams",
