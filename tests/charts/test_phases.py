@@ -4,14 +4,12 @@ import numpy as np
 import pytest
 import scipy.sparse as sparse
 import scipy.sparse.linalg as linalg
-from scipy.sparse.csgraph import connected_components
 from tests.charts.meshes import torus
 
 from upholster.charts.charted import ChartedSurface, charted_mesh, charted_patches, charted_plane
 from upholster.charts.mesh_layout import mesh_charts
 from upholster.charts.mesh_warp_fields import triangle_frames
 from upholster.charts.phases import TURN, phase_field
-from upholster.charts.phases._kernels import first_members, nearest_parts
 from upholster.charts.phases.links import Links, matched_waves, signed
 from upholster.charts.phases.phase_solving import (
     conjugate_phases,
@@ -207,20 +205,3 @@ def test_waves_go_on_in_themselves_their_opposites_each_other_or_nothing():
     for a, b in enumerate(found[2]):
         np.testing.assert_allclose(signed(square)[b] @ quarter, signed(square)[a])
     assert (matched_waves(square[:1], np.eye(2)[None], quarter[None]) == -1).all()
-
-
-def test_first_members_are_the_least_of_what_hangs_together():
-    rng = np.random.default_rng(3)
-    first, second = (rng.integers(0, 200, 130).astype(np.int32) for _ in range(2))
-    part = np.empty(200, np.int32)
-    first_members(first, second, part)
-    _, label = connected_components(sparse.coo_matrix((np.ones(130), (first, second)), (200, 200)))
-    assert part.tolist() == [int(np.flatnonzero(label == one)[0]) for one in label]
-
-
-def test_the_nearest_part_is_one_of_the_triangles_own():
-    middles = np.array([(0.0, 0, 0), (1, 0, 0), (2, 0, 0), (0, 1, 0)])
-    out = np.empty(3, np.int32)
-    points = np.array([(1.9, 0, 0), (1.9, 0, 0), (0.4, 0, 0)])
-    nearest_parts(np.array([0, 2, 4], np.int32), middles, np.array([0, 1, 0], np.int32), points, out)
-    assert out.tolist() == [1, 2, 0]
