@@ -117,7 +117,7 @@ def test_the_head_of_a_bolt_runs_along_one_of_its_sides(direction):
 
 
 @pytest.mark.parametrize("mesh", [column(64), tube()], ids=["disc", "ring"])
-def test_round_caps_run_straight_but_round_where_that_is_asked_for_without_a_lattice(mesh):
+def test_round_caps_run_straight_by_default(mesh):
     cap = facing(mesh, (0, 0, 1))
     for direction, lattice in (("level", False), ("smooth", False), ("around:z", True)):
         one(direction_field(mesh, direction, crease=CREASE, lattice=lattice).corner_vectors[cap])

@@ -63,7 +63,7 @@ def test_slivers_carry_directions_as_their_plane_does():
     assert np.einsum("i,ji->j", field.face_vectors[2], field.face_vectors[3:6]).min() > np.cos(np.radians(2))
 
 
-def test_corners_have_their_vertices_vectors_and_keep_to_their_side_of_a_crease():
+def test_corners_keep_to_their_side_of_a_crease():
     mesh = sphere(5)
     for symmetry in (1, 2, 4):
         field = direction_field(mesh, "smooth", symmetry=symmetry)

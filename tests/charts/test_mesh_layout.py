@@ -67,7 +67,7 @@ def test_where_the_field_turns_the_size_is_right_between_nodes_too() -> None:
     assert abs(sizes.mean() - 1) < 0.01
 
 
-def test_over_large_triangles_the_field_turns_as_it_does_at_their_corners() -> None:
+def test_over_large_triangles_the_field_turns_as_at_corners() -> None:
     surface = sheet()
     charts = mesh_charts(surface, 64.0)
     angle = np.radians(20) * surface.mesh.corners[..., 0]

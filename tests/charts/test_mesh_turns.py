@@ -48,7 +48,7 @@ def turned(along: np.ndarray, down: np.ndarray, turns: np.ndarray) -> np.ndarray
     return np.choose(turns[:, None], [along, down, -along, -down])
 
 
-def test_over_a_ridge_charts_go_on_and_each_side_keeps_the_sense_asked_for() -> None:
+def test_over_a_ridge_each_side_keeps_its_sense() -> None:
     surface = on_charts(roof())
     field = direction_field(surface.mesh, "level")
     along, down = triangle_frames(surface.mesh, field.corner_vectors)

@@ -72,7 +72,7 @@ def test_rows_round_a_torus_close():
     assert between(step - TURN * wanted).max() < 0.1
 
 
-def test_the_strain_is_small_where_courses_close_and_large_where_they_can_not():
+def test_the_strain_is_large_where_courses_can_not_close():
     surface, vectors = rings()
     assert phase_field(surface, vectors, SCALE, ROWS).strain(0.9) < 0.12 / 14.7
     # Columns must end, for the torus is shorter inside than outside.
@@ -81,7 +81,7 @@ def test_the_strain_is_small_where_courses_close_and_large_where_they_can_not():
     assert columns.strain(0.9) > 0.2 / 14.7
 
 
-def test_where_directions_are_turned_round_a_wave_goes_on_as_its_opposite():
+def test_over_a_half_turn_a_wave_goes_on_as_its_opposite():
     surface, vectors = rings()
     sign = np.where(surface.mesh.corners.mean(axis=1)[:, 0] > 0, 1, -1)
     turned = phase_field(surface, vectors * sign[:, None, None], SCALE, ROWS)
@@ -197,7 +197,7 @@ def test_opposite_waves_stay_conjugate_however_the_solver_turns_them():
     assert solved.min() > 0.5 * solved.max()
 
 
-def test_waves_go_on_in_themselves_their_opposites_each_other_or_nothing():
+def test_waves_are_matched_to_those_they_go_on_in():
     square, quarter = np.array([(0.1, 0.0), (0.0, 0.1)]), np.array([[0.0, 1.0], [-1.0, 0.0]])
     steps = np.stack([np.eye(2), -np.eye(2), quarter])
     found = matched_waves(square, np.tile(np.eye(2), (3, 1, 1)), steps)

@@ -66,7 +66,7 @@ def test_bands_do_not_change_the_figure(monkeypatch):
     assert cut_seam_ratio(quilt, texels) == pytest.approx(whole)
 
 
-def test_a_quilt_of_one_block_has_no_cuts_and_a_constant_one_no_visible_ones():
+def test_a_quilt_of_one_block_has_no_cuts():
     quilt = quilt_of([(16, 16, 32, 32, 30, 30, 0)])
     assert cut_seam_ratio(quilt, paint(quilt, grains())) is None
     assert matched_cut_ratio(quilt, paint(quilt, grains()), grains()) is None

@@ -138,7 +138,7 @@ def test_every_step_of_a_flat_texture_is_on_it() -> None:
     assert not np.isnan(parse_map("height").values(on_flat(5, 7))[0]).any()
 
 
-def test_colours_of_vertices_are_means_between_them_and_labels_of_the_nearest() -> None:
+def test_colours_of_vertices_are_means_between_them() -> None:
     mesh = height_field(4)
     colors = np.random.default_rng(2).random((len(mesh.triangles), 3, 3)).astype(np.float32)
     colors[:3] = np.nan

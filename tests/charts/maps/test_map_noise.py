@@ -26,7 +26,7 @@ def test_noise_belongs_to_places_in_space_not_to_charts() -> None:
     assert np.abs(difference[near]).max() < 0.12  # it is that smooth
 
 
-def test_noise_is_spread_over_its_range_and_blobs_are_as_large_as_asked() -> None:
+def test_noise_is_spread_and_blobs_are_as_large_as_asked() -> None:
     ground = on_mesh(box((10.0, 10.0, 10.0), 2), 8)
     for text, blob in (("noise:1", 1.0), ("noise", ground.charted.mesh.size / 8)):
         values = [v for v in parse_map(text).values(ground) if np.isfinite(v).sum() > 1000]
