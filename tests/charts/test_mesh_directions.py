@@ -8,7 +8,6 @@ from meshes import box, height_field, sphere, torus, two_rings
 
 from upholster.charts.directions import (
     asked_at_corners,
-    asked_by_strokes,
     default_direction,
     direction_field,
     parse_direction,
@@ -100,14 +99,12 @@ def test_corners_have_what_is_asked_there(direction):
 def test_strokes_are_asked_for_near_their_places():
     mesh = height_field(40)
     strokes = np.array([[(0.5, 0.5, 0.1 * np.sin(2.5) * np.cos(2)), (1, 2, 0)]])
-    asked = asked_by_strokes(mesh, strokes)
     apart = np.linalg.norm(mesh.corners.mean(axis=1) - strokes[0, 0], axis=1) / mesh.size
-    np.testing.assert_array_equal(np.linalg.norm(asked, axis=2).any(axis=1), apart < 0.03)
-    field = direction_field(mesh, "x", strokes=strokes)
-    near = apart < 0.03
+    found = direction_field(mesh, "x", strokes=strokes).corner_vectors
+    near, far = apart < 0.03, apart > 0.4
     assert near.any()
-    np.testing.assert_allclose(field.corner_vectors[near], asked[near], atol=1e-6)
-    np.testing.assert_allclose(asked[near].mean(axis=(0, 1))[:2], np.array([1, 2]) / np.sqrt(5), atol=0.1)
+    np.testing.assert_allclose(found[near].mean(axis=(0, 1))[:2], np.array([1, 2]) / np.sqrt(5), atol=0.1)
+    np.testing.assert_allclose(found[far], direction_field(mesh, "x").corner_vectors[far], atol=1e-6)
 
 
 def test_a_stroke_goes_straight_on_over_what_can_be_unrolled():
@@ -126,8 +123,9 @@ def test_a_stroke_goes_straight_on_over_what_can_be_unrolled():
     at = np.append(ring[:2].mean(axis=0), 2.0)
     outward = at * (1, 1, 0) / np.linalg.norm(at[:2])
     round_it = np.cross((0, 0, 1), outward)
-    asked = asked_by_strokes(mesh, [[at, round_it + np.array((0, 0, 1))]], crease=75)[:, 0]
-    near = np.linalg.norm(asked, axis=1) > 0
+    strokes = [[at, round_it + np.array((0, 0, 1))]]
+    asked = direction_field(mesh, "z", strokes=strokes, crease=75).corner_vectors[:, 0]
+    near = np.linalg.norm(mesh.corners.mean(axis=1) - at, axis=1) < 0.03 * mesh.size
     assert len(np.unique(np.arctan2(*mesh.flat_normals[near, 1::-1].T).round(3))) == sides
     along = np.stack([np.cross((0, 0, 1), mesh.flat_normals), np.tile((0.0, 0.0, 1.0), (len(triangles), 1))])
     np.testing.assert_allclose((along * asked).sum(axis=2)[:, near], np.sqrt(0.5), atol=1e-6)

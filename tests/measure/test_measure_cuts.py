@@ -9,7 +9,7 @@ from measured import grains, quilt_of, quilt_of_nearest, tiles, warped
 from upholster.charts.charted import charted_plane, charted_surface
 from upholster.errors import InputError
 from upholster.geometry import plane, surface_from_spec
-from upholster.measure import cut_seam_ratio, matched_cut_ratio, matched_edge_ratio
+from upholster.measure import cut_seam_ratio, matched_cut_ratio, mesh_seams
 from upholster.measure.places import SeamPlaces
 from upholster.measure.trace import Trace, quilt_windows
 from upholster.methods import synthesize
@@ -135,7 +135,7 @@ def test_edges_of_one_copy_are_as_smooth_as_the_exemplar():
     placed["source_row"], placed["source_column"] = 16 * 30, (16 * 20, 16 * 40)
     whole = quilt_of_nearest(charts, placed)
     exemplar = grains()
-    found = matched_edge_ratio(plane(), whole, paint(whole, exemplar), exemplar)
+    found = mesh_seams(plane(), whole, paint(whole, exemplar), exemplar).ratio
     assert found == pytest.approx(1, abs=1e-6)
     shifted = placed.copy()
     shifted["source_row"][1] += 16 * 9
@@ -147,24 +147,24 @@ def test_edges_of_one_copy_are_as_smooth_as_the_exemplar():
     left, right = (np.abs(colors[r : r + 32, 29] - colors[r : r + 32, 30]).mean() for r in (14, 23))
     expected = 2 * seen / (left + right)
     assert expected > 1.5
-    assert matched_edge_ratio(plane(), broken, texels, exemplar) == pytest.approx(expected, rel=1e-5)
+    assert mesh_seams(plane(), broken, texels, exemplar).ratio == pytest.approx(expected, rel=1e-5)
     with pytest.raises(InputError, match="charts"):
-        matched_edge_ratio(plane(), whole, Texels((Chart(0, 8, 8),), texels.arrays[:1]), exemplar)
+        mesh_seams(plane(), whole, Texels((Chart(0, 8, 8),), texels.arrays[:1]), exemplar)
     one = quilt_of_nearest(charts[:1], placed[:1].copy())
-    assert matched_edge_ratio(plane(), one, paint(one, exemplar), exemplar) is None
+    assert mesh_seams(plane(), one, paint(one, exemplar), exemplar).ratio is None
 
 
 @pytest.mark.parametrize("spec", ["torus", "sphere"])
 def test_covered_surfaces_have_no_edges_that_show(spec):
     surface, exemplar = surface_from_spec(spec), grains()
     quilt = synthesize(exemplar, surface, texels=2**17, seed=1)
-    found = matched_edge_ratio(surface, quilt, paint(quilt, exemplar), exemplar)
+    found = mesh_seams(surface, quilt, paint(quilt, exemplar), exemplar).ratio
     assert 0.9 < found < 1.6
     placed = quilt.placements.copy()
     centre = 16 * 32
     placed["source_row"] = np.where(placed["chart"] % 2 == 0, placed["source_row"], centre)
     broken = dataclasses.replace(quilt, placements=placed)
-    assert matched_edge_ratio(surface, broken, paint(broken, exemplar), exemplar) > found + 0.3
+    assert mesh_seams(surface, broken, paint(broken, exemplar), exemplar).ratio > found + 0.3
 
 
 @pytest.mark.parametrize("charted", ["tile", "plane"])

@@ -13,10 +13,10 @@ from upholster.measure.cuts import cut_seam_ratio, matched_cut_ratio
 from upholster.measure.fidelity import sliced_wasserstein
 from upholster.measure.joint_ends import JointEnds, joint_ends
 from upholster.measure.mapping import MappingReport, mapping, mesh_mapping
-from upholster.measure.mesh_seams import MeshSeams, matched_edge_ratio, mesh_seams
+from upholster.measure.mesh_seams import MeshSeams, mesh_seams
 from upholster.measure.patch_distance import PatchDistance, patch_distance, undistorted_views
 from upholster.measure.report import Measures, Seams, measure_cover, measure_image
-from upholster.measure.scale import TexelScale, mesh_texel_scale, texel_scale
+from upholster.measure.scale import TexelScale, texel_scale
 from upholster.measure.seams import WrapSeams, edge_seam_ratio, wrap_seams
 
 __all__ = [
@@ -35,12 +35,10 @@ __all__ = [
     "joint_ends",
     "mapping",
     "matched_cut_ratio",
-    "matched_edge_ratio",
     "measure_cover",
     "measure_image",
     "mesh_mapping",
     "mesh_seams",
-    "mesh_texel_scale",
     "patch_distance",
     "sliced_wasserstein",
     "texel_scale",

@@ -40,7 +40,7 @@ class Seams:
     edges
         Across the charts' edges: `edge_seam_ratio`.
     edges_matched
-        The same, compared with the exemplar at the same places: `matched_edge_ratio`.
+        The same, compared with the exemplar at the same places: `mesh_seams`.
     cuts
         Across the borders between blocks: `cut_seam_ratio`.
     cuts_matched
