@@ -41,7 +41,6 @@ def test_options_are_read() -> None:
 
 @pytest.mark.slow(reason="starts processes")
 def test_an_unknown_revision_is_one_line() -> None:
-    pytest.importorskip("skimage", reason="the benchmarks' command needs the extra `bench`")
     done = subprocess.run(
         [sys.executable, "-m", "benchmarks", "sheet", "no-such-revision"],
         cwd=ROOT, capture_output=True, text=True, check=False,
