@@ -2,6 +2,7 @@
 
 import resource
 import statistics
+import sys
 import time
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
@@ -45,9 +46,12 @@ class Asked:
     runs: int = 5
 
     def listed(self, suffixes: Collection[str]) -> list[Path]:
-        """Return the files, and those in the folders, that end so."""
-        inside = (sorted(place.iterdir()) if place.is_dir() else [place] for place in self.files)
-        return [file for files in inside for file in files if file.suffix.lower() in suffixes]
+        """Return the files, and those in the folders, that end so; without any the program ends."""
+        inside = [sorted(place.iterdir()) if place.is_dir() else [place] for place in self.files]
+        found = [file for files in inside for file in files if file.suffix.lower() in suffixes]
+        if not found:
+            sys.exit(f"there is no file to measure; allowed: folders, or files of {', '.join(suffixes)}")
+        return found
 
 
 def samples(asked: Asked, side: int = 128) -> dict[str, tuple[PixelArray, PixelArray | None]]:
