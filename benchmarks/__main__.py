@@ -13,7 +13,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table as Shown
 
-from benchmarks.measure import Asked
+from benchmarks.measure import Request
 from benchmarks.tables import Table, write_table
 
 TABLES = {
@@ -46,20 +46,20 @@ def main() -> int:
     parser.add_argument("files", nargs="*", type=Path, metavar="FOLDER|FILE")
     parser.add_argument("-o", "--out", type=Path, help="a folder for pictures and points")
     parser.add_argument("--texels", type=int)
-    parser.add_argument("--seeds", type=int, default=Asked.seeds, help="default 1")
-    parser.add_argument("--runs", type=int, default=Asked.runs, help="of browsers; default 5")
+    parser.add_argument("--seeds", type=int, default=Request.seeds, help="default 1")
+    parser.add_argument("--runs", type=int, default=Request.runs, help="of browsers; default 5")
     parser.add_argument("--publish", action="store_true", help="write the table of docs/benchmarks.md")
     given = parser.parse_args()
     if given.out is not None:
         given.out.mkdir(parents=True, exist_ok=True)
-    asked = Asked(tuple(given.files), given.out, given.texels, given.seeds, given.runs)
-    table: Table = importlib.import_module(f"benchmarks.{given.name}").measured(asked)
+    request = Request(tuple(given.files), given.out, given.texels, given.seeds, given.runs)
+    table: Table = importlib.import_module(f"benchmarks.{given.name}").measured(request)
     shown = Shown(*table.columns)
     for row in table.rows:
         shown.add_row(*row)
     Console(width=140).print(shown)
     if given.publish and TABLES[given.name]:
-        words = ["FOLDER" if Path(word) in asked.files else word for word in sys.argv[1:]]
+        words = ["FOLDER" if Path(word) in request.files else word for word in sys.argv[1:]]
         print(write_table(TABLES[given.name], table, f"python -m benchmarks {' '.join(words)}"))
     return 0
 

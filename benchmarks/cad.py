@@ -8,7 +8,7 @@ import sys
 from dataclasses import astuple, dataclass
 from pathlib import Path
 
-from benchmarks.measure import Asked
+from benchmarks.measure import Request
 from benchmarks.meshes import COLUMNS, covered, spread_over
 from benchmarks.tables import Table
 from upholster.errors import UpholsterError
@@ -58,11 +58,11 @@ MEASURES = {
 """Rows of the table, as in `benchmarks.meshes`."""
 
 
-def measured(asked: Asked) -> Table:
+def measured(request: Request) -> Table:
     """Return median, mean and worst over the files."""
     rows = []
-    for file in asked.listed(CAD_SUFFIXES):
-        rows.append(_covered(file, asked.texels))
+    for file in request.listed(CAD_SUFFIXES):
+        rows.append(_covered(file, request.texels))
         print(*astuple(rows[-1]), file=sys.stderr, flush=True)
     whole = [row for row in rows if row.triangles]
     faces, plain = sum(row.faces for row in whole), sum(row.plain for row in whole)

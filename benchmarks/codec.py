@@ -13,7 +13,7 @@ from PIL import Image
 from skimage import data
 
 from benchmarks.codec_peers import LOSSLESS, PEERS
-from benchmarks.measure import EXAMPLES, Asked, psnr
+from benchmarks.measure import EXAMPLES, Request, psnr
 from benchmarks.tables import Table
 from upholster.codec import ImageDecoder, ImageHeader, encode_parts
 
@@ -25,9 +25,9 @@ BUDGETS = (1024, 2048, 4096, 8192, 16384)
 Pixels = NDArray[np.uint8]
 
 
-def measured(asked: Asked) -> Table:
+def measured(request: Request) -> Table:
     """Return a row for each kind of image and peer: how much better we are, by size or rate."""
-    textures, greys = _textures(asked), list(_greys().values())
+    textures, greys = _textures(request), list(_greys().values())
     rates = [[int(image.size * rate / 8) for image in greys] for rate in RATES]
     peer = {"JPEG 2000": PEERS["JPEG 2000"]}
     rows = _compared("grey, 512²", greys, rates, peer) + _without_loss("grey, 512²", greys)
@@ -101,10 +101,10 @@ def _greys() -> dict[str, Pixels]:
     }
 
 
-def _textures(asked: Asked) -> list[Pixels]:
+def _textures(request: Request) -> list[Pixels]:
     # The middle square of every colour image, reduced to 256².
     out = []
-    for path in (asked if asked.files else Asked((EXAMPLES,))).listed([".png"]):
+    for path in (request if request.files else Request((EXAMPLES,))).listed([".png"]):
         with Image.open(path) as image:
             if image.mode not in ("RGB", "RGBA", "P"):
                 continue

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.contact_sheet import Tile, write_sheet
-from benchmarks.measure import Asked, processor_seconds, samples
+from benchmarks.measure import Request, processor_seconds, samples
 from benchmarks.peers import methods, versions
 from benchmarks.tables import Table
 from upholster.measure import sliced_wasserstein
@@ -41,11 +41,11 @@ class Judgement:
     seconds: float = 0.0
 
 
-def measured(asked: Asked) -> Table:
+def measured(request: Request) -> Table:
     """Return means over all samples and seeds; ranks are sums over the measures, and ties count for both."""
     found: dict[str, dict[str, list[Judgement]]] = defaultdict(dict)
     here = methods()
-    for name, (exemplar, picture) in samples(asked).items():
+    for name, (exemplar, picture) in samples(request).items():
         if not found:  # kernels are compiled, or read, at their first call
             here["quilt"](exemplar, 0), here["paper"](exemplar, 0)
         tiles: list[Tile] = [(exemplar, [name])]
@@ -53,7 +53,7 @@ def measured(asked: Asked) -> Table:
             found[name][REAL] = [_judged(picture, exemplar)]
         for method, make in here.items():
             judged = []
-            for seed in range(1, asked.seeds + 1):
+            for seed in range(1, request.seeds + 1):
                 start = processor_seconds()
                 made = make(exemplar, seed)
                 judged.append(_judged(made, exemplar, processor_seconds() - start))
@@ -61,8 +61,8 @@ def measured(asked: Asked) -> Table:
             said = f"{method}: {', '.join(_shown([entry]) for entry in judged)}"
             tiles.append((made, [said]))
             print(f"{name}: {said}", file=sys.stderr)
-        if asked.out is not None:
-            write_sheet(asked.out / f"{name}.png", tiles)
+        if request.out is not None:
+            write_sheet(request.out / f"{name}.png", tiles)
     rows = []
     for method in [*here, *({REAL} & {method for own in found.values() for method in own})]:
         judged = [entry for own in found.values() for entry in own.get(method, [])]

@@ -15,7 +15,7 @@ from collections import defaultdict
 import numpy as np
 
 from benchmarks.contact_sheet import Tile, write_sheet
-from benchmarks.measure import EXAMPLES, Asked
+from benchmarks.measure import EXAMPLES, Request
 from benchmarks.peers import LIMIT, Filler, Mask, fillers, versions
 from benchmarks.tables import Table
 from upholster.image import IMAGE_SUFFIXES, read_image
@@ -31,11 +31,11 @@ Figures = tuple[float, float, float]
 """Seconds, of peers with starting their program and its files; border; sliced Wasserstein distance."""
 
 
-def measured(asked: Asked) -> Table:
+def measured(request: Request) -> Table:
     """Return medians over all holes, and the worst."""
     programs = fillers()
     found: dict[str, list[Figures]] = defaultdict(list)
-    for path in (asked if asked.files else Asked((EXAMPLES,))).listed(IMAGE_SUFFIXES):
+    for path in (request if request.files else Request((EXAMPLES,))).listed(IMAGE_SUFFIXES):
         photo, tiles = read_image(path)[:, :, :3], list[Tile]()
         for kind, hole in _holes(*photo.shape[:2]).items():
             given = photo.copy()
@@ -50,8 +50,8 @@ def measured(asked: Asked) -> Table:
                     print(path.stem, kind, name, *(f"{figure:.2g}" for figure in figures), file=sys.stderr)
                 said = "too long" if figures is None else f"{figures[0]:.1f} s, border {figures[1]:.2f}"
                 tiles.append((made, [name.strip("`"), said]))
-        if asked.out is not None:
-            write_sheet(asked.out / f"fill_{path.stem}.png", tiles, columns=1 + len(programs))
+        if request.out is not None:
+            write_sheet(request.out / f"fill_{path.stem}.png", tiles, columns=1 + len(programs))
     rows = []
     for name, own in found.items():
         seconds, borders, distances = zip(*own, strict=True)

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.measure import EXAMPLES, Asked
+from benchmarks.measure import EXAMPLES, Request
 from benchmarks.tables import Table
 from upholster import paint, read_exemplar, synthesize
 from upholster.image import IMAGE_SUFFIXES, Material, write_image
@@ -45,9 +45,9 @@ FIGURES: dict[str, tuple[str, str, str]] = {
 """Rows of the table: name, figure, the same without a guide, and format."""
 
 
-def measured(asked: Asked) -> Table:
+def measured(request: Request) -> Table:
     """Return means over the samples, on either surface with and without a guide."""
-    paths = (asked if asked.files else Asked((EXAMPLES,))).listed(IMAGE_SUFFIXES)[:COUNT]
+    paths = (request if request.files else Request((EXAMPLES,))).listed(IMAGE_SUFFIXES)[:COUNT]
     with tempfile.TemporaryDirectory() as made:
         files = []
         for path in paths:
@@ -78,14 +78,14 @@ def _figures(file: Path, other: Path, surface: str) -> dict[str, float]:
     files = {"own": is_light, "disc": disc, "ramp": ramp, "half": x > 0}
     for name, values in files.items():
         write_image(file.with_name(f"_{name}.png"), np.rint(255 * values[:, :, None]).astype(np.uint8))
-    asked: dict[str, dict[str, Any]] = {
+    uses: dict[str, dict[str, Any]] = {
         "none": {},
         "labels": {"labels": f"{file.parent}/_own.png={file.parent}/_disc.png"},
         "guide": {"guide": f"luminance={file.parent}/_ramp.png"},
         "zones": {"zone": f"{other}={file.parent}/_half.png"},
     }
     quilts, seconds = {}, {}
-    for name, one in asked.items():
+    for name, one in uses.items():
         options = SynthesisOptions(**SURFACES[surface], **one)
         quilts[name], seconds[name] = _laid(exemplar, surface, options)
     whole, _ = read_guidance(options, exemplar, SampleOptions(), None)  # the last one's: zones
@@ -105,8 +105,8 @@ def _figures(file: Path, other: Path, surface: str) -> dict[str, float]:
 
 
 def _luminance(exemplar: PixelArray) -> FloatArray:
-    asked = SynthesisOptions(guide=("luminance=height",))
-    _, guidance = read_guidance(asked, exemplar, SampleOptions(), None)
+    options = SynthesisOptions(guide=("luminance=height",))
+    _, guidance = read_guidance(options, exemplar, SampleOptions(), None)
     assert guidance is not None
     return guidance.guides[0].shown.astype(np.float64)
 

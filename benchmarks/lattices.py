@@ -13,7 +13,7 @@ import numpy as np
 
 import upholster
 from benchmarks.lattice_samples import lattice_sample
-from benchmarks.measure import EXAMPLES, Asked, one_pixel_a_texel, samples
+from benchmarks.measure import EXAMPLES, Request, one_pixel_a_texel, samples
 from benchmarks.nets import bent_vase
 from benchmarks.tables import Table
 from upholster.elements import Lattice, find_lattice
@@ -30,10 +30,10 @@ SURFACES = ("torus", "cyclide", "vase", "sphere", NET, FLAT)
 GENERATED, OWN = ("running_bond", "herringbone"), ("bricks", "weave")
 
 
-def measured(asked: Asked) -> Table:
+def measured(request: Request) -> Table:
     """Return means over the seeds by sample and surface, and of faults the longest."""
-    if asked.files:
-        chosen = {name: exemplar for name, (exemplar, _) in samples(asked).items()}
+    if request.files:
+        chosen = {name: exemplar for name, (exemplar, _) in samples(request).items()}
     else:
         chosen = {name: lattice_sample(name, side=256).image for name in GENERATED}
         chosen |= {name: upholster.read_exemplar(EXAMPLES / f"{name}.png", resize=128) for name in OWN}
@@ -46,7 +46,7 @@ def measured(asked: Asked) -> Table:
             continue
         cells = []
         for spec in SURFACES:
-            found = [_covered(exemplar, lattice, spec, seed, asked) for seed in range(1, asked.seeds + 1)]
+            found = [_covered(exemplar, lattice, spec, seed, request) for seed in range(1, request.seeds + 1)]
             faults[spec] += [max(broken.faults) for broken, _ in found]
             sizes[spec] += [within for _, within in found]
             shares = np.mean([broken.share for broken, _ in found], axis=0)
@@ -62,14 +62,14 @@ def measured(asked: Asked) -> Table:
 
 
 def _covered(
-    exemplar: PixelArray, lattice: Lattice, spec: str, seed: int, asked: Asked
+    exemplar: PixelArray, lattice: Lattice, spec: str, seed: int, request: Request
 ) -> tuple[BrokenElements, float]:
     surface = plane() if spec == FLAT else bent_vase() if spec == NET else surface_from_spec(spec)
     options: dict[str, Any] = {"texels": (512, 512)}
     if spec != FLAT:
         # Around an axis that the bent vase's neck is not on, rows would cross its rim at an angle.
         rows = "level" if spec == NET else "around:z"
-        options = one_pixel_a_texel(surface, exemplar, asked.texels or 2**20) | {"direction": rows}
+        options = one_pixel_a_texel(surface, exemplar, request.texels or 2**20) | {"direction": rows}
     prepared = prepare(exemplar, surface, SynthesisOptions(**options))
     quilt = execute(prepared, exemplar, surface, seed=seed)
     scale = None if prepared.scale is None else prepared.scale.scale

@@ -21,7 +21,7 @@ from upholster.types import PixelArray
 __all__ = [
     "EXAMPLES",
     "EXEMPLAR",
-    "Asked",
+    "Request",
     "median_processor_seconds",
     "median_seconds",
     "one_pixel_a_texel",
@@ -36,7 +36,7 @@ EXEMPLAR = EXAMPLES / "bricks.png"
 
 
 @dataclass(frozen=True)
-class Asked:
+class Request:
     """The options of a benchmark: files and folders; a folder for pictures and points; numbers."""
 
     files: tuple[Path, ...] = ()
@@ -54,16 +54,16 @@ class Asked:
         return found
 
 
-def samples(asked: Asked, side: int = 128) -> dict[str, tuple[PixelArray, PixelArray | None]]:
+def samples(request: Request, side: int = 128) -> dict[str, tuple[PixelArray, PixelArray | None]]:
     """Return samples by name, each with the picture of twice the side whose upper left quarter it is.
 
     Without a folder they are the project's own, reduced to `side`, of which there is no larger picture.
     """
-    if not asked.files:
-        own = Asked((EXAMPLES,)).listed(IMAGE_SUFFIXES)
+    if not request.files:
+        own = Request((EXAMPLES,)).listed(IMAGE_SUFFIXES)
         return {path.stem: (upholster.read_exemplar(path, resize=(side, side)), None) for path in own}
     found: dict[str, tuple[PixelArray, PixelArray | None]] = {}
-    for path in asked.listed(IMAGE_SUFFIXES):
+    for path in request.listed(IMAGE_SUFFIXES):
         picture = upholster.read_exemplar(path, resize=(2 * side, 2 * side))
         found[path.stem] = (np.ascontiguousarray(picture[:side, :side]), picture)
     return found

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.measure import EXEMPLAR, Asked
+from benchmarks.measure import EXEMPLAR, Request
 from benchmarks.tables import Table
 from upholster.charts.creases import CREASE, default_crease
 from upholster.charts.directions import asked_at_corners, default_direction, parse_direction
@@ -56,11 +56,11 @@ class Row:
     said: str = ""
 
 
-def measured(asked: Asked) -> Table:
+def measured(request: Request) -> Table:
     """Return median, mean and worst over the models."""
     rows = []
-    for file in asked.listed(MESH_SUFFIXES):
-        rows.append(covered(file, asked.texels))
+    for file in request.listed(MESH_SUFFIXES):
+        rows.append(covered(file, request.texels))
         print(*astuple(rows[-1]), file=sys.stderr, flush=True)
     whole = [row for row in rows if row.triangles]
     note = {"note": f"{len(whole)} models, `bricks.png`, no option."}

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.measure import Asked
+from benchmarks.measure import Request
 from benchmarks.tables import Table
 from upholster.charts.unwrap import unwrap
 from upholster.geometry import MeshSurface, TriangleMesh, welded
@@ -25,10 +25,10 @@ BITS = 12
 TEXELS = 1_000_000
 
 
-def measured(asked: Asked) -> Table:
+def measured(request: Request) -> Table:
     """Compare with Draco over the meshes."""
     rows, ratios = [], []
-    for path in asked.listed(SUFFIXES):
+    for path in request.listed(SUFFIXES):
         mesh = _read(path)
         if mesh is None:
             continue

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.measure import EXAMPLES, EXEMPLAR, Asked
+from benchmarks.measure import EXAMPLES, EXEMPLAR, Request
 from benchmarks.tables import Table
 from upholster.levels import texels_psnr
 from upholster.pipeline import cover
@@ -28,11 +28,11 @@ LABELS = {"ring": "README's ring", "pebbles": "a ring of pebbles", "chair": "`ch
 Curve = list[tuple[int, float]]
 
 
-def measured(asked: Asked) -> Table:
+def measured(request: Request) -> Table:
     """Make the streams, and measure their prefixes."""
     curves, rows = dict[str, Curve](), []
     with tempfile.TemporaryDirectory() as folder:
-        for name, path in _streams(Path(folder), asked.files).items():
+        for name, path in _streams(Path(folder), request.files).items():
             data = path.read_bytes()
             surface = _surface_bytes(data)
             curves[name] = _curve(data, surface)
@@ -41,8 +41,8 @@ def measured(asked: Asked) -> Table:
             sizes = (len(data), surface, _own_at(data))
             rows.append([LABELS.get(name, name), *(f"{size / 1000:.1f} kB" for size in sizes), *shown])
             print(*rows[-1], sep="; ", file=sys.stderr, flush=True)
-    if asked.out is not None:
-        with (asked.out / "prefixes.csv").open("w", newline="", encoding="utf-8") as file:
+    if request.out is not None:
+        with (request.out / "prefixes.csv").open("w", newline="", encoding="utf-8") as file:
             writer = csv.writer(file)
             writer.writerow(("model", "bytes after the surface", "dB"))
             writer.writerows((name, n, f"{psnr:.2f}") for name, curve in curves.items() for n, psnr in curve)

@@ -11,14 +11,14 @@ import tempfile
 from typing import Any
 
 import upholster
-from benchmarks.measure import EXEMPLAR, Asked, median_processor_seconds, one_pixel_a_texel, row
+from benchmarks.measure import EXEMPLAR, Request, median_processor_seconds, one_pixel_a_texel, row
 from benchmarks.peers import gmic_seconds, versions
 from benchmarks.tables import Table
 
 __all__ = ["measured"]
 
 
-def measured(_asked: Asked) -> Table:
+def measured(_request: Request) -> Table:
     """Time synthesis and painting together, G'MIC in the same run."""
     ours, peer = _flat(128, runs=15), gmic_seconds()
     remark = "" if peer is None else f"G'MIC: {peer:.2g} s, {peer / ours:.0f} times as long"

@@ -5,7 +5,7 @@ import sys
 import numpy as np
 
 import upholster
-from benchmarks.measure import Asked, one_pixel_a_texel, samples
+from benchmarks.measure import Request, one_pixel_a_texel, samples
 from benchmarks.tables import Table
 from upholster.geometry import surface_from_spec
 from upholster.measure import Measures, measure_cover
@@ -28,13 +28,13 @@ FIGURES = {
 """Rows of the table: name, fields of `Measures`, and format."""
 
 
-def measured(asked: Asked) -> Table:
+def measured(request: Request) -> Table:
     """Return medians over the samples."""
-    chosen = samples(asked)
+    chosen = samples(request)
     found: dict[str, list[Measures]] = {spec: [] for spec in SURFACES}
     for name, (exemplar, _) in chosen.items():
         for spec, own in found.items():
-            own.append(_covered(exemplar, spec, asked.texels or 2**22))
+            own.append(_covered(exemplar, spec, request.texels or 2**22))
             print(name, spec, *_figures(own[-1:]), file=sys.stderr, flush=True)
     cells = zip(*(_figures(own) for own in found.values()), strict=True)
     note = f"Medians of {len(chosen)} samples, one seed. "

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import upholster
-from benchmarks.measure import EXEMPLAR, Asked, one_pixel_a_texel, psnr, row
+from benchmarks.measure import EXEMPLAR, Request, one_pixel_a_texel, psnr, row
 from benchmarks.tables import Table
 from upholster.export import PagedMesh, write_glb
 from upholster.image import encode_image, read_image
@@ -22,7 +22,7 @@ PAPER = "method paper, 4.2 Mtexels"
 QUILT = "method quilt, 4.2 Mtexels"
 
 
-def measured(_asked: Asked) -> Table:
+def measured(_request: Request) -> Table:
     """Measure F1 (128² RGB, the paper's cyclide) as a stream by both methods, and as GLB."""
     exemplar = upholster.read_exemplar(EXEMPLAR, resize=128)
     surface = upholster.ring_cyclide(6, 2, 3)

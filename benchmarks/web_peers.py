@@ -25,7 +25,7 @@ from PIL import Image
 
 import upholster
 from benchmarks.browser import SIZE, fresh_page, open_chromium, serve_files
-from benchmarks.measure import EXEMPLAR, Asked, psnr
+from benchmarks.measure import EXEMPLAR, Request, psnr
 from benchmarks.tables import Table
 from upholster.export import PagedMesh, write_glb
 from upholster.options import WriteOptions
@@ -63,7 +63,7 @@ class _Times:
         return first, textured, complete
 
 
-def measured(asked: Asked) -> Table:
+def measured(request: Request) -> Table:
     """Return medians; the least of each line's times are bold."""
     if not TOOLS.is_dir():
         raise SystemExit(f"web_peers: needs `npm ci --ignore-scripts` in {PEERS.relative_to(ROOT)}/")
@@ -75,13 +75,13 @@ def measured(asked: Asked) -> Table:
         pages.mkdir()
         subprocess.run(["node", str(PEERS / "build.mjs"), str(pages)], check=True)
         about = _write_ring(chromium, models)
-        rows = _rows(_measure(chromium, models, pages, asked.runs))
-        if asked.out is not None:
+        rows = _rows(_measure(chromium, models, pages, request.runs))
+        if request.out is not None:
             _write_torus(models)
             with serve_files(models, pages) as line:
-                _beside(chromium, line.address).save(asked.out / "web_beside.jpg", quality=88)
+                _beside(chromium, line.address).save(request.out / "web_beside.jpg", quality=88)
     columns = ("line", "player", "first picture with texture", "its event", "all of it", "bytes on the line")
-    note = f"{about} Medians of {asked.runs}. Chromium draws without a graphics card."
+    note = f"{about} Medians of {request.runs}. Chromium draws without a graphics card."
     return Table(columns, rows, {"peers": _versions(), "note": note})
 
 
