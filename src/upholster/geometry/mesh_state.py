@@ -5,9 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.geometry._mesh_state_kernels import count_covers, join_pairs
+from upholster.geometry._mesh_state_kernels import count_covers
+from upholster.geometry.components import connected
 from upholster.geometry.triangle_mesh import TriangleMesh
-from upholster.types import FloatArray, IntArray
+from upholster.types import FloatArray
 
 __all__ = ["PartState", "UvState", "inside_out_parts", "mesh_states", "uv_state"]
 
@@ -183,8 +184,7 @@ def inside_out_parts(mesh: TriangleMesh) -> NDArray[np.bool_]:
     across = np.where(mesh.neighbours < 0, mesh.part[:, None], mesh.part[mesh.neighbours // 3])
     triangle, edge = np.nonzero(across != mesh.part[:, None])
     adjacent = np.stack([mesh.part[triangle], across[triangle, edge]], axis=1)
-    body: IntArray = np.arange(len(mesh.parts), dtype=np.int32)
-    join_pairs(adjacent.astype(np.int32), body)
+    body = connected(len(mesh.parts), adjacent)
     is_line = (mesh.triangles == np.roll(mesh.triangles, 1, axis=1)).any(axis=1)  # it has no neighbours
     at_border = (mesh.neighbours < 0).any(axis=1) & ~is_line
     is_open = np.bincount(body[mesh.part[at_border]], minlength=len(body)) > 0
@@ -248,23 +248,17 @@ def _components(mesh: TriangleMesh, edges: _Edges) -> NDArray[np.int64]:
     triangle = edges.order // 3
     same = (edges.edge[1:] == edges.edge[:-1]) & (mesh.part[triangle[1:]] == mesh.part[triangle[:-1]])
     pairs = np.stack([triangle[:-1], triangle[1:]], axis=1)[same]
-    return _roots(pairs, len(mesh.triangles))
+    count = len(mesh.triangles)
+    return np.flatnonzero(connected(count, pairs) == np.arange(count))
 
 
 def _loops(mesh: TriangleMesh, border: NDArray[np.int64]) -> NDArray[np.int64]:
     """Return one triangle of each loop of edges, given as triangle · 3 + edge."""
     triangle, edge = border // 3, border % 3
     ends = np.stack([mesh.triangles[triangle, edge], mesh.triangles[triangle, (edge + 1) % 3]], axis=1)
-    root = np.arange(len(mesh.positions), dtype=np.int32)
-    join_pairs(np.ascontiguousarray(ends, np.int32), root)
+    root = connected(len(mesh.positions), ends)
     _, first = np.unique(root[ends[:, 0]], return_index=True)
     return triangle[first]
-
-
-def _roots(pairs: NDArray[np.int64], count: int) -> NDArray[np.int64]:
-    parent: IntArray = np.arange(count, dtype=np.int32)
-    join_pairs(np.ascontiguousarray(pairs, np.int32), parent)
-    return np.flatnonzero(parent == np.arange(count))
 
 
 def _shape(mesh: TriangleMesh) -> tuple[FloatArray, FloatArray]:
