@@ -60,7 +60,7 @@ _ROW = 2.0**20
 _AGAIN = 0.5
 """Distance of the places where laying again is tried, relative to that of blocks."""
 
-_TIMES = 6
+_TIMES = 4
 """Number of times that the worst places are laid again: each time others, and all in parallel."""
 
 _APART = 0.7
