@@ -1,11 +1,9 @@
 """Options: each told once, checked in one place, and spelled out by the commands."""
 
 import inspect
-import re
 import subprocess
 import sys
 from dataclasses import fields, replace
-from pathlib import Path
 from typing import get_args
 
 import numpy as np
@@ -13,6 +11,7 @@ import pytest
 
 import upholster
 from upholster.charts.directions import parse_direction
+from upholster.charts.directions.wishes import BY_WORD
 from upholster.cli.cover import cover
 from upholster.cli.stream import refine
 from upholster.errors import InputError
@@ -22,6 +21,7 @@ from upholster.methods.paper import PaperOptions
 from upholster.methods.quilt import QuiltOptions
 from upholster.options import (
     AXIS_DIRECTIONS,
+    DIRECTIONS,
     FIELD_DIRECTIONS,
     PATCH_DIRECTIONS,
     SynthesisOptions,
@@ -217,12 +217,12 @@ def test_options_are_known_without_numpy():
     assert done.stdout.strip() == "False"
 
 
-def test_help_and_studio_list_every_direction() -> None:
-    """Those that are parsed on patches, and those of CAD models."""
+def test_every_word_for_a_direction_is_listed_and_does_something() -> None:
+    """In the help, and in the studio, whose list is that of the rows."""
     (entry,) = (entry for entry in fields(SynthesisOptions) if entry.name == "direction")
     words = entry.metadata["metavar"].partition("]")[2].split("|")
     assert set(words) >= {*FIELD_DIRECTIONS, *PATCH_DIRECTIONS, *AXIS_DIRECTIONS}
-    page = Path(upholster.__file__).with_name("studio") / "page" / "groups.js"
-    assert set(re.findall(r"^  \['(\w+)', '", page.read_text(), re.M)) >= set(FIELD_DIRECTIONS)
+    assert set(BY_WORD) == set(FIELD_DIRECTIONS)
+    assert all(row.label for row in DIRECTIONS)
     for word in (*FIELD_DIRECTIONS, *PATCH_DIRECTIONS):
         assert parse_direction(word, patches=True).kind == word
