@@ -4,6 +4,7 @@ import inspect
 import subprocess
 import sys
 from dataclasses import fields, replace
+from pathlib import Path
 from typing import get_args
 
 import numpy as np
@@ -24,6 +25,7 @@ from upholster.options import (
     DIRECTIONS,
     FIELD_DIRECTIONS,
     PATCH_DIRECTIONS,
+    SampleOptions,
     SynthesisOptions,
     WriteOptions,
     chosen,
@@ -31,6 +33,7 @@ from upholster.options import (
 )
 
 KINDS = (SynthesisOptions, WriteOptions)
+EXAMPLES = Path(__file__).parent.parent / "examples"
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -226,3 +229,19 @@ def test_every_word_for_a_direction_is_listed_and_does_something() -> None:
     assert all(row.label for row in DIRECTIONS)
     for word in (*FIELD_DIRECTIONS, *PATCH_DIRECTIONS):
         assert parse_direction(word, patches=True).kind == word
+
+
+def test_photos_and_materials_are_read_with_the_options_of_samples() -> None:
+    file = EXAMPLES / "bricks.png"
+    assert upholster.read_exemplar(file, crop=(0, 0, 40, 50)).shape[:2] == (50, 40)
+    assert upholster.read_material({"albedo": file}, crop=(0, 0, 40, 50)).maps["albedo"].shape[:2] == (50, 40)
+    with pytest.raises(InputError, match="unknown option 'crops' of an image; did you mean 'crop'"):
+        upholster.read_exemplar(file, crops=(0, 0, 40, 50))
+    with pytest.raises(InputError, match=r"unknown option .use. of an image; .*rectify"):
+        upholster.read_exemplar(file, use="mask.png")
+
+
+def test_the_files_of_a_samples_options_are_renamed_together() -> None:
+    options = SampleOptions(use="m.png", maps={"ao": "a.png"}, crop=(0, 0, 40, 50))
+    assert options.renamed(str.upper) == replace(options, use="M.PNG", maps={"ao": "A.PNG"})
+    assert SampleOptions(use="alpha").renamed(str.upper).use == "alpha"

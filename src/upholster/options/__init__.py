@@ -10,7 +10,7 @@ from upholster.options.choices import Options, chosen, settled_options
 from upholster.options.direction_words import AXIS_DIRECTIONS, DIRECTIONS, FIELD_DIRECTIONS, PATCH_DIRECTIONS
 from upholster.options.model_options import ModelOptions
 from upholster.options.option_fields import METHODS, differing
-from upholster.options.sample_options import SampleOptions
+from upholster.options.sample_options import PREPARING, SampleOptions
 from upholster.options.synthesis_options import SynthesisOptions
 from upholster.options.write_options import QUALITY, Quality, TextureFormat, WriteOptions, check_quality
 
@@ -20,6 +20,7 @@ __all__ = [
     "FIELD_DIRECTIONS",
     "METHODS",
     "PATCH_DIRECTIONS",
+    "PREPARING",
     "QUALITY",
     "ModelOptions",
     "Options",
