@@ -1,7 +1,6 @@
 """Options: each told once, checked in one place, and spelled out by the commands."""
 
 import inspect
-import re
 import subprocess
 import sys
 from dataclasses import fields, replace
@@ -13,6 +12,7 @@ import pytest
 
 import upholster
 from upholster.charts.directions import parse_direction
+from upholster.charts.directions.wishes import BY_WORD
 from upholster.cli.cover import cover
 from upholster.cli.stream import refine
 from upholster.errors import InputError
@@ -22,8 +22,10 @@ from upholster.methods.paper import PaperOptions
 from upholster.methods.quilt import QuiltOptions
 from upholster.options import (
     AXIS_DIRECTIONS,
+    DIRECTIONS,
     FIELD_DIRECTIONS,
     PATCH_DIRECTIONS,
+    SampleOptions,
     SynthesisOptions,
     WriteOptions,
     chosen,
@@ -31,6 +33,7 @@ from upholster.options import (
 )
 
 KINDS = (SynthesisOptions, WriteOptions)
+EXAMPLES = Path(__file__).parent.parent / "examples"
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -217,12 +220,28 @@ def test_options_are_known_without_numpy():
     assert done.stdout.strip() == "False"
 
 
-def test_help_and_studio_list_every_direction() -> None:
-    """Those that are parsed on patches, and those of CAD models."""
+def test_every_word_for_a_direction_is_listed_and_does_something() -> None:
+    """In the help, and in the studio, whose list is that of the rows."""
     (entry,) = (entry for entry in fields(SynthesisOptions) if entry.name == "direction")
     words = entry.metadata["metavar"].partition("]")[2].split("|")
     assert set(words) >= {*FIELD_DIRECTIONS, *PATCH_DIRECTIONS, *AXIS_DIRECTIONS}
-    page = Path(upholster.__file__).with_name("studio") / "page" / "groups.js"
-    assert set(re.findall(r"^  \['(\w+)', '", page.read_text(), re.M)) >= set(FIELD_DIRECTIONS)
+    assert set(BY_WORD) == set(FIELD_DIRECTIONS)
+    assert all(row.label for row in DIRECTIONS)
     for word in (*FIELD_DIRECTIONS, *PATCH_DIRECTIONS):
         assert parse_direction(word, patches=True).kind == word
+
+
+def test_photos_and_materials_are_read_with_the_options_of_samples() -> None:
+    file = EXAMPLES / "bricks.png"
+    assert upholster.read_exemplar(file, crop=(0, 0, 40, 50)).shape[:2] == (50, 40)
+    assert upholster.read_material({"albedo": file}, crop=(0, 0, 40, 50)).maps["albedo"].shape[:2] == (50, 40)
+    with pytest.raises(InputError, match="unknown option 'crops' of an image; did you mean 'crop'"):
+        upholster.read_exemplar(file, crops=(0, 0, 40, 50))
+    with pytest.raises(InputError, match=r"unknown option .use. of an image; .*rectify"):
+        upholster.read_exemplar(file, use="mask.png")
+
+
+def test_the_files_of_a_samples_options_are_renamed_together() -> None:
+    options = SampleOptions(use="m.png", maps={"ao": "a.png"}, crop=(0, 0, 40, 50))
+    assert options.renamed(str.upper) == replace(options, use="M.PNG", maps={"ao": "A.PNG"})
+    assert SampleOptions(use="alpha").renamed(str.upper).use == "alpha"

@@ -14,7 +14,7 @@ from upholster.charts.chart_seams import find_seams
 from upholster.charts.unwrap._raster_kernels import coverage
 from upholster.errors import InputError
 from upholster.export import udim_tile, write_map
-from upholster.formats import OUTPUTS, OutputKind, outputs_in_words
+from upholster.formats import OUTPUTS, OutputKind, kind_of, outputs_in_words, split_name
 from upholster.geometry import plane, sphere
 from upholster.image import read_image
 from upholster.model import build_atlas, build_normal_atlas
@@ -193,3 +193,12 @@ def test_the_reported_share_of_the_page_is_covered(tmp_path: Path) -> None:
     assert abs((times > 0).sum() / counts["texels"] - 1) < 0.01
     assert counts["texels"] / times.size > 0.55
     assert vars(model)["layout"] is model.packed  # the atlas is laid out once
+
+
+def test_the_studio_saves_each_output_that_it_offers_under_a_name_that_means_it() -> None:
+    offered = [kind for kind in OUTPUTS if kind.offer]
+    assert len(offered) > 5
+    for kind in offered:
+        assert kind.offer is not None
+        only = [kind.only] if kind.only else []
+        assert kind_of(*split_name(f"{kind.prefix}chair{kind.offer.ending}"), only) is kind

@@ -21,7 +21,6 @@ MANY_PARAMETERS = {
     "pipeline.py: write": "public: keywords with defaults",
     "refining.py: refine": "public: keywords with defaults",
     "stream/writer.py: encode_stream": "public: keywords with defaults",
-    "image/material_files.py: read_material": "public: keywords with defaults, as `read_exemplar`",
     "render/picture.py: render": "a scene and its view: keywords with defaults",
     "methods/quilt/method.py: planned": "all that was settled before a quilt is laid",
 }

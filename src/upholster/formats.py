@@ -8,7 +8,7 @@ rows. This module imports nothing heavy, so ``upholster --help`` stays quick.
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Literal, NamedTuple
 
 __all__ = [
     "CAD_SUFFIXES",
@@ -22,10 +22,12 @@ __all__ = [
     "SURFACE_SUFFIXES",
     "UDIM",
     "InputKind",
+    "Offer",
     "OutputKind",
     "input_kind",
     "is_model_name",
     "kind_of",
+    "offered_outputs",
     "outputs_in_words",
     "split_name",
     "suffixes_of",
@@ -100,6 +102,14 @@ def is_model_name(name: str) -> bool:
     return name.lower().endswith(MODEL_SUFFIXES)
 
 
+class Offer(NamedTuple):
+    """How the studio offers an output: its name there, its purpose, and the ending of its file's name."""
+
+    title: str
+    purpose: str
+    ending: str
+
+
 @dataclass(frozen=True, slots=True)
 class OutputKind:
     """A kind of output: its names, its files, and their contents.
@@ -135,6 +145,8 @@ class OutputKind:
         Whether it shows data that only meshes have.
     extra
         The extra that must be installed to write it.
+    offer
+        How the studio offers it; None: it does not.
     """
 
     name: str
@@ -153,6 +165,7 @@ class OutputKind:
     lods: bool = False
     mesh: bool = False
     extra: str = ""
+    offer: Offer | None = None
 
     @property
     def pages(self) -> bool:
@@ -161,25 +174,43 @@ class OutputKind:
 
 
 OUTPUTS = (
-    OutputKind("glb", "models", (".glb",), atlas=True, lods=True),
-    OutputKind("usdz", "models", (".usdz",), atlas=True, extra="usd"),
-    OutputKind("obj", "models", (".obj",), beside=(".mtl",), texture="_texture.png", atlas=True),
+    OutputKind(
+        "glb", "models", (".glb",),
+        atlas=True, lods=True, offer=Offer("GLB", "for the web, Blender, engines", ".glb"),
+    ),
+    OutputKind(
+        "usdz", "models", (".usdz",),
+        atlas=True, extra="usd", offer=Offer("USDZ", "for iPhone and iPad", ".usdz"),
+    ),
+    OutputKind(
+        "obj", "models", (".obj",), beside=(".mtl",), texture="_texture.png",
+        atlas=True, offer=Offer("OBJ", "with its texture in a file of its own", ".obj"),
+    ),
     OutputKind("ply", "models", (".ply",), texture="_texture.png", atlas=True),
     OutputKind("npz", "texels", (".npz",), "texels"),
-    OutputKind("stream", "progressive stream", (".uph",), "stream", stream=True),
-    OutputKind("page", "stream and viewer in one file", (".html",), "stream", stream=True),
+    OutputKind(
+        "stream", "progressive stream", (".uph",), "stream",
+        stream=True, offer=Offer("Stream", "any first part of it is a complete model", ".uph"),
+    ),
+    OutputKind(
+        "page", "stream and viewer in one file", (".html",), "stream",
+        stream=True, offer=Offer("Page", "viewer and model in one file", ".html"),
+    ),
     OutputKind("stl", "only triangles", (".stl",), solid=True),
-    OutputKind("3mf", "only triangles", (".3mf",), solid=True),
+    OutputKind("3mf", "only triangles", (".3mf",), solid=True, offer=Offer("3MF", "for printers", ".3mf")),
     OutputKind("solid obj", "the same with `--displace`", (".obj",), only="displaced", solid=True),
     OutputKind("solid ply", "the same with `--displace`", (".ply",), only="displaced", solid=True),
-    OutputKind("picture", "a picture of the model", PICTURES, "picture"),
+    OutputKind(
+        "picture", "a picture of the model", PICTURES, "picture",
+        offer=Offer("Picture", "of the model", ".png"),
+    ),
     OutputKind(
         "flat", "with `--texels WxH` the flat texture", PICTURES, "picture",
         only="flat", texture="",
     ),
     OutputKind(
-        "atlas", "as `atlas:NAME` its texture", PICTURES, "picture",
-        prefix="atlas:", texture="", atlas=True, tiles=True,
+        "atlas", "as `atlas:NAME` its texture", PICTURES, "picture", prefix="atlas:", texture="",
+        atlas=True, tiles=True, offer=Offer("Texture", "the atlas as an image", "_texture.png"),
     ),
     OutputKind(
         "directions", "as `directions:NAME` the directions on a mesh", LDR_PICTURES, "picture",
@@ -187,6 +218,13 @@ OUTPUTS = (
     ),
 )  # fmt: skip
 """All kinds, in the order of the help; if several fit a name, the last one is meant."""
+
+
+def offered_outputs() -> list[dict[str, str | bool]]:
+    """Return the outputs that the studio offers, as its page reads them."""
+    return [
+        {"prefix": kind.prefix, "solid": kind.solid, **kind.offer._asdict()} for kind in OUTPUTS if kind.offer
+    ]
 
 
 def split_name(text: str) -> tuple[str, str]:

@@ -22,6 +22,7 @@ from upholster import InputError, Project, Sample, read_exemplar, read_project
 from upholster.elements import find_lattice
 from upholster.image import encode_image, from_linear, read_image
 from upholster.image.rectify import Rectification
+from upholster.options import DIRECTIONS
 from upholster.project import project_of
 from upholster.server import serving
 from upholster.stream import StreamDecoder
@@ -126,6 +127,15 @@ def page(tmp_path_factory):
         found.enter()
         found.answer("GET", "/session")
         yield found
+
+
+def test_a_page_gets_the_lists_of_directions_outputs_and_surfaces(page):
+    given = page.answer("GET", "/session")
+    assert given["directions"] == [[row.word, row.label] for row in DIRECTIONS]
+    ways = {output["prefix"] + output["ending"]: output["title"] for output in given["outputs"]}
+    assert ways["atlas:_texture.png"] == "Texture"
+    assert [output["title"] for output in given["outputs"] if output["solid"]] == ["3MF"]
+    assert {"torus", "plane"} <= {surface["name"] for surface in given["surfaces"]}
 
 
 def _placements(stream):

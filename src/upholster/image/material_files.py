@@ -3,6 +3,7 @@
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -17,9 +18,8 @@ from upholster.image.packages import MapFile, folder_images, is_zip, map_file, z
 from upholster.image.preparing import check_crop, check_resize, cut_out, finished, resampled
 from upholster.image.profiles import Notes
 from upholster.image.read import read_used
-from upholster.image.rectify import Corners
 from upholster.image.roles import COLORS, LEFT_OUT, ROLES, family_of, find_maps, packed_parts, role_of
-from upholster.options import SampleOptions
+from upholster.options import SampleOptions, chosen
 from upholster.types import PixelArray
 
 __all__ = ["FilesByRole", "read_material"]
@@ -33,14 +33,8 @@ _COLORED = 8 / 255
 def read_material(
     source: str | os.PathLike[str] | Sequence[str | os.PathLike[str]] | FilesByRole,
     *,
-    maps: FilesByRole | None = None,
-    normal: str | None = None,
-    rectify: Corners | None = None,
-    crop: tuple[int, int, int, int] | None = None,
-    resize: int | str | tuple[int, int] | None = None,
-    even_light: bool = False,
-    use: str | None = None,
     notes: Notes | None = None,
+    **choices: Any,
 ) -> Material:
     """Read a material from its maps' files.
 
@@ -50,18 +44,15 @@ def read_material(
         A folder, a zip file as libraries deliver it (never unpacked to disk), or files, whose names say
         which map they hold (``brick_albedo.png``, ``brick_nor_gl_1k.png``, ``T_Brick_ORM.png``; see
         `upholster.image.roles.role_of`); or files by role.
-    maps
-        Further files by role, used whatever their names are, and instead of files found for that role. For
-        a folder or a zip file also names of files in it. A role may be a packed order, as ``orm``.
-    normal
-        "gl" or "dx": the normal map's green points upward or downward. By default this follows from the
-        file's name, or else from the height map, or else green points upward.
-    rectify, crop, resize, even_light, notes
-        As for `upholster.read_exemplar`, in pixels of the albedo, for all maps alike; even light for the
-        albedo alone. Normals turn and stretch with a rectified map.
-    use
-        A mask's file, as large as the albedo, white where all maps are used. Or "alpha": the albedo's own
-        alpha is the mask, see `upholster.image.read.read_used`.
+    notes
+        As for `upholster.read_exemplar`.
+    **choices
+        Options of `upholster.SampleOptions`, for all maps alike. Pixels are those of the albedo; even light
+        is for the albedo alone. Normals turn and stretch with a rectified map. `maps` are further files by
+        role, used whatever their names are, and instead of files found for that role; for a folder or a zip
+        file also names of files in it; a role may be a packed order, as ``orm``. Without `normal` its
+        direction follows from the file's name, or else from the height map, or else green points upward. A
+        mask, `use`, is as large as the albedo.
 
     Returns
     -------
@@ -78,15 +69,14 @@ def read_material(
         outside the limits of `upholster.image.packages.zip_images`; for a mask whose size is not the
         albedo's, or that leaves nothing.
     """
-    check_crop(crop)
-    check_resize(resize)
+    options = chosen(SampleOptions, **choices)
+    check_crop(options.crop)
+    check_resize(options.resize)
+    normal = options.normal
     if normal is not None and not (isinstance(normal, str) and normal in ("gl", "dx")):
         raise InputError(f"normal is {normal!r}; allowed: gl (green upward) or dx (green downward)")
-    if maps is not None and not isinstance(maps, Mapping):
-        raise InputError(f"maps is a {type(maps).__name__}; allowed: files by role")
-    options = SampleOptions(rectify=rectify, crop=crop, resize=resize, even_light=even_light, use=use)
     profiles = [] if notes is None else notes
-    named, found, remarks = _files(source, maps or {})
+    named, found, remarks = _files(source, options.maps or {})
     read = _parts(found, normal, remarks, profiles) | _parts(named, normal, remarks, profiles)
     unsaid = normal is None and "normal" in named | found
     if "albedo" not in read:

@@ -9,10 +9,11 @@ import os
 import re
 import stat
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from upholster.errors import InputError
+from upholster.errors import InputError, nearest
 from upholster.files import path_text
 from upholster.image.color import alpha_channel
 from upholster.image.decoding import ALLOWED, decode_file
@@ -21,9 +22,8 @@ from upholster.image.masks import Used, as_map, filled, is_white
 from upholster.image.native import scratch_file, silent
 from upholster.image.preparing import MAX_SIDE, MIN_SIDE, check_resize, cut_out, finished
 from upholster.image.profiles import Notes, tell, to_srgb
-from upholster.image.rectify import Corners
 from upholster.included import sample_path
-from upholster.options import SampleOptions
+from upholster.options import PREPARING, SampleOptions, chosen
 from upholster.types import MAX_SAMPLE, PixelArray
 
 __all__ = [
@@ -49,15 +49,7 @@ million pixels of one colour, which take a minute and gigabytes to decode."""
 _MAGIC = re.compile(rb"\x89PNG\r\n\x1a\n|\xff\xd8\xff|RIFF....WEBP|II[*+]\0|MM\0[*+]|v/1\x01", re.DOTALL)
 
 
-def read_exemplar(
-    path: str | os.PathLike[str],
-    *,
-    rectify: Corners | None = None,
-    crop: tuple[int, int, int, int] | None = None,
-    resize: int | str | tuple[int, int] | None = None,
-    even_light: bool = False,
-    notes: Notes | None = None,
-) -> PixelArray:
+def read_exemplar(path: str | os.PathLike[str], *, notes: Notes | None = None, **choices: Any) -> PixelArray:
     """Read an exemplar from a PNG, JPEG, WebP, TIFF or OpenEXR file, or from HEIC or AVIF.
 
     The orientation tag is applied, palettes and CMYK become grey or RGB, colour profiles are converted to
@@ -68,20 +60,11 @@ def read_exemplar(
     path
         The file. Its content, not its suffix, decides its format. ``sample:bricks`` names a sample that is
         included in the program.
-    rectify
-        Four corners of a rectangle, (x, y) in pixels of the upright image, (0, 0) its top left corner: top
-        left, top right, bottom right, bottom left. The rectangle becomes the image, see
-        `upholster.image.rectify.Rectification`.
-    crop
-        (x, y, width, height) in pixels of the upright, rectified image: the part to use.
-    resize
-        After cropping: the longer side in pixels, as ``256`` or ``"256"``, or both sides, as ``(256, 128)``
-        or ``"256x128"`` (width first). In linear light, weighted with alpha, without aliasing.
-    even_light
-        Whether vignetting and slow shading are removed, see `upholster.image.even_light.even_light`.
     notes
         A list that gets what the user should know, in words: a colour profile that could not be applied.
         Without a list these become warnings.
+    **choices
+        How the photo is prepared: `rectify`, `crop`, `resize` and `even_light` of `upholster.SampleOptions`.
 
     Returns
     -------
@@ -96,9 +79,12 @@ def read_exemplar(
         are signed or 32-bit integers, or NaN, infinite or beyond 65504, or floats with a range like 0 to 255
         (`check_white`); if its channels are none of grey, grey and alpha, RGB, RGB and alpha; if corners or
         crop are not inside the image; if the size is outside the limits; if its format needs a library that
-        is missing; if the program includes no sample of that name.
+        is missing; if the program includes no sample of that name; for an unknown option.
     """
-    options = SampleOptions(rectify=rectify, crop=crop, resize=resize, even_light=even_light)
+    for name in choices:
+        if name not in PREPARING:
+            raise InputError(f"unknown option {name!r} of an image; {nearest(name, PREPARING)}")
+    options = chosen(SampleOptions, **choices)
     return read_photo(sample_path(path_text(path, "image")), options, notes=notes)[0]
 
 

@@ -149,10 +149,10 @@ def _read(sample: Sample, notes: Notes | None) -> PixelArray | Material:
                 )
     asked: dict[str, Any] = {entry.name: getattr(options, entry.name) for entry in fields(options)}
     if not isinstance(source, (str, os.PathLike)):
-        return read_material(source, **asked, notes=notes)
+        return read_material(source, notes=notes, **asked)
     if not (os.path.isdir(source) or is_zip(source)):
         if options.maps:
-            return read_material({"albedo": source}, **asked, notes=notes)
+            return read_material({"albedo": source}, notes=notes, **asked)
         if options.normal is not None:
             raise InputError(
                 f"normal is {options.normal!r}, but {os.fspath(source)!r} is not a material; see --map"
@@ -160,7 +160,7 @@ def _read(sample: Sample, notes: Notes | None) -> PixelArray | Material:
         pixels, used = read_photo(source, options, notes=notes)
         return pixels if used is None or used.all() else Material({"albedo": pixels}, used=used)
     try:
-        return read_material(source, **asked, notes=notes)
+        return read_material(source, notes=notes, **asked)
     except InputError as error:
         path = str(Path(source))
         if str(error).startswith(repr(path)[:-1]):  # it names the file, or one in it

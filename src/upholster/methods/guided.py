@@ -270,7 +270,7 @@ def _prepared(text: GuideText, reading: SampleOptions, *, labels: bool) -> Pixel
             "colours; allowed: a sample of this size, or a part of it (--crop)"
         )
     # The sample's own note says if it was reduced.
-    return finished(maps, replace(reading, even_light=False), [])["guide"]
+    return finished(maps, reading.of_guides, [])["guide"]
 
 
 def _own(text: GuideText, parts: dict[str, PixelArray]) -> NDArray[np.float32]:

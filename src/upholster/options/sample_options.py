@@ -1,7 +1,7 @@
 """Options of a sample: how a photo is prepared and a material's maps are found."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, fields, replace
 from os import PathLike, fspath
 from typing import Any
 
@@ -9,7 +9,7 @@ from upholster.errors import InputError
 from upholster.options.option_fields import about, documented
 from upholster.shown import on_a_line
 
-__all__ = ["SampleOptions"]
+__all__ = ["PREPARING", "SampleOptions"]
 
 _SAMPLE, _MAPS = "Sample", "Maps"
 
@@ -89,5 +89,20 @@ class SampleOptions:
     @property
     def preparing(self) -> dict[str, Any]:
         """Arguments of `upholster.read_exemplar`, which set how a photo is prepared."""
-        names = "rectify", "crop", "resize", "even_light"
-        return {name: getattr(self, name) for name in names}
+        return {name: getattr(self, name) for name in PREPARING}
+
+    @property
+    def of_guides(self) -> "SampleOptions":
+        """The options as images of guides follow them: all but those that change colours."""
+        return replace(self, even_light=False)
+
+    def renamed(self, name: Callable[[str], str]) -> "SampleOptions":
+        """Return the options with other names of files; `name` returns a file's."""
+        maps = self.maps and {role: name(file) for role, file in self.maps.items()}
+        return replace(self, maps=maps, use=self.use if self.mask is None else name(self.mask))
+
+
+_OF_MATERIALS = ("use", "maps", "normal")
+
+PREPARING = tuple(entry.name for entry in fields(SampleOptions) if entry.name not in _OF_MATERIALS)
+"""Options of every photo: the others name further files, or concern a material's other maps."""

@@ -8,21 +8,13 @@ from typing import Any
 from upholster.errors import InputError, nearest
 from upholster.guide_texts import parse_again, parse_guide, parse_put, parse_zone
 from upholster.lengths import read_length
+from upholster.options.direction_words import DIRECTIONS
 from upholster.options.option_fields import METHODS, about, differing, documented, members, settle_types
 from upholster.shown import on_a_line
 
-__all__ = ["AXIS_DIRECTIONS", "FIELD_DIRECTIONS", "PATCH_DIRECTIONS", "SynthesisOptions", "check_owner"]
+__all__ = ["SynthesisOptions", "check_owner"]
 
-FIELD_DIRECTIONS = ("level", "smooth", "curvature", "edges")
-"""Words for directions that fields of all surfaces can have."""
-
-PATCH_DIRECTIONS = ("u", "v")
-"""Words for directions of patches alone."""
-
-AXIS_DIRECTIONS = ("along", "around")
-"""Words for directions of CAD models, whose faces have axes."""
-
-_DIRECTIONS = (*FIELD_DIRECTIONS, *PATCH_DIRECTIONS, *AXIS_DIRECTIONS)
+_DIRECTIONS = tuple(row.word for row in DIRECTIONS)
 
 SEARCHES = ("coherent", "full")
 
@@ -86,8 +78,8 @@ class SynthesisOptions:
         default=None,
         metadata=about(
             _SCALE,
-            "Direction of the sample's rows: level (along lines of equal z), smooth (with few turns), "
-            "curvature (the way of the greatest bend), edges (along and across sharp ones), u or v of "
+            "Direction of the sample's rows: "
+            f"{', '.join(f'{row.word} ({row.meaning})' for row in DIRECTIONS if row.meaning)}, u or v of "
             "patches, an angle, a vector, or round an axis; on CAD models along or around the axes of faces; "
             "or red and green of an image over the texture coordinates. "
             "On models also per part, repeatable: `Shaft=along`; names as for --part. "

@@ -158,12 +158,8 @@ class _Reader:
         names = [entry.name for entry in fields(SampleOptions)]
         known = dict(_object(data, what, ("source", "size", *names)))
         source, size = known.pop("source", None), known.pop("size", None)
-        if maps := known.get("maps"):
-            known["maps"] = {role: self.file(file) for role, file in _object(maps, f"maps of {what}").items()}
         options = self.options(SampleOptions, known, what)
-        if options.mask is not None:
-            options = replace(options, use=self.file(options.mask))
-        found = Sample(self.source(source, what), size, options)
+        found = Sample(self.source(source, what), size, options.renamed(self.file))
         for file in found.files:  # those of a folder, too: they may be links that lead elsewhere
             self.file(os.path.relpath(file, self.folders[0]))
         return found
@@ -313,11 +309,7 @@ class _Keeper:
         return f"{folder}/{Path(first).name}"
 
     def sample(self, sample: Sample) -> dict[str, Any]:
-        written = _written(sample.options)
-        if sample.options.maps:
-            written["maps"] = {role: self.kept(file) for role, file in sample.options.maps.items()}
-        if sample.options.mask is not None:
-            written["use"] = self.kept(sample.options.mask)
+        written = _written(sample.options.renamed(self.kept))
         size = {} if sample.size is None else {"size": sample.size}
         return {"source": self.source(sample), **size, **written}
 

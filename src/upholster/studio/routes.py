@@ -23,12 +23,13 @@ from starlette.staticfiles import StaticFiles
 from upholster._version import __version__
 from upholster.errors import InputError, UpholsterError, check_whole
 from upholster.files import outputs
-from upholster.formats import split_name
+from upholster.formats import offered_outputs, split_name
 from upholster.geometry import SURFACES
 from upholster.image.roles import role_of
 from upholster.image.source import read_source, source_parts
 from upholster.included import either_path
 from upholster.json_text import read_json
+from upholster.options import DIRECTIONS
 from upholster.server.browser import open_in_browser
 from upholster.server.guard import AddedHeaders, Guard, failed
 from upholster.server.serving import allowed_hosts, listen, run_until_stopped
@@ -140,6 +141,8 @@ class Studio:
                 "surfaces": [
                     {"name": kind.name, "description": kind.description} for kind in SURFACES.values()
                 ],
+                "directions": [[row.word, row.label] for row in DIRECTIONS],
+                "outputs": offered_outputs(),
                 **{name: [{"path": p} for p in self.folder.included(kind)] for name, kind in kinds.items()},
                 "save_to": self.save_to is not None,
                 "version": __version__,

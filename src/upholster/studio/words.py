@@ -3,7 +3,7 @@
 import os
 import re
 import shlex
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import fields
 from pathlib import Path
 from typing import Any
@@ -20,9 +20,6 @@ __all__ = ["command", "file_names", "flat", "python", "stem"]
 
 _RELIEF = ("displace", "displace_by", "mid_level", "keep", "triangles")
 """Options of a relief in the mesh."""
-
-_BY_X = ("texels", "size", "resize")
-"""Options whose pairs are written with an x."""
 
 
 def command(project: Project, folder: Path) -> str:
@@ -140,30 +137,36 @@ def _spelled(sample: Sample) -> str:
 
 def _flags(options: Options) -> Iterator[str]:
     """Yield options that are not defaults, in the form of the command line."""
+    if isinstance(options, SampleOptions):
+        options = options.renamed(_name)
     about = {entry.name: entry.metadata for entry in fields(options)}
     for name, value in differing(options).items():
         flag = about[name]["flag"] or "--" + name.replace("_", "-")
         if isinstance(value, bool):
             yield flag if value else f"--no-{flag.removeprefix('--')}"
             continue
-        for text in _texts(name, value):
+        for text in _texts(name, value, "x" if "WxH" in (about[name]["metavar"] or "") else ","):
             yield from (flag, text)
 
 
-def _texts(name: str, value: Any) -> list[str]:
-    if name == "use" or (name == "direction" and isinstance(value, str)):
+def _texts(name: str, value: Any, between: str) -> list[str]:
+    if name == "direction" and isinstance(value, str):
         return [_name(value)]
     if name == "size_map":
         return [parse_size_map(value).named(_name)]
     if isinstance(value, Mapping):
-        return [f"{key}={one if name == 'direction' else _name(one)}" for key, one in value.items()]
+        return [f"{key}={one}" for key, one in value.items()]
     if isinstance(value, (tuple, list)):
         if name in ("part", "stroke"):
             return [str(one) for one in value]
-        if name == "rectify":
-            return [" ".join(",".join(f"{x:g}" for x in corner) for corner in value)]
-        return [("x" if name in _BY_X else ",").join(_number(one) for one in value)]
+        if value and isinstance(value[0], tuple):
+            return [" ".join(_joined(corner, ",") for corner in value)]
+        return [_joined(value, between)]
     return [_number(value)]
+
+
+def _joined(value: Sequence[Any], between: str) -> str:
+    return between.join(_number(one) for one in value)
 
 
 def _number(value: Any) -> str:

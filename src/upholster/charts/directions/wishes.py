@@ -1,5 +1,6 @@
 """The direction asked for on each triangle of a mesh."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,7 +15,7 @@ from upholster.errors import InputError
 from upholster.geometry import TriangleMesh
 from upholster.types import FloatArray
 
-__all__ = ["Wish", "asked_of_slopes", "prior_of", "wish_of"]
+__all__ = ["BY_WORD", "Wish", "asked_of_slopes", "prior_of", "wish_of"]
 
 SHARP = 30.0
 """Degrees above which an edge is sharp for the direction ``edges``, unless a crease angle is given."""
@@ -71,20 +72,10 @@ def wish_of(mesh: TriangleMesh, frames: PlaneFrames, direction: Direction, creas
     InputError
         If vectors are not finite, have another shape, or are nowhere along the surface.
     """
-    if direction.kind == "smooth":
-        count = len(mesh.triangles)
-        return Wish(np.zeros(count, np.complex128), np.zeros(count))
-    if direction.kind == "curvature":
-        return _along_curvature(mesh, frames)
-    if direction.kind == "edges":
-        return _along_edges(mesh, frames, SHARP if crease is None else crease)
+    if direction.kind in BY_WORD:
+        return BY_WORD[direction.kind](mesh, frames, direction, crease)
     shaded = shading_normals(mesh, crease)
     normals = _mean_normals(frames, shaded)
-    if direction.kind == "level":
-        level = laid_over(np.cross((0.0, 0.0, 1.0), normals), normals, frames.normals)
-        return replace(
-            _projected(frames, level, 1.0, _LEVEL), corners=_corners(mesh, direction, shaded, _LEVEL)
-        )
     vectors = vectors_at(mesh, direction.vectors)
     lying = vectors - np.einsum("ij,ij->i", vectors, normals)[:, None] * normals
     whole = np.sqrt(np.einsum("ij,ij->i", vectors, vectors))
@@ -120,7 +111,20 @@ def _mean_normals(frames: PlaneFrames, shaded: FloatArray) -> FloatArray:
     return np.where(near[:, None], normals / np.where(length > 0, length, 1.0), frames.normals)
 
 
-def _along_curvature(mesh: TriangleMesh, frames: PlaneFrames) -> Wish:
+def _level(mesh: TriangleMesh, frames: PlaneFrames, direction: Direction, crease: float | None) -> Wish:
+    shaded = shading_normals(mesh, crease)
+    normals = _mean_normals(frames, shaded)
+    level = laid_over(np.cross((0.0, 0.0, 1.0), normals), normals, frames.normals)
+    wish = _projected(frames, level, 1.0, _LEVEL)
+    return replace(wish, corners=_corners(mesh, direction, shaded, _LEVEL))
+
+
+def _nowhere(mesh: TriangleMesh, *_: object) -> Wish:
+    count = len(mesh.triangles)
+    return Wish(np.zeros(count, np.complex128), np.zeros(count))
+
+
+def _along_curvature(mesh: TriangleMesh, frames: PlaneFrames, *_: object) -> Wish:
     """Return the directions of greatest curvature, with outward curvature positive.
 
     Each triangle's shape operator is the derivative of its vertices' normals over it. Half the difference of
@@ -148,11 +152,14 @@ def _along_curvature(mesh: TriangleMesh, frames: PlaneFrames) -> Wish:
     return Wish(unit, _stepped(2 * length * mesh.size, *_BENT), 2)
 
 
-def _along_edges(mesh: TriangleMesh, frames: PlaneFrames, sharp: float) -> Wish:
+def _along_edges(
+    mesh: TriangleMesh, frames: PlaneFrames, _direction: Direction, crease: float | None
+) -> Wish:
     """Return the directions of sharp edges and borders, in the adjacent triangles.
 
     An edge's weight is its length relative to its triangle: a small hole does not turn a large triangle.
     """
+    sharp = SHARP if crease is None else crease
     bend = np.einsum("ti,tki->tk", frames.normals, frames.normals[mesh.neighbours // 3])
     is_sharp = (mesh.neighbours < 0) | (bend < np.cos(np.radians(sharp)))
     lengths = np.linalg.norm(np.roll(mesh.corners, -1, axis=1) - mesh.corners, axis=2)
@@ -189,3 +196,12 @@ def _stepped(x: FloatArray, low: float, high: float) -> FloatArray:
     step = np.clip((x - low) / (high - low), 0, 1)
     stepped: FloatArray = step * step * (3 - 2 * step)
     return stepped
+
+
+BY_WORD: dict[str, Callable[[TriangleMesh, PlaneFrames, Direction, float | None], Wish]] = {
+    "level": _level,
+    "smooth": _nowhere,
+    "curvature": _along_curvature,
+    "edges": _along_edges,
+}
+"""What a mesh's triangles ask for, by the words that all surfaces have: see `DIRECTIONS`."""

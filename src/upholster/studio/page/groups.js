@@ -4,20 +4,12 @@ import { choice, numberIn, slider, text, toggle, typed } from './controls.js'
 import { button, make } from './dom.js'
 import * as lengths from './lengths.js'
 
-const DIRECTIONS = [
-  ['', 'by itself'],
-  ['level', 'level, as bricks in a wall'],
-  ['smooth', 'with few turns'],
-  ['curvature', 'along the greatest bend'],
-  ['edges', 'along sharp edges'],
-  ['u', 'along u of patches'],
-  ['v', 'along v of patches'],
+/** What the direction can be besides the server's words for it. */
+const OTHER_DIRECTIONS = [
   ['angle', 'turned by an angle'],
   ['around:x', 'round the x axis'],
   ['around:y', 'round the y axis'],
   ['around:z', 'round the z axis'],
-  ['along', 'along axes (CAD)'],
-  ['around', 'around axes (CAD)'],
 ]
 const TEXELS = [
   ['', 'one texel per pixel of the sample'],
@@ -205,7 +197,7 @@ function direction(store) {
   const asked = () => store.state.synthesis.direction
   return choice(
     { label: 'Rows run', hint: "Which way the sample's rows run over the model.", option: '--direction' },
-    DIRECTIONS,
+    [['', 'by itself'], ...store.given.directions, ...OTHER_DIRECTIONS],
     () => (isAngle(asked()) ? 'angle' : (asked() ?? '')),
     (value) => store.option('synthesis', 'direction', value === 'angle' ? '0' : value || null),
   )

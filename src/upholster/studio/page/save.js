@@ -3,36 +3,27 @@
 import * as api from './api.js'
 import { button, make, openDialog } from './dom.js'
 
-const KINDS = [
-  ['glb', 'GLB', 'for the web, Blender, engines'],
-  ['usdz', 'USDZ', 'for iPhone and iPad'],
-  ['obj', 'OBJ', 'with its texture in a file of its own'],
-  ['uph', 'Stream', 'any first part of it is a complete model'],
-  ['html', 'Page', 'viewer and model in one file'],
-  ['png', 'Picture', 'of the model'],
-  ['atlas', 'Texture', 'the atlas as an image'],
-  ['3mf', '3MF', 'for printers'],
-]
-
 const amount = (bytes) => (bytes < 1e6 ? `${Math.max(1, Math.round(bytes / 1e3))} kB` : `${(bytes / 1e6).toPrecision(3)} MB`)
 
+/** The dialog's row for the project, which is no output. */
+const PROJECT = { title: 'Project', purpose: 'to continue later, here or on the command line' }
+
 /**
- * Open the dialog for the model shown: `answer` is the server's answer for it, `canKeep` whether the server may write files itself,
- * `reliefs` what to begin with in files for printers: the depth, and `hasHeights`, whether there is a height map.
+ * Open the dialog for the model shown: `answer` is the server's answer for it; `given` has the `outputs` and `save_to`, whether the server
+ * may write files itself; `reliefs` is what to begin with in files for printers: the depth, and `hasHeights`, whether there is a height map.
  */
-export function openSave(answer, canKeep, reliefs) {
+export function openSave(answer, given, reliefs) {
   const { name, revision } = answer
   let isOpen = true
-  const rows = [...KINDS, ['project', 'Project', 'to continue later, here or on the command line']].map(([kind, label, hint]) => {
+  const rows = [...given.outputs, PROJECT].map((output) => {
     const size = make('td', { className: 'number' }, '…')
     const get = make('td', {}, '')
-    const target = kind === 'project' ? 'project' : kind === 'atlas' ? `atlas:${name}_texture.png` : `${name}.${kind}`
-    const about = make('td', {}, hint)
-    return { target, size, get, about, row: make('tr', {}, make('td', {}, make('b', {}, label)), about, size, get) }
+    const target = output === PROJECT ? 'project' : `${output.prefix}${name}${output.ending}`
+    const about = make('td', {}, output.purpose)
+    const row = { target, size, get, row: make('tr', {}, make('td', {}, make('b', {}, output.title)), about, size, get) }
+    if (output.solid) about.append((row.relief = relief(reliefs, () => fill(row))))
+    return row
   })
-  const printed = rows.find(({ target }) => target.endsWith('.3mf'))
-  printed.relief = relief(reliefs, () => fill(printed))
-  printed.about.append(printed.relief)
   const words = (label, text) =>
     make(
       'details',
@@ -63,7 +54,7 @@ export function openSave(answer, canKeep, reliefs) {
       size.textContent = amount(files.reduce((sum, { bytes }) => sum + bytes, 0))
       const link = make('a', { className: 'button', href: one, download: files.length === 1 ? files[0].name : `${name}.zip` }, 'Save')
       get.append(link)
-      if (canKeep) get.append(' ', keeper(made.id))
+      if (given.save_to) get.append(' ', keeper(made.id))
     } catch (error) {
       if (asked !== row.asked) return
       size.textContent = ''

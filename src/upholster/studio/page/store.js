@@ -15,9 +15,13 @@ export class Store extends EventTarget {
   #time = 0
   #good = new WeakSet() // states that were shown
 
-  /** @param {object | null} state as the server has it; earlier states come from this tab's memory, if they lead to it */
-  constructor(state) {
+  /**
+   * @param {object | null} state as the server has it; earlier states come from this tab's memory, if they lead to it
+   * @param {object} given what the server gives at start: its lists of directions, outputs, surfaces, samples and models
+   */
+  constructor(state, given) {
     super()
+    this.given = given
     const kept = JSON.parse(sessionStorage.history ?? 'null')
     const first = { ...EMPTY, ...state }
     const leads = kept && JSON.stringify(kept.states[kept.at]) === JSON.stringify(first)

@@ -38,7 +38,7 @@ function askToTake(message) {
 }
 
 function build(given) {
-  const store = new Store(given.state)
+  const store = new Store(given.state, given)
   const live = new Live(store, viewer)
   const status = (text, busy = false) => {
     light.textContent = text
@@ -128,7 +128,7 @@ function reliefOf({ writing }, facts) {
 function bar(store, live, given) {
   const undo = button('Undo', () => store.undo(), { title: 'Ctrl+Z' })
   const redo = button('Redo', () => store.redo(), { title: 'Ctrl+Y' })
-  const save = button('Save', () => live.shown && openSave(live.shown, given.save_to, reliefOf(store.state, live.facts)), {
+  const save = button('Save', () => live.shown && openSave(live.shown, given, reliefOf(store.state, live.facts)), {
     className: 'main',
     title: 'Ctrl+S',
   })
