@@ -9,11 +9,9 @@ samples take 32 bits with both.
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import types
-from numba.extending import overload
 from numpy.typing import NDArray
 
-from upholster.jit import inline, kernel, shared
+from upholster.jit import by_type, inline, is_float, kernel, shared
 from upholster.quilt._field_kernels import node_row
 from upholster.types import PixelArray
 
@@ -100,9 +98,9 @@ def _settle_sums(total: Any, texel: Any, bits: Any, rest: Any) -> Any:
     raise NotImplementedError  # compiled only
 
 
-@overload(_bilinear, strict=False)
+@by_type(_bilinear)
 def _bilinear_overload(words: Any, at: Any, k: Any, y: Any, x: Any) -> Any:
-    if isinstance(words.dtype, types.Integer):
+    if not is_float(words.dtype):
 
         def mixed(words: Any, at: Any, k: Any, y: Any, x: Any) -> Any:
             both = y * x
@@ -127,9 +125,9 @@ def _bilinear_overload(words: Any, at: Any, k: Any, y: Any, x: Any) -> Any:
     return floats
 
 
-@overload(_settle, strict=False)
+@by_type(_settle)
 def _settle_overload(word: Any, texel: Any, k: Any, bits: Any) -> Any:
-    if isinstance(word, types.Integer):
+    if not is_float(word):
 
         def settle(word: Any, texel: Any, k: Any, bits: Any) -> Any:
             lanes = 64 // bits
@@ -146,9 +144,9 @@ def _settle_overload(word: Any, texel: Any, k: Any, bits: Any) -> Any:
     return settle_float
 
 
-@overload(_gather, strict=False)
+@by_type(_gather)
 def _gather_overload(total: Any, word: Any, k: Any, bits: Any, weight: Any) -> Any:
-    if isinstance(word, types.Integer):
+    if not is_float(word):
 
         def gather(total: Any, word: Any, k: Any, bits: Any, weight: Any) -> Any:
             if bits == 16:
@@ -165,9 +163,9 @@ def _gather_overload(total: Any, word: Any, k: Any, bits: Any, weight: Any) -> A
     return gather_floats
 
 
-@overload(_settle_sums, strict=False)
+@by_type(_settle_sums)
 def _settle_sums_overload(total: Any, texel: Any, bits: Any, rest: Any) -> Any:
-    if isinstance(total.dtype, types.Integer):
+    if not is_float(total.dtype):
 
         def settle(total: Any, texel: Any, bits: Any, rest: Any) -> Any:
             for n in range(texel.shape[0]):
