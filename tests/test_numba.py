@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, cast
 
+import llvmlite.binding
 import numba
 import numpy as np
 import pytest
@@ -113,6 +114,34 @@ def test_machine_code_is_written_and_read_by_our_cache_alone(
         assert cache.has((numba.float64[::1],), compiled.targetctx)
         assert not cache.has((numba.float32[::1],), compiled.targetctx)
         assert [path.suffix for path in tmp_path.rglob("*") if path.is_file()] == [".kernel"]
+
+
+def test_bitcode_is_parsed_where_a_kernel_from_disk_is_compiled_into_another(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(config, "CACHE_DIR", str(tmp_path))
+    parsed = []
+
+    def parse(bitcode: bytes) -> Any:
+        parsed.append(len(bitcode))
+        return llvmlite.binding.parse_bitcode(bitcode)
+
+    monkeypatch.setattr("upholster.kernel_cache.parse_bitcode", parse)
+
+    def triple(value: float) -> float:
+        return 3 * value
+
+    assert kernel(triple)(1.0) == 3  # on disk from now on
+    loaded: Any = kernel(triple)
+    assert loaded(2.0) == 6
+    assert sum(loaded.stats.cache_hits.values()) == 1
+    assert not parsed
+
+    def more(value: float) -> Any:
+        return loaded(value) + 1
+
+    assert kernel(more)(5.0) == 16
+    assert len(parsed) == 1
 
 
 @pytest.mark.skipif(os.name != "posix", reason="files have owners there")
