@@ -304,6 +304,16 @@ def test_help_and_version_answer_without_heavy_imports(folder):
     assert "--overlap" in done.stdout
 
 
+@pytest.mark.parametrize("command", [["--help"], ["surfaces"], ["info", "sample:chair"]])
+def test_commands_without_kernels_load_no_numba(command, folder):
+    code = (
+        "import sys, upholster.cli as cli; cli.run_words(sys.argv[1:]); "
+        "print([name for name in ('numba', 'scipy') if name in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code, *command], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == "[]"
+
+
 def test_the_same_seed_writes_the_same_file(folder, tmp_path):
     for name in ("one.glb", "two.glb"):
         threads = "1" if name == "one.glb" else "3"

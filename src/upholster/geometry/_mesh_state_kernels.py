@@ -1,4 +1,4 @@
-"""Loops over triangles: connected components, and overlaps of texture coordinates."""
+"""Overlaps of texture coordinates."""
 
 from typing import Any
 
@@ -6,36 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.jit import inline, kernel
-from upholster.types import FloatArray, IntArray
+from upholster.types import FloatArray
 
-__all__ = ["count_covers", "join_pairs"]
-
-
-@kernel
-def join_pairs(pairs: IntArray, parent: IntArray) -> None:
-    """Find the connected components of items.
-
-    Parameters
-    ----------
-    pairs
-        (P, 2) connected items.
-    parent
-        (n,) each item's own number on entry; filled with the lowest item of its component.
-    """
-    for k in range(len(pairs)):
-        a, b = pairs[k, 0], pairs[k, 1]
-        while parent[a] != a:
-            parent[a] = parent[parent[a]]
-            a = parent[a]
-        while parent[b] != b:
-            parent[b] = parent[parent[b]]
-            b = parent[b]
-        if a < b:
-            parent[b] = a
-        else:
-            parent[a] = b
-    for item in range(len(parent)):
-        parent[item] = parent[parent[item]]
+__all__ = ["count_covers"]
 
 
 @kernel

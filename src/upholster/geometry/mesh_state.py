@@ -5,9 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.geometry._mesh_state_kernels import count_covers, join_pairs
+from upholster.geometry._mesh_state_kernels import count_covers
+from upholster.geometry.components import components
 from upholster.geometry.triangle_mesh import TriangleMesh
-from upholster.types import FloatArray, IntArray
+from upholster.types import FloatArray
 
 __all__ = ["PartState", "UvState", "inside_out_parts", "mesh_states", "uv_state"]
 
@@ -108,6 +109,18 @@ class _Edges:
     uses: NDArray[np.int64]
     rising: NDArray[np.bool_]
 
+    @property
+    def along(self) -> NDArray[np.int64]:
+        """How many triangles traverse each edge towards the higher vertex."""
+        return np.bincount(self.edge[self.rising], minlength=len(self.uses))
+
+    @property
+    def pairs(self) -> NDArray[np.int64]:
+        """Triangles with a common edge, (P, 2)."""
+        triangle = self.order // 3
+        both: NDArray[np.int64] = np.stack([triangle[:-1], triangle[1:]], axis=1)
+        return both[self.edge[1:] == self.edge[:-1]]
+
 
 def mesh_states(mesh: TriangleMesh, uv: FloatArray | None = None) -> list[PartState]:
     """Return the state of each part of a mesh.
@@ -126,20 +139,19 @@ def mesh_states(mesh: TriangleMesh, uv: FloatArray | None = None) -> list[PartSt
     uses = edges.uses[edges.edge]
     border = uses == 1
     # Two triangles that traverse an edge in the same direction.
-    along = np.bincount(edges.edge[edges.rising], minlength=len(edges.uses))
-    turned = (edges.uses == 2) & (along != 1)
+    turned = (edges.uses == 2) & (edges.along != 1)
     firsts = np.flatnonzero(np.diff(edges.edge, prepend=-1))
     of_edge = mesh.part[edges.order[firsts] // 3]
-    components = _components(mesh, edges)
+    pieces_of = _pieces(mesh, edges)
     holes = _loops(mesh, edges.order[border])
     longest, height = _shape(mesh)
     flat = ~(longest < _NO_AREA * height)
     thin = ~flat & (longest > SLIVER * height)
-    inside_out = inside_out_parts(mesh)
+    inside_out = _inside_out(mesh, edges)
     counts = [
         np.bincount(array, minlength=parts)
         for array in (
-            mesh.part[components],
+            mesh.part[pieces_of],
             mesh.part[holes],
             owner[border],
             of_edge[edges.uses > 2],
@@ -177,17 +189,20 @@ def mesh_states(mesh: TriangleMesh, uv: FloatArray | None = None) -> list[PartSt
 def inside_out_parts(mesh: TriangleMesh) -> NDArray[np.bool_]:
     """Return for each part of a mesh whether it is closed and its triangles face inward, (parts,).
 
-    Parts that share edges are one body. It is closed if every triangle has neighbours of the same
-    orientation, and faces inward if its volume is negative.
+    Parts that share edges are one body. It is closed if its triangles traverse every edge as often in one
+    direction as in the other, and faces inward if its volume is negative.
     """
-    across = np.where(mesh.neighbours < 0, mesh.part[:, None], mesh.part[mesh.neighbours // 3])
-    triangle, edge = np.nonzero(across != mesh.part[:, None])
-    adjacent = np.stack([mesh.part[triangle], across[triangle, edge]], axis=1)
-    body: IntArray = np.arange(len(mesh.parts), dtype=np.int32)
-    join_pairs(adjacent.astype(np.int32), body)
-    is_line = (mesh.triangles == np.roll(mesh.triangles, 1, axis=1)).any(axis=1)  # it has no neighbours
-    at_border = (mesh.neighbours < 0).any(axis=1) & ~is_line
-    is_open = np.bincount(body[mesh.part[at_border]], minlength=len(body)) > 0
+    return _inside_out(mesh, _edges_of(mesh))
+
+
+def _inside_out(mesh: TriangleMesh, edges: _Edges) -> NDArray[np.bool_]:
+    owner = mesh.part[edges.order // 3]
+    body = components(
+        np.stack([owner[:-1], owner[1:]], axis=1)[edges.edge[1:] == edges.edge[:-1]], len(mesh.parts)
+    )
+    along = np.bincount(edges.edge[edges.rising], minlength=len(edges.uses))
+    at_border = (2 * along != edges.uses)[edges.edge]
+    is_open = np.bincount(body[owner[at_border]], minlength=len(body)) > 0
     a, b, c = mesh.corners.transpose(1, 0, 2) - mesh.box.mean(axis=0)
     volume = np.bincount(body[mesh.part], (a * np.cross(b, c)).sum(axis=1), len(body))
     found: NDArray[np.bool_] = (~is_open & (volume < 0))[body]
@@ -243,28 +258,19 @@ def _edges_of(mesh: TriangleMesh) -> _Edges:
     return _Edges(order, edge, np.bincount(edge), (first < last).reshape(-1)[order])
 
 
-def _components(mesh: TriangleMesh, edges: _Edges) -> NDArray[np.int64]:
+def _pieces(mesh: TriangleMesh, edges: _Edges) -> NDArray[np.int64]:
     """Return one triangle of each piece; pieces do not extend over several parts."""
-    triangle = edges.order // 3
-    same = (edges.edge[1:] == edges.edge[:-1]) & (mesh.part[triangle[1:]] == mesh.part[triangle[:-1]])
-    pairs = np.stack([triangle[:-1], triangle[1:]], axis=1)[same]
-    return _roots(pairs, len(mesh.triangles))
+    pairs = edges.pairs[np.ptp(mesh.part[edges.pairs], axis=1) == 0]
+    return np.flatnonzero(components(pairs, len(mesh.triangles)) == np.arange(len(mesh.triangles)))
 
 
 def _loops(mesh: TriangleMesh, border: NDArray[np.int64]) -> NDArray[np.int64]:
     """Return one triangle of each loop of edges, given as triangle · 3 + edge."""
     triangle, edge = border // 3, border % 3
     ends = np.stack([mesh.triangles[triangle, edge], mesh.triangles[triangle, (edge + 1) % 3]], axis=1)
-    root = np.arange(len(mesh.positions), dtype=np.int32)
-    join_pairs(np.ascontiguousarray(ends, np.int32), root)
+    root = components(ends, len(mesh.positions))
     _, first = np.unique(root[ends[:, 0]], return_index=True)
     return triangle[first]
-
-
-def _roots(pairs: NDArray[np.int64], count: int) -> NDArray[np.int64]:
-    parent: IntArray = np.arange(count, dtype=np.int32)
-    join_pairs(np.ascontiguousarray(pairs, np.int32), parent)
-    return np.flatnonzero(parent == np.arange(count))
 
 
 def _shape(mesh: TriangleMesh) -> tuple[FloatArray, FloatArray]:
