@@ -118,8 +118,9 @@ class _Edges:
     def pairs(self) -> NDArray[np.int64]:
         """Triangles with a common edge, (P, 2)."""
         triangle = self.order // 3
-        both: NDArray[np.int64] = np.stack([triangle[:-1], triangle[1:]], axis=1)
-        return both[self.edge[1:] == self.edge[:-1]]
+        both = np.stack([triangle[:-1], triangle[1:]], axis=1)
+        found: NDArray[np.int64] = both[self.edge[1:] == self.edge[:-1]]
+        return found
 
 
 def mesh_states(mesh: TriangleMesh, uv: FloatArray | None = None) -> list[PartState]:
