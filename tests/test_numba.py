@@ -53,6 +53,21 @@ def test_constants_are_numbers_like_others(decorator: Callable[..., Any]) -> Non
     assert power.signatures == [(numba.int64, numba.int64)]
 
 
+def test_a_function_that_is_inlined_has_no_machine_code_of_its_own() -> None:
+    @inline
+    def third(x: float) -> float:
+        return x / 3
+
+    @kernel
+    def sixth(x: float) -> float:
+        return third(x) / 2
+
+    assert sixth(12.0) == 2
+    (result,) = cast(Any, third).overloads.values()
+    engine = result.target_context.codegen()._engine
+    assert not engine.is_symbol_defined(result.fndesc.mangled_name)
+
+
 def _ends(first: Any, last: Any) -> Any:
     """Choose what kernels compile, by type."""
     raise NotImplementedError

@@ -103,11 +103,14 @@ def _dispatcher(function: Callable[..., Any], on_disk: bool, rules: dict[str, An
     from numba.core.dispatcher import Dispatcher
     from numba.extending import overload
 
+    from upholster.inlined_code import InlinedCompiler
     from upholster.kernel_cache import KernelCache
 
     while _choices:
         name, choose = _choices.pop()
         overload(name, strict=False)(choose)
+    if not on_disk:
+        rules = {"pipeline_class": InlinedCompiler, **rules}
     compiled: Any = numba.njit(**_RULES, **rules)(function)
     if isinstance(compiled, Dispatcher):
         compiler = vars(compiled)["_compiler"]
