@@ -1,5 +1,7 @@
 """Private parts of Numba that the program uses; where these tests pass on a newer one, the bound may rise."""
 
+import copy
+import inspect
 import os
 import re
 import threading
@@ -86,6 +88,19 @@ def test_a_kernel_is_compiled_by_the_types_of_its_arguments() -> None:
         return _ends(first, last)
 
     assert (ends(8.0, 2.0), ends(8, 2)) == (4, 16)
+
+
+def test_to_look_at_a_kernel_does_not_import_numba() -> None:
+    @kernel
+    def twice(value: int) -> int:
+        """Return twice a value."""
+        return 2 * value
+
+    assert inspect.signature(twice) == inspect.signature(cast(Kernel, twice).py_func)
+    assert twice.__doc__ == "Return twice a value."
+    assert not hasattr(twice, "__test__")
+    assert vars(twice)["_dispatcher"] is None
+    assert copy.copy(twice)(2) == 4
 
 
 def test_threads_that_call_a_kernel_at_once_get_the_same_one() -> None:

@@ -87,6 +87,8 @@ class Kernel:
         return (self._dispatcher or self.dispatcher)(*arguments)
 
     def __getattr__(self, name: str) -> Any:
+        if name.startswith("__"):  # Python asks for some of any object, even of one that is not made yet
+            raise AttributeError(name)
         return getattr(self.dispatcher, name)
 
     @property
