@@ -13,7 +13,7 @@ from multiprocessing.pool import Pool
 from pathlib import Path
 
 import upholster
-from benchmarks.fidelity_methods import SIDE, methods
+from benchmarks.peers import SIDE, methods
 from benchmarks.quilting import BLOCK, OVERLAP, quilting
 from benchmarks.sheet_run import ROOT, commit_of, unpack
 from upholster.image import write_image
@@ -108,7 +108,7 @@ def textbook(cache: Path, block: int, overlap: int) -> Way:
 
 def gmic(cache: Path) -> Way | None:
     """Return G'MIC's texture synthesis, which takes no seed; None where it is not installed."""
-    return Way("G'MIC", cache / "gmic") if "G'MIC" in methods()[0] else None
+    return Way("G'MIC", cache / "gmic") if "G'MIC" in methods() else None
 
 
 def _peer(name: str, sample: Path, seed: int, out: Path, numbers: tuple[int, int]) -> None:
@@ -116,5 +116,5 @@ def _peer(name: str, sample: Path, seed: int, out: Path, numbers: tuple[int, int
     if name == "textbook":
         sheet = quilting(exemplar, SIDE, seed=seed, block=numbers[0], overlap=numbers[1])
     else:
-        sheet = methods()[0][name](exemplar, seed).image
+        sheet = methods()[name](exemplar, seed)
     write_image(out, sheet)

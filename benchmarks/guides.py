@@ -1,25 +1,18 @@
 """Guides, labels and zones: how much of what is asked for is shown, and what it costs, flat and on a torus.
 
-``python -m benchmarks guides FOLDER [--publish]``, by default of the project's examples: the first five
-images by name, each reduced to 256². What is asked for is a disc as labels, a ramp as a guide, and a half
-as a zone of the next image.
+Of a folder's first five images by name, each reduced to 256². A disc is asked for as labels, a ramp as a
+guide, and a half as a zone of the next image.
 """
 
-import argparse
 import tempfile
 import time
-from collections.abc import Sequence
-from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from rich.console import Console
-from rich.table import Table
 
-from benchmarks.fidelity import EXAMPLES
-from benchmarks.measure import Results
-from benchmarks.tables import write_table
+from benchmarks.measure import EXAMPLES, Request
+from benchmarks.tables import Table
 from upholster import paint, read_exemplar, synthesize
 from upholster.image import IMAGE_SUFFIXES, Material, write_image
 from upholster.measure.cuts import sampled
@@ -31,7 +24,7 @@ from upholster.options import SampleOptions, SynthesisOptions
 from upholster.quilt import Quilt
 from upholster.types import FloatArray, PixelArray
 
-__all__ = ["Row", "guides", "main", "measure"]
+__all__ = ["measured"]
 
 SIDE, COUNT, MOST_CUTS = 256, 5, 1 << 14
 SURFACES: dict[str, dict[str, Any]] = {
@@ -40,74 +33,7 @@ SURFACES: dict[str, dict[str, Any]] = {
 }
 
 
-@dataclass(frozen=True)
-class Row:
-    """Figures of one sample on one surface; `none`: the same without a guide.
-
-    Attributes
-    ----------
-    labels, labels_none
-        Share of the area that shows the label asked for.
-    correlation, correlation_none, off, off_none
-        Between what a guide's shown values and the wanted ones are, and their root mean square difference.
-    cuts, cuts_none
-        Differences at cuts against what the sample has there, with a guide.
-    cuts_inside, cuts_between
-        The same with two zones: inside them, and between them.
-    guide_time, label_time
-        Seconds with a guide over seconds without, and with labels.
-    """
-
-    sample: str
-    surface: str
-    labels: float
-    labels_none: float
-    correlation: float
-    correlation_none: float
-    off: float
-    off_none: float
-    cuts: float
-    cuts_none: float
-    cuts_inside: float
-    cuts_between: float
-    guide_time: float
-    label_time: float
-
-
-def guides(results: Results, folder: Path = EXAMPLES) -> None:
-    """Add means of five samples on either surface."""
-    rows = measure(folder)
-    for surface in SURFACES:
-        own = [row for row in rows if row.surface == surface]
-        for entry in fields(Row)[2:]:
-            mean = float(np.mean([getattr(row, entry.name) for row in own]))
-            results.add(f"guides, {surface}: {entry.name}", mean, "")
-
-
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Run as a program."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks guides", description=__doc__)
-    parser.add_argument("folder", nargs="?", type=Path, default=EXAMPLES, metavar="FOLDER")
-    parser.add_argument("--publish", action="store_true", help="write the table of docs/benchmarks.md")
-    asked = parser.parse_args(arguments)
-    names = [entry.name for entry in fields(Row)]
-    table = Table(*names)
-    rows = measure(asked.folder)
-    if asked.publish:
-        _publish(rows)
-    for row in rows:
-        table.add_row(
-            *(x if isinstance(x, str) else f"{x:.2f}" for x in (getattr(row, name) for name in names))
-        )
-    for surface in SURFACES:
-        own = [row for row in rows if row.surface == surface]
-        means = (float(np.mean([getattr(row, name) for row in own])) for name in names[2:])
-        table.add_row("mean", surface, *(f"{mean:.3f}" for mean in means))
-    Console(width=180).print(table)
-    return 0
-
-
-PUBLISHED: dict[str, tuple[str, str, str]] = {
+FIGURES: dict[str, tuple[str, str, str]] = {
     "area that shows the label asked for": ("labels", "labels_none", "{:.0%}"),
     "correlation of a guide's shown and wanted values": ("correlation", "correlation_none", "{:.2f}"),
     "their root mean square difference, of 1": ("off", "off_none", "{:.2f}"),
@@ -116,41 +42,34 @@ PUBLISHED: dict[str, tuple[str, str, str]] = {
     "seam ratio at cuts, between zones": ("cuts_between", "", "{:.2f}"),
     "time with a guide, times that without": ("guide_time", "", "{:.1f}"),
 }
-"""Rows of the table: name, field, field without a guide, and format."""
+"""Rows of the table: name, figure, the same without a guide, and format."""
 
 
-def _publish(rows: Sequence[Row]) -> None:
-    """Write means over the samples, on either surface with and without a guide."""
-    table = []
-    for name, (field, without, shown) in PUBLISHED.items():
-        cells = []
-        for surface in SURFACES:
-            own = [row for row in rows if row.surface == surface]
-            means = [float(np.mean([getattr(row, x) for row in own])) for x in (field, without) if x]
-            cells += [shown.format(mean) for mean in means] + [""] * (not without)
-        table.append([name, *cells])
-    columns = ("measure", "flat", "flat, unguided", "torus", "torus, unguided")
-    note = f"Means of {len(rows) // len(SURFACES)} photographs."
-    write_table("guides", columns, table, command="python -m benchmarks guides FOLDER --publish", note=note)
-
-
-def measure(folder: Path, surfaces: Sequence[str] = tuple(SURFACES)) -> list[Row]:
-    """Return the figures of a folder's first five images."""
-    paths = sorted(path for path in folder.iterdir() if path.suffix.lower() in IMAGE_SUFFIXES)[:COUNT]
+def measured(request: Request) -> Table:
+    """Return means over the samples, on either surface with and without a guide."""
+    paths = (request if request.files else Request((EXAMPLES,))).listed(IMAGE_SUFFIXES)[:COUNT]
     with tempfile.TemporaryDirectory() as made:
         files = []
         for path in paths:
             files.append(Path(made, path.name).with_suffix(".png"))
             pixels = read_exemplar(path, resize=(SIDE, SIDE))
             write_image(files[-1], np.ascontiguousarray(np.broadcast_to(pixels, (SIDE, SIDE, 3))))
-        return [
-            _measured(file, other, surface)
-            for file, other in zip(files, [*files[1:], files[0]], strict=True)
-            for surface in surfaces
-        ]
+        found = {
+            surface: [_figures(*pair, surface) for pair in zip(files, [*files[1:], files[0]], strict=True)]
+            for surface in SURFACES
+        }
+    rows = []
+    for name, (figure, without, shown) in FIGURES.items():
+        cells = []
+        for own in found.values():
+            cells += [shown.format(np.mean([one[x] for one in own])) for x in (figure, without) if x]
+            cells += [""] * (not without)
+        rows.append([name, *cells])
+    columns = ("measure", "flat", "flat, unguided", "torus", "torus, unguided")
+    return Table(columns, rows, {"note": f"Means of {len(paths)} photographs."})
 
 
-def _measured(file: Path, other: Path, surface: str) -> Row:
+def _figures(file: Path, other: Path, surface: str) -> dict[str, float]:
     exemplar = read_exemplar(file)
     shown = _luminance(exemplar)
     is_light = shown > np.median(shown)
@@ -159,39 +78,35 @@ def _measured(file: Path, other: Path, surface: str) -> Row:
     files = {"own": is_light, "disc": disc, "ramp": ramp, "half": x > 0}
     for name, values in files.items():
         write_image(file.with_name(f"_{name}.png"), np.rint(255 * values[:, :, None]).astype(np.uint8))
-    asked: dict[str, dict[str, Any]] = {
+    uses: dict[str, dict[str, Any]] = {
         "none": {},
         "labels": {"labels": f"{file.parent}/_own.png={file.parent}/_disc.png"},
         "guide": {"guide": f"luminance={file.parent}/_ramp.png"},
         "zones": {"zone": f"{other}={file.parent}/_half.png"},
     }
     quilts, seconds = {}, {}
-    for name, one in asked.items():
+    for name, one in uses.items():
         options = SynthesisOptions(**SURFACES[surface], **one)
         quilts[name], seconds[name] = _laid(exemplar, surface, options)
     whole, _ = read_guidance(options, exemplar, SampleOptions(), None)  # the last one's: zones
     assert isinstance(whole, Material)
-    found = {}
-    for name in ("none", "labels"):
+    found = {"guide_time": seconds["guide"] / seconds["none"]}
+    for name, ending in (("none", "_none"), ("labels", "")):
         label, wanted = _compared(quilts[name], is_light.astype(np.float64), disc.astype(np.float64))
-        found[f"labels_{name}"] = float(((label > 0.5) == (wanted > 0.5)).mean())
-    for name in ("none", "guide"):
+        found[f"labels{ending}"] = float(((label > 0.5) == (wanted > 0.5)).mean())
+    for name, ending in (("none", "_none"), ("guide", "")):
         value, wanted = _compared(quilts[name], shown, ramp)
-        found[f"correlation_{name}"] = float(np.corrcoef(value, wanted)[0, 1])
-        found[f"off_{name}"] = float(np.sqrt(np.mean((value - wanted) ** 2)))
-        found[f"cuts_{name}"], _ = _cut_ratios(quilts[name], exemplar, exemplar.shape[1])
-    inside, between = _cut_ratios(quilts["zones"], whole.maps["albedo"], exemplar.shape[1])
-    return Row(
-        file.stem, surface, found["labels_labels"], found["labels_none"], found["correlation_guide"],
-        found["correlation_none"], found["off_guide"], found["off_none"],
-        found["cuts_guide"], found["cuts_none"], inside, between,
-        seconds["guide"] / seconds["none"], seconds["labels"] / seconds["none"],
-    )  # fmt: skip
+        found[f"correlation{ending}"] = float(np.corrcoef(value, wanted)[0, 1])
+        found[f"off{ending}"] = float(np.sqrt(np.mean((value - wanted) ** 2)))
+        found[f"cuts{ending}"], _ = _cut_ratios(quilts[name], exemplar, exemplar.shape[1])
+    zones = _cut_ratios(quilts["zones"], whole.maps["albedo"], exemplar.shape[1])
+    found["cuts_inside"], found["cuts_between"] = zones
+    return found
 
 
 def _luminance(exemplar: PixelArray) -> FloatArray:
-    asked = SynthesisOptions(guide=("luminance=height",))
-    _, guidance = read_guidance(asked, exemplar, SampleOptions(), None)
+    options = SynthesisOptions(guide=("luminance=height",))
+    _, guidance = read_guidance(options, exemplar, SampleOptions(), None)
     assert guidance is not None
     return guidance.guides[0].shown.astype(np.float64)
 
@@ -237,7 +152,7 @@ def _cut_ratios(quilt: Quilt, exemplar: PixelArray, width: int) -> tuple[float, 
         pixels = trace.window.of(texels.arrays[trace.window.index])
         for axis in (0, 1):
             border = trace.border(axis)
-            cuts = rng.permutation(np.flatnonzero(~border.continued))[:MOST_CUTS]
+            cuts = rng.permutation(np.flatnonzero(border.cut))[:MOST_CUTS]
             rows, columns = border.rows[cuts], border.columns[cuts]
             at = [(rows, columns), (rows + (axis == 0), columns + (axis == 1))]
             owners = (border.first[cuts], border.second[cuts])

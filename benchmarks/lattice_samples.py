@@ -1,23 +1,18 @@
 """Generated samples of regular textures, never exactly periodic: walls, tiles, weaves.
 
-``python -m benchmarks.lattice_samples OUT [--side N] [--seed N]`` writes all of them as PNG. Each is a
-pattern of elements, of which every pixel has one: elements differ in colour, their joints in width, and the
-whole is displaced by smooth noise of about a pixel. The same seed gives the same pixels.
+Each is a pattern of elements, of which every pixel has one: elements differ in colour, their joints in width,
+and the whole is displaced by smooth noise of about a pixel. The same seed gives the same pixels.
 """
 
-import argparse
-import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.image import write_image
 from upholster.types import FloatArray
 
-__all__ = ["PATTERNS", "Elements", "LatticeSample", "lattice_sample", "main"]
+__all__ = ["PATTERNS", "Elements", "LatticeSample", "lattice_sample"]
 
 Image = NDArray[np.uint8]
 Numbers = NDArray[np.int64]
@@ -221,22 +216,3 @@ def _noise(rng: np.random.Generator, side: int, power: float, low: float) -> Flo
     spectrum[0, 0] = 0
     field: FloatArray = np.fft.ifft2(spectrum).real[:side, :side]
     return np.asarray(field / field.std())
-
-
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Run as a program."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.lattice_samples", description=__doc__)
-    parser.add_argument("out", type=Path, metavar="OUT")
-    parser.add_argument("--side", type=int, default=256)
-    parser.add_argument("--seed", type=int, default=1)
-    asked = parser.parse_args(arguments)
-    asked.out.mkdir(parents=True, exist_ok=True)
-    for pattern in PATTERNS:
-        write_image(
-            asked.out / f"{pattern}.png", lattice_sample(pattern, side=asked.side, seed=asked.seed).image
-        )
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -1,33 +1,77 @@
-"""Timing and tables."""
+"""What benchmarks share: options, samples, clocks."""
 
-import csv
 import resource
 import statistics
 import sys
 import time
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Collection
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from rich.console import Console
-from rich.table import Table
+import numpy as np
+from numpy.typing import NDArray
 
-from benchmarks.tables import write_table
+import upholster
 from upholster.charts.layout import texture_scale
 from upholster.geometry import Surface
+from upholster.image import IMAGE_SUFFIXES
 from upholster.types import PixelArray
 
 __all__ = [
+    "EXAMPLES",
     "EXEMPLAR",
-    "Results",
+    "Request",
     "median_processor_seconds",
     "median_seconds",
     "one_pixel_a_texel",
     "processor_seconds",
+    "psnr",
+    "row",
+    "samples",
 ]
 
-EXEMPLAR = Path(__file__).parent.parent / "examples" / "bricks.png"
+EXAMPLES = Path(__file__).parent.parent / "examples"
+EXEMPLAR = EXAMPLES / "bricks.png"
+
+
+@dataclass(frozen=True)
+class Request:
+    """The options of a benchmark: files and folders; a folder for pictures and points; numbers."""
+
+    files: tuple[Path, ...] = ()
+    out: Path | None = None
+    texels: int | None = None
+    seeds: int = 1
+    runs: int = 5
+
+    def listed(self, suffixes: Collection[str]) -> list[Path]:
+        """Return the files, and those in the folders, that end so; without any the program ends."""
+        inside = [sorted(place.iterdir()) if place.is_dir() else [place] for place in self.files]
+        found = [file for files in inside for file in files if file.suffix.lower() in suffixes]
+        if not found:
+            sys.exit(f"there is no file to measure; allowed: folders, or files of {', '.join(suffixes)}")
+        return found
+
+
+def samples(request: Request, side: int = 128) -> dict[str, tuple[PixelArray, PixelArray | None]]:
+    """Return samples by name, each with the picture of twice the side whose upper left quarter it is.
+
+    Without a folder they are the project's own, reduced to `side`, of which there is no larger picture.
+    """
+    if not request.files:
+        own = Request((EXAMPLES,)).listed(IMAGE_SUFFIXES)
+        return {path.stem: (upholster.read_exemplar(path, resize=(side, side)), None) for path in own}
+    found: dict[str, tuple[PixelArray, PixelArray | None]] = {}
+    for path in request.listed(IMAGE_SUFFIXES):
+        picture = upholster.read_exemplar(path, resize=(2 * side, 2 * side))
+        found[path.stem] = (np.ascontiguousarray(picture[:side, :side]), picture)
+    return found
+
+
+def row(what: str, figure: float, unit: str, remark: str = "") -> list[str]:
+    """Return a row of a table with the columns "what", "figure", "compared with"."""
+    return [what, f"{figure:.4g} {unit}".strip(), remark]
 
 
 def one_pixel_a_texel(surface: Surface, exemplar: PixelArray, texels: int) -> dict[str, Any]:
@@ -36,6 +80,12 @@ def one_pixel_a_texel(surface: Surface, exemplar: PixelArray, texels: int) -> di
     size = width / texture_scale(surface, width, texels=texels).density
     direction = "u" if len(surface.faces) == 1 else "around:z"
     return {"texels": texels, "sample_size": size, "direction": direction}
+
+
+def psnr(one: NDArray[Any], other: NDArray[Any]) -> float:
+    """Return the peak signal-to-noise ratio of 8-bit samples in dB; 99 where they are equal."""
+    error = np.mean((one.astype(np.float64) - other.reshape(one.shape)) ** 2)
+    return 99.0 if error == 0 else float(10 * np.log10(255**2 / error))
 
 
 def processor_seconds() -> float:
@@ -65,39 +115,3 @@ def _median(function: Callable[[], object], clock: Callable[[], float], runs: in
         function()
         times.append(clock() - start)
     return statistics.median(times)
-
-
-@dataclass
-class Results:
-    """Rows of a table: what was measured, figure, unit, aim, and remarks such as the peer's figure."""
-
-    rows: list[tuple[str, str, str, str, str]] = field(default_factory=list)
-
-    def add(self, what: str, figure: float, unit: str, *, aim: str = "", remark: str = "") -> None:
-        """Add a row, and show it."""
-        self.rows.append((what, f"{figure:.4g}", unit, aim, remark))
-        print(
-            f"{what}: {figure:.4g} {unit}  {f'(aim {aim})' if aim else ''} {remark}",
-            file=sys.stderr,
-            flush=True,
-        )
-
-    def show(self) -> None:
-        """Print all rows as a table."""
-        table = Table("measured", "figure", "unit", "aim", "remark")
-        for row in self.rows:
-            table.add_row(*row)
-        Console(width=140).print(table)
-
-    def publish(self, name: str, *, command: str, peers: str = "", note: str = "") -> None:
-        """Write all rows as a table of docs/benchmarks.md; aims are not shown there."""
-        rows = [(what, f"{figure} {unit}".strip(), remark) for what, figure, unit, _, remark in self.rows]
-        columns = ("what", "figure", "compared with")
-        write_table(name, columns, rows, command=command, peers=peers, note=note)
-
-    def write(self, path: Path) -> None:
-        """Write all rows as CSV, aims included."""
-        with path.open("w", newline="", encoding="utf-8") as file:
-            writer = csv.writer(file)
-            writer.writerow(("measured", "figure", "unit", "aim", "remark"))
-            writer.writerows(self.rows)

@@ -1,24 +1,23 @@
-"""Meshes in streams beside Draco: ``python -m benchmarks meshstream FOLDER`` prints a table in Markdown.
+"""Meshes in streams beside Draco, over the meshes of a folder.
 
 For each mesh of a folder (GLB, OBJ, PLY, STL, OFF; at most 150,000 triangles): bytes of its code with
 positions and parameters of 12 bits each, and Draco's of the same charts, laid on a square of 12 bits, at the
 best of its levels 7 and 10. Then bytes at the precision that streams have for so many texels: 1/8 texel.
 """
 
-import time
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from benchmarks.measure import Results
+from benchmarks.measure import Request
+from benchmarks.tables import Table
 from upholster.charts.unwrap import unwrap
 from upholster.geometry import MeshSurface, TriangleMesh, welded
-from upholster.stream.byte_reader import ByteReader
-from upholster.stream.mesh_code import TEXEL_STEPS, MeshPrecision, pack_mesh, parse_mesh
+from upholster.stream.mesh_code import TEXEL_STEPS, MeshPrecision, pack_mesh
 from upholster.types import FloatArray
 
-__all__ = ["meshstream"]
+__all__ = ["measured"]
 
 SUFFIXES = (".glb", ".obj", ".ply", ".stl", ".off")
 MOST_TRIANGLES = 150_000
@@ -26,23 +25,10 @@ BITS = 12
 TEXELS = 1_000_000
 
 
-def meshstream(results: Results, *, folder: Path | None = None) -> None:
-    """Compare with Draco over the meshes of a folder; print a table and add the mean ratio."""
-    if folder is None:
-        return
-    heads = (
-        "mesh",
-        "triangles",
-        "islands",
-        "bytes",
-        "Draco",
-        "ratio",
-        f"bytes, 1/{TEXEL_STEPS} texel",
-        "ms, read",
-    )
-    print(f"| {' | '.join(heads)} |\n|{' --- |' * len(heads)}")
-    ratios = []
-    for path in sorted(path for path in folder.rglob("*") if path.suffix in SUFFIXES):
+def measured(request: Request) -> Table:
+    """Compare with Draco over the meshes."""
+    rows, ratios = [], []
+    for path in request.listed(SUFFIXES):
         mesh = _read(path)
         if mesh is None:
             continue
@@ -52,14 +38,12 @@ def meshstream(results: Results, *, folder: Path | None = None) -> None:
         theirs = _draco(surface, uv)
         texel = float(np.sqrt(mesh.areas.sum() / TEXELS))
         fine = pack_mesh(surface, MeshPrecision(BITS, texel / TEXEL_STEPS))
-        start = time.perf_counter()
-        parse_mesh(ByteReader(ours))
-        taken = time.perf_counter() - start
         ratios.append(len(ours) / theirs)
-        row = (path.name, f"{len(mesh.triangles):,}", surface.islands, f"{len(ours):,}", f"{theirs:,}")
-        print(f"| {' | '.join(map(str, row))} | {ratios[-1]:.3f} | {len(fine):,} | {1000 * taken:.0f} |")
-    if ratios:
-        results.add("bytes of a mesh ÷ Draco's, mean", float(np.mean(ratios)), "", aim="below 1")
+        sizes = [f"{size:,}" for size in (len(mesh.triangles), surface.islands, len(ours), theirs)]
+        rows.append([path.name, *sizes, f"{ratios[-1]:.3f}", f"{len(fine):,}"])
+    rows.append(["mean", "", "", "", "", f"{np.mean(ratios):.3f}", ""])
+    columns = ("mesh", "triangles", "islands", "bytes", "Draco", "ratio", f"bytes, 1/{TEXEL_STEPS} texel")
+    return Table(columns, rows)
 
 
 def _read(path: Path) -> TriangleMesh | None:

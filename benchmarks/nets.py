@@ -1,12 +1,32 @@
-"""Control nets written as JSON files, as users write them."""
+"""Control nets: a surface that no builder makes, and nets written as JSON files, as users write them."""
 
 import json
 from pathlib import Path
 from typing import Any
 
-from upholster.geometry import Surface
+import numpy as np
 
-__all__ = ["write_nets"]
+from upholster.geometry import RationalPatch, Surface, surface_from_spec
+from upholster.geometry.face import Face
+
+__all__ = ["bent_vase", "write_nets"]
+
+
+def bent_vase() -> Surface:
+    """Return a vase, bent and flattened."""
+    faces = []
+    for face in surface_from_spec("vase").faces:
+        rows = []
+        for i in range(face.rows):
+            row = []
+            for j in range(face.columns):
+                net = face.patches[i][j].net
+                x, y, z = np.moveaxis(net[..., :3] / net[..., 3:], -1, 0)
+                moved = np.stack([1.2 * x + 0.25 * z * z, 0.8 * y + 0.1 * z, z], axis=-1)
+                row.append(RationalPatch(np.concatenate([moved * net[..., 3:], net[..., 3:]], axis=-1)))
+            rows.append(tuple(row))
+        faces.append(Face(tuple(rows)))
+    return Surface(faces, "bent vase")
 
 
 def write_nets(path: Path, surface: Surface) -> None:

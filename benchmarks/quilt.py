@@ -1,7 +1,7 @@
 """Method "quilt": flat textures, the paper's cyclide from 1 to 16 Mtexels, and README's first command.
 
 All figures are processor seconds of all threads and processes: other programs on the machine disturb them
-less than the clock. ``python -m benchmarks quilt --publish`` writes the table of docs/benchmarks.md.
+less than the clock.
 """
 
 import os
@@ -11,23 +11,26 @@ import tempfile
 from typing import Any
 
 import upholster
-from benchmarks.flagship import gmic_seconds
-from benchmarks.measure import EXEMPLAR, Results, median_processor_seconds, one_pixel_a_texel
+from benchmarks.measure import EXEMPLAR, Request, median_processor_seconds, one_pixel_a_texel, row
+from benchmarks.peers import gmic_seconds, versions
+from benchmarks.tables import Table
 
-__all__ = ["quilt"]
+__all__ = ["measured"]
 
 
-def quilt(results: Results) -> None:
+def measured(_request: Request) -> Table:
     """Time synthesis and painting together, G'MIC in the same run."""
-    ours = _flat(128, runs=15)
-    peer = gmic_seconds()
+    ours, peer = _flat(128, runs=15), gmic_seconds()
     remark = "" if peer is None else f"G'MIC: {peer:.2g} s, {peer / ours:.0f} times as long"
-    results.add("flat, 128² → 512²", ours, "s", remark=remark)
-    results.add("flat, 1024² → 512²", _flat(1024, runs=7), "s")
-    _cyclide(results)
+    rows = [
+        row("flat, 128² → 512²", ours, "s", remark),
+        row("flat, 1024² → 512²", _flat(1024, runs=7), "s"),
+        *_cyclide(),
+    ]
     seconds, peak = _first_command()
     remark = f"{peak / 1e9:.1f} GB of memory at most; GLB and picture written"
-    results.add("README's first command, 4 Mtexels, kernels compiled before", seconds, "s", remark=remark)
+    rows.append(row("README's first command, 4 Mtexels, kernels compiled before", seconds, "s", remark))
+    return Table(("what", "figure", "compared with"), rows, {"peers": versions("G'MIC")})
 
 
 def _flat(side: int, *, runs: int) -> float:
@@ -41,7 +44,8 @@ def _flat(side: int, *, runs: int) -> float:
     return median_processor_seconds(flat, runs=runs)
 
 
-def _cyclide(results: Results) -> None:
+def _cyclide() -> list[list[str]]:
+    rows = []
     exemplar, ring = upholster.read_exemplar(EXEMPLAR, resize=128), upholster.ring_cyclide(6, 2, 3)
     for texels in (2**20, 2**22, 2**24):
         options = one_pixel_a_texel(ring, exemplar, texels)
@@ -51,7 +55,8 @@ def _cyclide(results: Results) -> None:
 
         seconds = median_processor_seconds(cover, runs=3 if texels <= 2**22 else 1)
         each = f"{1e9 * seconds / texels:.0f} ns a texel"
-        results.add(f"cyclide, 128² → {texels / 2**20:g} Mtexels", seconds, "s", remark=each)
+        rows.append(row(f"cyclide, 128² → {texels / 2**20:g} Mtexels", seconds, "s", each))
+    return rows
 
 
 def _first_command() -> tuple[float, float]:

@@ -13,9 +13,8 @@ from scipy.ndimage import gaussian_filter
 
 from benchmarks.cad_part import rounded_part, write_assembly
 from benchmarks.lattice_samples import lattice_sample
-from benchmarks.lattices import bent_vase
 from benchmarks.measure import EXEMPLAR
-from benchmarks.nets import write_nets
+from benchmarks.nets import bent_vase, write_nets
 from upholster.image import read_image, write_image
 from upholster.lengths import parse_length
 

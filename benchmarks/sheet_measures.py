@@ -11,7 +11,7 @@ from benchmarks.sheet_views import broken, find, flat_views, recurrence, views
 from upholster.charts.creases import CREASE
 from upholster.elements import find_lattice
 from upholster.image import read_exemplar, read_image, read_material
-from upholster.measure import patch_distance, sliced_wasserstein, structure, wrap_seams
+from upholster.measure import patch_distance, sliced_wasserstein, wrap_seams
 from upholster.measure.samples import bilinear
 from upholster.redrawn import ShownModel, shown_model
 from upholster.types import FloatArray, IntArray, PixelArray
@@ -75,7 +75,6 @@ MEASURES = {
     "swd": Measure("{:.4f}", "low", 0.0005),
     "patches": Measure("{:.3f}", "low", 0.05),
     "left_out": Measure("{:.3f}", "low", 0.06),
-    "structure": Measure("{:.3f}", "low", 0.03),
     "stream": Measure("{:.0f}", "low", 0, 0.01),
     "processor": Measure("{:.2f}", "low", 0.3, 0.2),
     "seconds": Measure("{:.2f}", "low", np.inf),
@@ -104,7 +103,6 @@ def measure(case: Case, result: Path, where: Mapping[str, Path]) -> Figures:
     if not seen:
         return found
     found["swd"] = float(np.mean(sliced_wasserstein(shown, sample)))
-    found["structure"] = abs(structure(shown, sample).loss or 0.0)
     if (patches := patch_distance(shown, sample)) is not None:
         found["patches"], found["left_out"] = patches.to_sample, patches.to_result
     return found | _mapped(seen, sample)

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.fidelity_sheet import Tile, write_sheet
+from benchmarks.contact_sheet import Tile, write_sheet
 from benchmarks.sheet_cases import Case
 from upholster.image import from_linear, read_image, resize_image
 from upholster.redrawn import redrawn

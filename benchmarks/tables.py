@@ -42,8 +42,8 @@ class Table:
         What the lines before them say, by the names of `HEAD`.
     """
 
-    columns: tuple[str, ...]
-    rows: tuple[tuple[str, ...], ...]
+    columns: Sequence[str]
+    rows: Sequence[Sequence[str]]
     head: dict[str, str] = field(default_factory=dict)
 
     def markdown(self) -> str:
@@ -86,53 +86,30 @@ def read_tables(folder: Path = RESULTS) -> dict[str, Table]:
     return {path.stem: read_table(path) for path in sorted(folder.glob("*.csv"))}
 
 
-def write_table(
-    name: str,
-    columns: Sequence[str],
-    rows: Sequence[Sequence[str]],
-    *,
-    command: str,
-    peers: str = "",
-    note: str = "",
-    folder: Path = RESULTS,
-) -> Path:
-    """Write results that were measured today, by the program as its last commit left it.
+def write_table(name: str, table: Table, command: str, folder: Path = RESULTS) -> Path:
+    """Write a table that was measured today, by the program as its last commit left it; return the file.
 
     Parameters
     ----------
     name
         Of the table: the file is ``NAME.csv``.
-    columns, rows
-        Texts, as the page shows them.
+    table
+        Its head may have "peers", other programs with their versions, and a "note".
     command
         What to type to measure the same again.
-    peers, note
-        Other programs with their versions; what a reader needs to know besides.
     folder
         Where to.
-
-    Returns
-    -------
-    Path
-        The file.
     """
     revision = subprocess.run(
         ["git", "log", "-1", "--format=%h", "--", "src"], cwd=ROOT, check=True, capture_output=True, text=True
     ).stdout.strip()
     today = datetime.date.today()
-    head = {
-        "measured": f"{today.day} {today:%B %Y}",
-        "revision": revision,
-        "command": command,
-        "peers": peers,
-        "note": note,
-    }
+    measured = {"measured": f"{today.day} {today:%B %Y}", "revision": revision, "command": command}
+    head = {key: (measured | table.head).get(key, "") for key in HEAD}
     path = folder / f"{name}.csv"
     with path.open("w", newline="", encoding="utf-8") as file:
         file.writelines(f"# {key}: {value}\n" for key, value in head.items() if value)
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(columns)
-        writer.writerows(rows)
+        csv.writer(file, lineterminator="\n").writerows([table.columns, *table.rows])
     return path
 
 

@@ -1,15 +1,13 @@
 """The ring's stream in our viewer beside the same ring as a small GLB in <model-viewer> and in three.js.
 
-``python -m benchmarks.web_peers [--runs 5] [--publish]``. The GLB has as many texels, and a mesh as fine as
-what the viewer shows; gltf-transform makes it small, by Draco and WebP of quality 50. Each is opened in a
-browser that knows nothing yet, in turn, over a line that carries page, scripts and model, at 256 kbit/s and
-2 Mbit/s. Peers' scripts are sent as Brotli too, and all that they need is asked for at once. Chromium draws
-by the processor; times are of what it then has on the screen. ``--publish`` writes the table to docs/web.md,
-and pictures to benchmarks/web_beside.jpg. Needs Chromium, the extras ``test`` and ``bench``, and ``npm ci
---ignore-scripts`` in web/ and in benchmarks/peers/.
+The GLB has as many texels, and a mesh as fine as what the viewer shows; gltf-transform makes it small, by
+Draco and WebP of quality 50. Each is opened in a browser that knows nothing yet, in turn, over a line that
+carries page, scripts and model, at 256 kbit/s and 2 Mbit/s. Peers' scripts are sent as Brotli too, and all
+that they need is asked for at once. Chromium draws by the processor; times are of what it then has on the
+screen. With ``-o`` there are pictures of all players, web_beside.jpg. Needs Chromium, the extras ``test`` and
+``bench``, and ``npm ci --ignore-scripts`` in web/ and in benchmarks/peers/.
 """
 
-import argparse
 import base64
 import io
 import json
@@ -18,7 +16,6 @@ import struct
 import subprocess
 import sys
 import tempfile
-from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -28,15 +25,14 @@ from PIL import Image
 
 import upholster
 from benchmarks.browser import SIZE, fresh_page, open_chromium, serve_files
-from benchmarks.codec_peers import psnr
-from benchmarks.measure import EXEMPLAR
-from benchmarks.tables import write_table
-from benchmarks.web import covered_ring
+from benchmarks.measure import EXEMPLAR, Request, psnr
+from benchmarks.tables import Table
 from upholster.export import PagedMesh, write_glb
 from upholster.options import WriteOptions
 from upholster.stream import StreamDecoder
+from upholster.textured import TexturedModel
 
-__all__ = ["main"]
+__all__ = ["PLAYERS", "RATES", "measured"]
 
 ROOT = Path(__file__).parent.parent
 PEERS = Path(__file__).parent / "peers"
@@ -51,10 +47,7 @@ QUALITY = 50
 ALIKE = 2.0
 """Pictures are alike if they differ by as much, of 255, in the mean."""
 QUIET_MS = 2000
-BESIDE = Path(__file__).parent / "web_beside.jpg"
 GAP = 8
-PAGE = ROOT / "docs" / "web.md"
-MARKS = ("<!-- table: python -m benchmarks.web_peers -->\n", "<!-- end of table -->\n")
 
 
 @dataclass
@@ -70,36 +63,35 @@ class _Times:
         return first, textured, complete
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.web_peers", description=__doc__)
-    parser.add_argument("--runs", type=int, default=5)
-    parser.add_argument("--publish", action="store_true")
-    asked = parser.parse_args(arguments)
+def measured(request: Request) -> Table:
+    """Return medians; the least of each line's times are bold."""
     if not TOOLS.is_dir():
-        print(f"web_peers: needs `npm ci --ignore-scripts` in {PEERS.relative_to(ROOT)}/", file=sys.stderr)
-        return 2
+        raise SystemExit(f"web_peers: needs `npm ci --ignore-scripts` in {PEERS.relative_to(ROOT)}/")
     with tempfile.TemporaryDirectory() as name, open_chromium("web_peers") as chromium:
         if chromium is None:
-            return 2
+            raise SystemExit(2)
         models, pages = Path(name, "models"), Path(name, "pages")
         models.mkdir()
         pages.mkdir()
         subprocess.run(["node", str(PEERS / "build.mjs"), str(pages)], check=True)
         about = _write_ring(chromium, models)
-        table = [*_table(_measure(chromium, models, pages, asked.runs)), "", about]
-        print("\n".join(table))
-        if asked.publish:
-            _publish([*table, f"Medians of {asked.runs}; bold is the least."], asked.runs)
+        rows = _rows(_measure(chromium, models, pages, request.runs))
+        if request.out is not None:
             _write_torus(models)
             with serve_files(models, pages) as line:
-                _beside(chromium, line.address).save(BESIDE, quality=88)
-    return 0
+                _beside(chromium, line.address).save(request.out / "web_beside.jpg", quality=88)
+    columns = ("line", "player", "first picture with texture", "its event", "all of it", "bytes on the line")
+    note = f"{about} Medians of {request.runs}. Chromium draws without a graphics card."
+    return Table(columns, rows, {"peers": _versions(), "note": note})
 
 
 def _write_ring(chromium: Any, folder: Path) -> str:
     """Make the ring as stream and as GLB; returns what they hold, in words."""
-    model = covered_ring()
+    ring, exemplar = upholster.ring_cyclide(), upholster.read_exemplar(EXEMPLAR)
+    quilt = upholster.synthesize(
+        exemplar, ring, texels=4_000_000, sample_size=5.0, direction="around:z", seed=3
+    )
+    model = TexturedModel(ring, upholster.paint(quilt, exemplar), quilt=quilt, exemplar=exemplar)
     (folder / "ring.uph").write_bytes(model.stream)
     with serve_files(folder) as line:
         quads = _quads_shown(chromium, line.address)
@@ -235,35 +227,18 @@ class _Screen:
         return float(np.abs(first - second).mean()) if first.shape == second.shape else 255.0
 
 
-def _table(found: dict[tuple[str, str], _Times]) -> list[str]:
-    """Return the lines of a table in Markdown; the least of each line's times are bold."""
-    rows = [
-        "| line | player | first picture with texture | its event | all of it | bytes on the line |",
-        "| --- " * 6 + "|",
-    ]
+def _rows(found: dict[tuple[str, str], _Times]) -> list[list[str]]:
+    rows = []
     for rate in RATES:
         medians = {player: found[rate, player].medians() for player in PLAYERS}
         least = [min(times) for times in zip(*medians.values(), strict=True)]
         for player, times in medians.items():
-            shown = " | ".join(
+            shown = [
                 f"**{time:.1f} s**" if time == best else f"{time:.1f} s"
                 for time, best in zip(times, least, strict=True)
-            )
-            rows.append(f"| {rate} | {player} | {shown} | {found[rate, player].sent / 1000:.0f} kB |")
+            ]
+            rows.append([rate, player, *shown, f"{found[rate, player].sent / 1000:.0f} kB"])
     return rows
-
-
-def _publish(lines: Sequence[str], runs: int) -> None:
-    """Put the table into docs/web.md, in place of the one before it, and into the folder of results."""
-    columns, _, *rows = (
-        [cell.strip() for cell in line.strip("|").split("|")] for line in lines if "|" in line
-    )
-    command = f"python -m benchmarks.web_peers --runs {runs} --publish"
-    write_table("web", columns, rows, command=command, peers=_versions(), note=lines[-2])
-    text = PAGE.read_text(encoding="utf-8")
-    start, stop = text.index(MARKS[0]) + len(MARKS[0]), text.index(MARKS[1])
-    text = text[:start] + "\n".join(lines) + "\n" + text[stop:]
-    PAGE.write_text(text, encoding="utf-8")
 
 
 def _versions() -> str:
@@ -293,7 +268,3 @@ def _beside(chromium: Any, address: str) -> Image.Image:
             picture = Image.open(io.BytesIO(data)).convert("RGB").resize(SIZE, Image.Resampling.LANCZOS)
             sheet.paste(picture, (column * (width + GAP), row * (height + GAP)))
     return sheet
-
-
-if __name__ == "__main__":
-    sys.exit(main())

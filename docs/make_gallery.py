@@ -1,144 +1,167 @@
-"""Make the gallery: ``python docs/make_gallery.py FOLDER_OF_EXEMPLARS [--only NAME]``.
+"""Make the pictures of the documentation: ``python docs/make_gallery.py FOLDER [--only NAME]``.
 
-Writes docs/gallery/*.jpg and docs/gallery/README.md. The folder holds images of any names; those that start
-with a class of texture (regular_, near_regular_, irregular_, stochastic_) are used for that class. Needs
-Pillow, which the extra "bench" brings.
+docs/pictures.toml lists them, each with the commands that make it; they become docs/gallery/NAME.jpg, or
+docs/guides/NAME.jpg. The folder holds photographs; those whose names begin with a class of texture (regular_,
+near_regular_, irregular_, stochastic_) are used for that class. Needs Pillow, which the extra "bench" brings.
 
 ``python docs/make_gallery.py paper OUT`` draws every figure of the paper from the project's own exemplars
 alone, as OUT/figure_01.jpg and so on; one picture may be several figures: OUT/figure_07_08_09.jpg.
 With ``--draft`` figure 11, which takes a minute and a half, has few texels, from small samples.
 """
 
+import contextlib
+import importlib
+import re
+import shlex
+import subprocess
 import sys
+import tempfile
 import time
-from collections.abc import Callable
-from dataclasses import dataclass
+import tomllib
 from pathlib import Path
 from typing import Any
 
+from upholster.cli import run_words
 from upholster.errors import InputError, UpholsterError, nearest
+from upholster.image import write_image
 
-sys.path.append(str(Path(__file__).resolve().parent.parent))  # where benchmarks are
+DOCS = Path(__file__).resolve().parent
+sys.path.append(str(DOCS.parent))  # where benchmarks are
 
 try:
-    from gallery_tools import (
-        baseline,
-        diagrams,
-        method,
-        progressive,
-        quilts,
-        regular,
-        relight,
-        results,
-        seams,
-        studio,
-        surfaces,
-        viewers,
-    )
-    from gallery_tools.captions import HEAD, caption
-    from gallery_tools.drawing import save_jpeg
+    from benchmarks.lattice_samples import lattice_sample
+    from benchmarks.nets import bent_vase, write_nets
+    from gallery_tools.drawing import MOST_BYTES, Panel, compose, save_jpeg
     from gallery_tools.shots import OWN, Exemplars
+    from gallery_tools.viewers import lacking
+    from PIL import Image, ImageChops
 except ModuleNotFoundError as error:
     if error.name != "PIL":
         raise
     sys.exit("make_gallery: Pillow is not installed; install the extra: pip install 'upholster[bench]'")
 
-GALLERY = Path(__file__).resolve().parent / "gallery"
-USAGE = "usage: python docs/make_gallery.py FOLDER_OF_EXEMPLARS [--only NAME], or: paper OUT [--draft]"
+PICTURES: dict[str, dict[str, Any]] = tomllib.loads((DOCS / "pictures.toml").read_text(encoding="utf-8"))
+USAGE = "usage: python docs/make_gallery.py FOLDER [--only NAME], or: paper OUT [--draft]"
+MOST_BYTES_OF_GUIDES = 245_000
 LAST_FIGURE = 13
 """Of the paper."""
 
 
-@dataclass(frozen=True)
-class Figure:
-    """One picture of the gallery: its file's name without suffix, its heading, and what draws it.
+def draw(name: str, exemplars: Exemplars, *, draft: bool = False) -> Any:
+    """Return a picture.
 
-    `lacking` tells what it needs that this machine has not; then it stays as it is. `numbers` are those of
-    the paper's figures that it shows. `draft` draws it with few texels, where that spares much time.
+    Raises
+    ------
+    InputError
+        If it can not be made here, or as the command raises it.
     """
-
-    name: str
-    title: str
-    draw: Callable[[Exemplars], Any]
-    lacking: Callable[[], str] = str
-    numbers: tuple[int, ...] = ()
-    draft: Callable[[Exemplars], Any] | None = None
-
-
-FIGURES = (
-    Figure("hero", "Bricks on a ring", results.hero),
-    Figure("chairs", "A model", results.chairs),
-    Figure("cad", "CAD parts", results.cad, results.cad_lacking),
-    Figure("players", "A rigged model in other programs", results.players, results.players_lacking),
-    Figure("strip", "Three more samples", results.strip),
-    Figure("beside", "The paper's method and ours", quilts.beside),
-    Figure("everywhere", "One sample, every surface", quilts.everywhere),
-    Figure("sizes", "True scale", quilts.sizes),
-    Figure("directions", "Direction", quilts.directions),
-    Figure("repeating", "Samples that repeat, before and after", regular.repeating),
-    Figure("regular", "Six regular photographs, four surfaces", regular.regular),
-    Figure("irregular", "Six other photographs, four surfaces", regular.irregular),
-    Figure("flat", "Flat and tileable", quilts.flat),
-    Figure("material", "A whole material", relight.material),
-    Figure("studio", "The studio", studio.strip, viewers.lacking),
-    Figure("refining", "A stream of a quilt", progressive.refining),
-    Figure("viewer", "In the browser", viewers.viewer, viewers.lacking),
-    Figure("viewer_arriving", "In the browser, as it arrives", viewers.arriving, viewers.lacking),
-    Figure("viewer_light", "In the browser, a material", viewers.lights, viewers.lacking),
-    Figure("surface", "The surface (figure 1)", surfaces.surface, numbers=(1,)),
-    Figure("patches", "Patches and Bézier polygons (figure 2)", surfaces.patches, numbers=(2,)),
-    Figure("overview", "All steps (figure 3)", diagrams.overview, numbers=(3,)),
-    Figure("on_one_patch", "The steps on one patch (figure 4)", diagrams.on_one_patch, numbers=(4,)),
-    Figure("decomposition", "Decomposition (figure 5)", method.decomposition, numbers=(5,)),
-    Figure("matching", "Matching (figure 6)", method.matching, numbers=(6,)),
-    Figure("seams", "Seams (figures 7, 8 and 9)", seams.seams, numbers=(7, 8, 9)),
-    Figure("mapping", "Mapping (figure 10)", surfaces.mapping, numbers=(10,)),
-    Figure(
-        "baseline", "The paper's baseline (figure 11)", baseline.baseline, numbers=(11,), draft=baseline.draft
-    ),
-    Figure("twelve", "Twelve textures (figure 12)", results.twelve, numbers=(12,)),
-    Figure("levels", "Progressive texture (figure 13)", progressive.levels, numbers=(13,)),
-    Figure("curve", "What bytes buy", progressive.curve),
-    Figure("stretch", "What a plain mapping does to scale", surfaces.stretch),
-)
+    about = PICTURES[name]
+    if "made" in about:
+        raise InputError(f"an earlier revision's script {about['made']} made it; it stays as it is")
+    drawn = about.get("draft" if draft else "draw", about.get("draw"))
+    if drawn is not None:
+        module, _, function = drawn.partition(".")
+        if module in ("viewers", "studio") and (missing := lacking()):
+            raise InputError(f"it needs {missing}")
+        return getattr(importlib.import_module(f"gallery_tools.{module}"), function)(exemplars)
+    with tempfile.TemporaryDirectory() as made:
+        folder = Path(made)
+        sources = (DOCS, OWN, *OWN.iterdir(), *exemplars.paths, *exemplars.folder.iterdir())
+        for source in sources:
+            if not (folder / source.name).exists():
+                (folder / source.name).symlink_to(source.resolve())
+        for pattern in about.get("generated", ()):
+            write_image(folder / f"{pattern}.png", lattice_sample(pattern).image)
+        write_nets(folder / "net.json", bent_vase())
+        for command in [*map(shlex.split, about.get("before", ())), *_page_commands(name)]:
+            _run(command, folder)
+        if "rows" not in about:
+            return Image.open(folder / f"{Path(name).name}.png").convert("RGB")
+        rows = [
+            [_panel(about, [word, *panel], letter, exemplars, folder) for panel in row]
+            for letter, word in zip("abcdefghijkl", about.get("each", [""]), strict=False)
+            for row in about["rows"]
+        ]
+        return compose(rows, gap=about.get("gap", 22))
 
 
-def readme(exemplars: Exemplars) -> str:
-    """Return the gallery's README."""
-    return HEAD + "".join(
-        f"\n## {figure.title}\n\n![{figure.title}]({figure.name}.jpg)\n\n{caption(figure.name, exemplars)}"
-        for figure in FIGURES
-    )
+def _page_commands(name: str) -> list[list[str]]:
+    """Return the commands that are below a picture on its page."""
+    if "page" not in PICTURES[name]:
+        return []
+    page = (DOCS / PICTURES[name]["page"]).read_text(encoding="utf-8")
+    found = re.search(rf"\({re.escape(name)}\.jpg\)\n\n```console\n(.*?)```", page, re.DOTALL)
+    assert found, name
+    lines = found[1].replace("\\\n", " ").splitlines()
+    return [shlex.split(line.removeprefix("$ ").removeprefix("upholster ")) for line in lines]
 
 
-def make(folder: Path, only: str | None) -> None:
-    """Make all pictures, or one, and the README.
+def _panel(about: dict[str, Any], panel: list[Any], letter: str, exemplars: Exemplars, folder: Path) -> Panel:
+    word, title, shown, wide, tile = [*panel, 0, 0][:5]
+    title, shown = (text.replace("{word}", word).replace("{letter}", letter) for text in (title, shown))
+    shown = re.sub(r"<(\w+)>", lambda found: exemplars.pick(found[1]).name, shown)
+    words = shlex.split(shown)
+    if words[0] in ("cover", "levels"):
+        options = shlex.split(about.get("options", "")) if words[0] == "cover" else []
+        _run([*words, *options, "-o", "panel.png"], folder)
+        words = ["panel.png"]
+    images = [Image.open(folder / file).convert("RGB") for file in words]
+    image = images[0] if len(images) == 1 else _differing(*images)
+    if tile:
+        large = Image.new("RGB", (tile * image.width, tile * image.height))
+        for n in range(tile * tile):
+            large.paste(image, (n % tile * image.width, n // tile * image.height))
+        image = large
+    if "part" in about:
+        sides = 2 * image.size
+        image = image.crop([round(share * side) for share, side in zip(about["part"], sides, strict=True)])
+    if "cut" in about:
+        image = image.crop((0, 0, *about["cut"]))
+    if wide:
+        image = image.resize((wide, round(image.height * wide / image.width)), Image.Resampling.LANCZOS)
+    return Panel(image, title)
+
+
+def _differing(before: Any, after: Any) -> Any:
+    """Return the second picture, white where it is as the first."""
+    channels = ImageChops.difference(before, after).split()
+    most = ImageChops.lighter(ImageChops.lighter(*channels[:2]), channels[2])
+    white = Image.new("RGB", after.size, "white")
+    return Image.composite(after, white, most.point(lambda value: 255 * (value > 3)))
+
+
+def _run(words: list[str], folder: Path) -> None:
+    if words[0] == "python":
+        subprocess.run([sys.executable, *words[1:]], cwd=folder, check=True)
+        return
+    with contextlib.chdir(folder):
+        run_words([*words, "-q"])
+
+
+def make(folder: Path, only: str | None) -> int:
+    """Make all pictures, or one; return 2 if one is not made.
 
     Raises
     ------
     InputError
         If the folder holds no image, one cannot be read, or there is no such picture.
     """
-    names = [figure.name for figure in FIGURES]
-    if only is not None and only not in names:
-        raise InputError(f"unknown picture {only!r}; {nearest(only, names)}")
-    exemplars = Exemplars.of(folder)
-    GALLERY.mkdir(exist_ok=True)
-    wanted = [figure for figure in FIGURES if only in (None, figure.name)]
-    begin = time.perf_counter()
-    for count, figure in enumerate(wanted, 1):
+    if only is not None and only not in PICTURES:
+        raise InputError(f"unknown picture {only!r}; {nearest(only, PICTURES)}")
+    exemplars, status = Exemplars.of(folder), 0
+    wanted = [name for name in PICTURES if only in (None, name)]
+    for count, name in enumerate(wanted, 1):
         start = time.perf_counter()
-        print(f"[{count}/{len(wanted)}] {figure.name} ...", end=" ", flush=True)
-        if missing := figure.lacking():
-            print(f"skipped: it needs {missing}", flush=True)
-            continue
-        size = save_jpeg(figure.draw(exemplars), GALLERY / f"{figure.name}.jpg")
-        print(f"{size / 1000:.0f} kB, {time.perf_counter() - start:.1f} s", flush=True)
-    (GALLERY / "README.md").write_text(readme(exemplars), encoding="utf-8")
-    total = sum(
-        (GALLERY / f"{name}.jpg").stat().st_size for name in names if (GALLERY / f"{name}.jpg").exists()
-    )
-    print(f"docs/gallery: {total / 1e6:.1f} MB of pictures, {time.perf_counter() - begin:.0f} s")
+        print(f"[{count}/{len(wanted)}] {name} ...", end=" ", flush=True)
+        target = DOCS / (f"{name}.jpg" if "/" in name else f"gallery/{name}.jpg")
+        most = MOST_BYTES_OF_GUIDES if "/" in name else MOST_BYTES
+        try:
+            size = save_jpeg(draw(name, exemplars), target, most=most)
+            print(f"{size / 1000:.0f} kB, {time.perf_counter() - start:.1f} s", flush=True)
+        except UpholsterError as error:
+            print(f"skipped: {error}", flush=True)
+            status = 2
+    return status
 
 
 def make_paper(out: Path, *, draft: bool) -> None:
@@ -153,14 +176,14 @@ def make_paper(out: Path, *, draft: bool) -> None:
         raise InputError(f"{str(out)!r} is a file; allowed: a folder, or a new name")
     out.mkdir(parents=True, exist_ok=True)
     exemplars = Exemplars.of(OWN)
-    for figure in FIGURES:
-        if figure.numbers:
-            name = "_".join(["figure", *(f"{number:02}" for number in figure.numbers)])
+    drawn: set[int] = set()
+    for name, about in PICTURES.items():
+        if numbers := about.get("figures"):
+            file = "_".join(["figure", *(f"{number:02}" for number in numbers)])
             start = time.perf_counter()
-            draw = (figure.draft if draft else None) or figure.draw
-            size = save_jpeg(draw(exemplars), out / f"{name}.jpg")
-            print(f"{name}.jpg: {figure.title}, {size / 1000:.0f} kB, {time.perf_counter() - start:.1f} s")
-    drawn = {number for figure in FIGURES for number in figure.numbers}
+            size = save_jpeg(draw(name, exemplars, draft=draft), out / f"{file}.jpg")
+            print(f"{file}.jpg: {name}, {size / 1000:.0f} kB, {time.perf_counter() - start:.1f} s")
+            drawn |= set(numbers)
     if missing := sorted({*range(1, LAST_FIGURE + 1)} - drawn):
         print(f"not drawn: figure {', '.join(map(str, missing))}")
 
@@ -170,15 +193,13 @@ def main(arguments: list[str]) -> int:
     try:
         match arguments:
             case ["-h"] | ["--help"]:
-                print(f"{USAGE}\nNAME is one of: {', '.join(figure.name for figure in FIGURES)}")
-            case ["paper", out] if not out.startswith("-"):
-                make_paper(Path(out), draft=False)
-            case ["paper", out, "--draft"] if not out.startswith("-"):
-                make_paper(Path(out), draft=True)
+                print(f"{USAGE}\nNAME is one of: {', '.join(PICTURES)}")
+            case ["paper", out] | ["paper", out, "--draft"] if not out.startswith("-"):
+                make_paper(Path(out), draft=len(arguments) > 2)
             case [folder, "--only", name] | ["--only", name, folder]:
-                make(Path(folder), name)
+                return make(Path(folder), name)
             case [folder] if not folder.startswith("-"):
-                make(Path(folder), None)
+                return make(Path(folder), None)
             case _:
                 raise InputError(USAGE)
     except (UpholsterError, OSError) as error:

@@ -91,7 +91,7 @@ def test_step_is_read_with_unit_names_colours_and_places(files, two):
     assert len(read_cad(files / "two.step", unique=True).bodies) == 3
 
 
-def test_triangles_are_watertight_lie_on_the_faces_and_have_their_normals(model):
+def test_triangles_are_watertight_and_on_the_faces(model):
     mesh = model.mesh
     assert mesh.metres == 0.001
     assert mesh.parts == ("plate 1", "ball 1")
@@ -109,7 +109,7 @@ def test_triangles_are_watertight_lie_on_the_faces_and_have_their_normals(model)
     assert set(map(tuple, np.abs(named).round(6))) == {(0, 0, 0), (0, 0, 1)}
 
 
-def test_faces_share_the_vertices_of_their_edges_which_lie_on_the_trimming_curves(two):
+def test_faces_share_vertices_on_trimming_curves(two):
     plate = two.bodies[0]
     hole = next(face for face in plate.faces if face.kind == "cylinder" and face.area > 60)
     rim = np.unique(hole.vertices[plate.rim[hole.vertices]])
@@ -126,7 +126,7 @@ def test_faces_share_the_vertices_of_their_edges_which_lie_on_the_trimming_curve
     assert len(np.unique(places, axis=0)) == len(used)
 
 
-def test_brep_and_iges_give_the_same_plate_and_a_unit_where_the_file_has_none(files, two, plate):
+def test_brep_and_iges_give_the_same_plate(files, two, plate):
     wanted = sum(face.area for face in two.bodies[0].faces)
     assert any("no unit: millimetres assumed" in note for note in plate.notes)
     assert plate.mesh.areas.sum() == pytest.approx(wanted, rel=2e-3)
@@ -205,7 +205,7 @@ def test_bad_files_are_one_line(files, tmp_path):
     assert not (tmp_path / "a.glb").exists()
 
 
-def test_progress_is_reported_by_face_and_what_stops_it_ends_the_process(files, monkeypatch, tmp_path):
+def test_progress_is_reported_by_face(files, monkeypatch, tmp_path):
     reported = []
     read_model(files / "two.step", progress=lambda *one: reported.append(one))
     assert {("faces", 9, 9), ("mesh", 9, 9)} <= set(reported)
@@ -350,7 +350,7 @@ def test_directions_along_and_around_follow_each_face_own_axis(plate):
     assert found.area == pytest.approx(80 * np.pi, rel=2e-3)
 
 
-def test_plane_faces_have_one_direction_and_go_round_only_without_a_lattice(plate):
+def test_plane_faces_have_one_direction(plate):
     mesh = plate.mesh
     caps, sides = [(0, 0, 1), (0, 0, -1)], [(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0)]
     around = part_direction(plate, "around")

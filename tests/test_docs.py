@@ -102,7 +102,7 @@ def _commands(page: str) -> list[str]:
     return re.findall(r"^\$ (.*?)(?: +# .*)?$", re.sub(r" \\\n +", " ", blocks), re.MULTILINE)
 
 
-def test_the_recipes_are_those_of_their_table_and_each_has_a_picture_and_a_command() -> None:
+def test_each_recipe_has_a_picture_and_a_command() -> None:
     recipes = _recipes()
     assert re.findall(r"\| \[([^\]]*)\]\(#", _text(RECIPES)) == list(recipes)
     assert len(recipes) == len(re.findall(r"^!\[[^\]]+\]\(", _text(RECIPES), re.MULTILINE)) == 17

@@ -51,7 +51,7 @@ def test_copies_are_found_anywhere_and_nearby() -> None:
     assert copies(tiled, side=16, near=32) == (1, 1)
 
 
-def test_quilting_shows_pixels_of_the_sample_and_continues_one_that_wraps() -> None:
+def test_quilting_continues_a_sample_that_wraps() -> None:
     sample = np.tile(noise(16, 16), (4, 4, 1))
     sheet = quilting(sample, 80, seed=3)
     assert sheet.shape == (80, 80, 3)

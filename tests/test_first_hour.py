@@ -48,7 +48,7 @@ PAIRS = [
     *(("brick", "150x90", "cyclide"), ("gravel", "90x150", "ellipsoid")),
     *(("grass", "300", "cylinder"), ("bricks_material", "128", "cone")),
 ]
-"""Sample, its pixels, surface: some of those that `python -m benchmarks.first_hours` looks at."""
+"""Sample, its pixels, surface: a few of many."""
 
 
 @pytest.mark.slow(reason="covers several models, or one several times")

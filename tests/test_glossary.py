@@ -26,12 +26,6 @@ SHARED_MODULES = {
 }
 """Names that several modules have, and why. Commands in ``cli`` are named after themselves."""
 
-SHARED_NAMES = {"main": "what a console script or ``python -m`` runs"}
-"""Public names that several modules define, and why."""
-
-SHARED_SCRIPT_NAMES = {"UphDecoder"}
-"""Names that several scripts of ``web`` export: the public decoder adds the caller's limits to its base."""
-
 
 def _commands() -> set[str]:
     """Return the commands: each is a function, in a module of its own or in one of its kind."""
@@ -61,19 +55,6 @@ def _words(identifier: str) -> list[str]:
     return [word for word in spaced.lower().split("_") if word]
 
 
-def test_no_two_modules_define_one_public_name() -> None:
-    places, commands = defaultdict(list), _commands()
-    for path, tree in trees().items():
-        for node in tree.body:
-            if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
-                is_command = path.startswith("cli/") and node.name in commands
-                if not (is_command or node.name.startswith("_")):
-                    places[node.name].append(path)
-    assert len(places) > 1000
-    twice = {name: found for name, found in places.items() if len(found) > 1}
-    assert set(twice) == set(SHARED_NAMES), twice
-
-
 def test_no_two_modules_have_one_name() -> None:
     places = defaultdict(list)
     for path in trees():
@@ -84,20 +65,12 @@ def test_no_two_modules_have_one_name() -> None:
     assert set(twice) == set(SHARED_MODULES), twice
 
 
-def test_no_two_scripts_have_one_name_or_export_one() -> None:
+def test_no_two_scripts_have_one_name() -> None:
     folders = {path.name for path in WEB.iterdir() if path.is_dir()} - {"node_modules", "examples"}
-    scripts = [*WEB.glob("*.js"), *(path for folder in folders for path in (WEB / folder).rglob("*.js"))]
-    assert len(scripts) > 80
-    places = defaultdict(set)
-    for path in scripts:
-        places[path.name].add(path)
-        text = path.read_text(encoding="utf-8")
-        for name in re.findall(
-            r"^export (?:async )?(?:class|const|function\*?|let) (\w+)", text, re.MULTILINE
-        ):
-            places[name].add(path)
-    twice = {name: found for name, found in places.items() if len(found) > 1}
-    assert set(twice) == SHARED_SCRIPT_NAMES, twice
+    names = [path.name for path in WEB.glob("*.js")]
+    names += [path.name for folder in folders for path in (WEB / folder).rglob("*.js")]
+    assert len(names) > 80
+    assert len(set(names)) == len(names)
 
 
 def test_the_words_of_the_glossary_are_used() -> None:

@@ -171,7 +171,7 @@ def test_normal_scale_is_checked(value: float) -> None:
 
 
 @pytest.mark.slow(reason="covers several models, or one several times")
-def test_the_share_of_the_page_that_is_reported_is_what_triangles_cover(tmp_path: Path) -> None:
+def test_the_reported_share_of_the_page_is_covered(tmp_path: Path) -> None:
     """Texels counted one by one, of the atlas that is written, against what the report says."""
     target = f"atlas:{tmp_path / 'atlas.png'}"
     report = cover(

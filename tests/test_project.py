@@ -5,7 +5,8 @@ import json
 import re
 from pathlib import Path
 
-from benchmarks.web_peers import MARKS, PLAYERS, RATES
+from benchmarks.tables import read_tables
+from benchmarks.web_peers import PLAYERS, RATES
 from sources import SOURCES, Function, definitions
 
 import upholster
@@ -80,13 +81,10 @@ def test_papers_link_to_files_that_exist() -> None:
 
 
 def test_the_published_comparison_has_every_viewer_on_every_line() -> None:
-    page = (ROOT / "docs" / "web.md").read_text(encoding="utf-8")
-    table = page.partition(MARKS[0])[2].partition(MARKS[1])[0]
-    wanted = [[rate, player] for rate in RATES for player in PLAYERS]
-    rows = [row.strip("|").split("|") for row in table.splitlines() if row.startswith("|")][2:]
-    assert [[cell.strip() for cell in row[:2]] for row in rows] == wanted
+    rows = read_tables()["web"].rows
+    assert [tuple(row[:2]) for row in rows] == [(rate, player) for rate in RATES for player in PLAYERS]
     for rate in RATES:  # the least of each column is bold, whoever has it
-        for column in zip(*(row[2:5] for row in rows if row[0].strip() == rate), strict=True):
+        for column in zip(*(row[2:5] for row in rows if row[0] == rate), strict=True):
             assert min(map(_seconds, column)) == _seconds(next(cell for cell in column if "**" in cell))
     peers = json.loads((ROOT / "benchmarks" / "peers" / "package.json").read_text(encoding="utf-8"))
     assert all(re.fullmatch(r"\d+\.\d+\.\d+", version) for version in peers["dependencies"].values())

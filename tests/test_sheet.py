@@ -41,7 +41,6 @@ def test_options_are_read() -> None:
 
 @pytest.mark.slow(reason="starts processes")
 def test_an_unknown_revision_is_one_line() -> None:
-    pytest.importorskip("skimage", reason="the benchmarks' command needs the extra `bench`")
     done = subprocess.run(
         [sys.executable, "-m", "benchmarks", "sheet", "no-such-revision"],
         cwd=ROOT, capture_output=True, text=True, check=False,
@@ -71,7 +70,7 @@ def texture(seed: int) -> np.ndarray:
     return np.uint8(np.clip(128 + 8 * noise, 0, 255))[:80, :80]
 
 
-def test_a_seam_is_invisible_where_the_texture_goes_on_and_shows_where_it_does_not() -> None:
+def test_a_seam_shows_where_the_texture_does_not_go_on() -> None:
     whole, other = texture(1), texture(2)
     # Both charts have a margin of 8 texels, which goes on beyond the cut; so the second may lie anywhere.
     going_on = np.concatenate([whole, whole], axis=1)

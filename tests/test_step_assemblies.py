@@ -44,7 +44,7 @@ def read(path):
     return solid, record.notes, record.files
 
 
-def test_parts_are_read_from_files_beside_the_assembly_by_a_relative_path(folder, monkeypatch):
+def test_parts_are_read_from_files_beside_the_assembly(folder, monkeypatch):
     monkeypatch.chdir(folder.parent)
     model = read_model("model/all.step")
     assert [part.name for part in model.parts] == ["box", "ball"]

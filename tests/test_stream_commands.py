@@ -224,7 +224,7 @@ def test_every_further_byte_helps(parts):
     assert steps[-1].coefficients > 0.15
 
 
-def test_a_share_tells_the_bytes_that_it_takes_not_those_that_were_read(parts):
+def test_a_share_tells_the_bytes_that_it_takes(parts):
     exemplar, surface, quilt, _ = parts
     # The sample comes first, so that every share is read to the end for its placements.
     data = encode_stream(surface, quilt, exemplar, first_part=100_000)
@@ -236,7 +236,7 @@ def test_a_share_tells_the_bytes_that_it_takes_not_those_that_were_read(parts):
 
 @pytest.mark.slow(reason="covers several models, or one several times")
 @pytest.mark.parametrize("wavelet", ["9/7", "haar"])
-def test_a_limit_in_coefficients_comes_with_all_placements_and_no_more_of_the_sample(parts, wavelet):
+def test_a_limit_in_coefficients_has_all_placements(parts, wavelet):
     exemplar, surface, quilt, _ = parts
     for first_part in (600, 5000):
         data = encode_stream(surface, quilt, exemplar, wavelet=wavelet, first_part=first_part)
@@ -290,7 +290,7 @@ def test_levels_picture_shows_as_many_models_as_levels(parts):
         levels_picture(parts[3][:20])
 
 
-def test_refine_refuses_a_damaged_stream_and_says_which_part_can_be_used(folder, tmp_path):
+def test_refine_says_which_part_of_a_damaged_stream_is_good(folder, tmp_path):
     data = (folder / "ring.uph").read_bytes()
     for chunk in upholster.stream.read_stream(data).chunks:
         (tmp_path / "bad.uph").write_bytes(

@@ -54,7 +54,7 @@ def fan(degrees: list[float], rising: list[bool], turn: np.ndarray) -> TriangleM
         ([0, 170, 200, 20, 90], [True, False, False, True, False], [1, 0, 3, 2, -1]),
     ],
 )
-def test_surfaces_go_through_an_edge_of_several_as_straight_as_they_can(
+def test_surfaces_go_straight_through_an_edge_of_several(
     degrees: list[float], rising: list[bool], paired: list[int]
 ) -> None:
     turns, _ = np.linalg.qr(np.random.default_rng(4).normal(size=(3, 3, 3)))
@@ -63,7 +63,7 @@ def test_surfaces_go_through_an_edge_of_several_as_straight_as_they_can(
         np.testing.assert_array_equal(np.where(across >= 0, across // 3, -1), paired)
 
 
-def test_pairs_at_many_edges_are_mutual_opposed_and_leave_nothing_that_fits() -> None:
+def test_pairs_at_many_edges_are_mutual_and_opposed() -> None:
     rng = np.random.default_rng(7)
     edge = rng.integers(0, 9, 60)
     rising = rng.random(60) < 0.5

@@ -204,7 +204,7 @@ with compiling(["any"], 2) as compiler:
 
 
 @pytest.mark.slow(reason="compiles kernels in processes")
-def test_nobody_waits_for_what_is_made_of_a_kernel_that_can_not_be_compiled(tmp_path, monkeypatch):
+def test_nobody_waits_for_a_kernel_that_can_not_be_compiled(tmp_path, monkeypatch):
     monkeypatch.setattr("numba.core.config.CACHE_DIR", str(tmp_path))
     jobs = [job for job in jobs_for() if job.needs][:1]
     broken = jobs[0].needs[0]

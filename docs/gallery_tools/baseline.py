@@ -12,7 +12,7 @@ from upholster import paint, synthesize
 from upholster.charts.layout import texture_scale
 from upholster.geometry import Surface, plane, ring_cyclide, sphere
 from upholster.measure import sliced_wasserstein
-from upholster.measure.mesh_seams import matched_edge_ratio
+from upholster.measure.mesh_seams import mesh_seams
 from upholster.options import WriteOptions
 from upholster.textured import TexturedModel
 from upholster.types import PixelArray
@@ -72,7 +72,7 @@ def _covered(
     quilt = synthesize(exemplar, surface, **options, **size, seed=1)
     painted = paint(quilt, exemplar)
     seconds = time.perf_counter() - start
-    ratio = matched_edge_ratio(surface, quilt, painted, exemplar)
+    ratio = mesh_seams(surface, quilt, painted, exemplar).ratio
     return TexturedModel(surface, painted, WriteOptions()), seconds, ratio or 0.0
 
 
@@ -81,7 +81,7 @@ def _fidelity(exemplar: PixelArray, options: dict[str, Any], flat: int) -> list[
     size: dict[str, Any] = {"texels": (flat, flat)} if options["method"] == "quilt" else {"chart": flat}
     made = paint(synthesize(exemplar, plane(), **options, **size, seed=1), exemplar).arrays[0]
     distance = f"SWD {1000 * np.mean(sliced_wasserstein([made], exemplar)):.1f}"
-    from benchmarks.fidelity_measures import statistics_error
+    from benchmarks.fidelity import statistics_error
 
     error = statistics_error(made, exemplar)
     return [distance] if error is None else [f"PS {error:.2f}", distance]

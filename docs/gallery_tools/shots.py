@@ -19,26 +19,12 @@ from upholster.options import WriteOptions
 from upholster.quilt import Chart, Texels, paint
 from upholster.render import Camera, render
 from upholster.textured import TexturedModel
-from upholster.types import FloatArray, IntArray, PixelArray
+from upholster.types import PixelArray
 
-__all__ = ["KINDS", "OWN", "Exemplars", "Shot", "charted", "cover", "kind_of", "read", "side_by_side", "take"]
+__all__ = ["OWN", "Exemplars", "Shot", "charted", "cover", "read", "take"]
 
 OWN = Path(__file__).resolve().parents[2] / "examples"
 """The exemplars that the project ships: what README shows can be repeated with them."""
-
-KINDS = ("regular", "near_regular", "irregular", "stochastic")
-"""Classes of texture, as a file's name starts with them."""
-
-_OWN_KINDS = {
-    "weave": "regular",
-    "brick": "regular",
-    "bricks": "near_regular",
-    "pebbles": "irregular",
-    "gravel": "irregular",
-    "granite": "stochastic",
-    "grass": "stochastic",
-}
-"""Of the project's own exemplars."""
 
 SUFFIXES = (".png", ".jpg", ".jpeg", ".webp", ".tif", ".tiff", ".exr")
 SIDE = 256
@@ -50,10 +36,13 @@ class Exemplars:
 
     Attributes
     ----------
+    folder
+        Where they are.
     paths
         Sorted by name.
     """
 
+    folder: Path
     paths: tuple[Path, ...]
 
     @classmethod
@@ -77,25 +66,12 @@ class Exemplars:
                 read(path)
             except InputError as error:
                 raise InputError(f"exemplar {path.name}: {error}") from None
-        return cls(tuple(paths))
+        return cls(folder, tuple(paths))
 
     def pick(self, word: str) -> Path:
         """Return the first image whose name contains `word`, or else one that the word chooses."""
         found = [path for path in self.paths if word in path.stem]
         return found[0] if found else self.paths[sum(word.encode()) % len(self.paths)]
-
-    def of_kind(self, kind: str, words: Sequence[str]) -> list[Path]:
-        """Return as many images of a class as `words`: those that contain them, the rest in order of name."""
-        mine = [path for path in self.paths if kind_of(path) == kind] or list(self.paths)
-        liked = [path for word in words for path in mine if word in path.stem]
-        ranked = list(dict.fromkeys([*liked, *mine]))
-        return [ranked[n % len(ranked)] for n in range(len(words))]
-
-
-def kind_of(path: Path) -> str | None:
-    """Return the class that an image's name starts with, or that the project's own one has, if any."""
-    found = [kind for kind in KINDS if path.stem.startswith(kind)]
-    return found[0] if found else _OWN_KINDS.get(path.stem)
 
 
 def read(path: Path, side: int = SIDE) -> PixelArray:
@@ -189,32 +165,3 @@ def take(
     )  # fmt: skip
     extent = float(np.ptp(mesh.positions, axis=0).max())
     return Shot(Image.fromarray(from_linear(picture, np.uint8, dither=True)), camera, depth, 0.006 * extent)
-
-
-def side_by_side(
-    models: Sequence[TexturedModel],
-    places: Sequence[tuple[float, float]],
-    *,
-    size: tuple[int, int],
-    view: tuple[float, float],
-) -> Any:
-    """Take a picture of several models on one floor; places are (x of the middle, scale)."""
-    width = max(model.atlas.pixels.shape[1] for model in models)
-    height = sum(model.atlas.pixels.shape[0] for model in models)
-    # One texture for all: their atlases one below the other.
-    texture = np.zeros((height, width, 3), np.uint8)
-    parts: list[tuple[FloatArray, FloatArray, FloatArray, IntArray]] = []
-    row = count = 0
-    for model, (x, scale) in zip(models, places, strict=True):
-        pixels, at = model.atlas.pixels, model.mesh.positions * scale
-        rows, columns = pixels.shape[:2]
-        texture[row : row + rows, :columns] = pixels
-        corner, end = at.min(axis=0), at.max(axis=0)
-        middle = (corner + end) / 2
-        at = at + np.array([x - middle[0], -middle[1], -corner[2]])
-        uv = (model.uv * (columns, rows) + (0, row)) / (width, height)
-        parts.append((at, model.mesh.normals, uv, model.mesh.all_triangles() + np.int32(count)))
-        row, count = row + rows, count + len(at)
-    positions, normals, coordinates, triangles = (np.concatenate(part) for part in zip(*parts, strict=True))
-    picture = render(positions, normals, coordinates, triangles, texture, size=size, view=view, supersample=4)
-    return Image.fromarray(from_linear(picture, np.uint8, dither=True))

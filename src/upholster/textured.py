@@ -17,20 +17,23 @@ from upholster.geometry.mesh_files import ModelFile
 from upholster.image import Material, encode_image, from_linear
 from upholster.image.source import source_parts
 from upholster.lengths import parse_length
-from upholster.measure import Solid, check_solid, shown_length, solid_lines
 from upholster.model import (
     Atlas,
     AtlasLayout,
     DisplacedMesh,
     Mesh,
+    Solid,
     build_atlas,
     build_normal_atlas,
     charted_tangents,
+    check_solid,
     displaced,
     kept_box,
     mesh_on_charts,
     pack_atlas,
     plain_solid,
+    shown_length,
+    solid_lines,
     tessellate,
     vertex_tangents,
 )

@@ -23,6 +23,7 @@ from upholster.quilt.painting import PAINTED_DENSITIES
 from upholster.reports import timed
 from upholster.shown import on_a_line
 from upholster.stages import stage
+from upholster.stream import fitting_side
 from upholster.textured import TexturedModel
 from upholster.types import PixelArray, Progress
 
@@ -80,9 +81,15 @@ def files_of(
 
 def check_coded(wanted: Sequence[Output], parts: Mapping[str, PixelArray], options: WriteOptions) -> None:
     """Raise InputError if a stream is requested and can not hold the sample's maps."""
-    if has_stream(wanted):
-        for part in parts.values():
-            check_image(part, **options.transform)
+    if not has_stream(wanted):
+        return
+    if (side := fitting_side(parts.values())) is not None:
+        height, width = parts["albedo"].shape[:2]
+        raise InputError(
+            f"the sample has {width}x{height} pixels, too many for a stream; allowed: with --resize {side}"
+        )
+    for part in parts.values():
+        check_image(part, **options.transform)
 
 
 def check_several(wanted: Sequence[Output], materials: Collection[object]) -> None:

@@ -77,7 +77,7 @@ def test_models_without_strays_have_none() -> None:
         assert far_vertices(one) is None
 
 
-def test_pieces_charts_and_quadrilaterals_are_counted_before_they_are_made() -> None:
+def test_pieces_are_counted_before_they_are_made() -> None:
     mesh = strip(1e5, 1e-6)
     surface, report = unwrap(mesh)
     assert any("2 vertices are far away" in note for note in report.notes)

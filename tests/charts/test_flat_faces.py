@@ -5,12 +5,10 @@ import pytest
 from meshes import box, grid, height_field, sphere, torus
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
-from tests.charts.plain_walk import plain_sharp
 
 from upholster.charts.creases import CREASE
 from upholster.charts.directions import direction_field
-from upholster.charts.directions._flat_kernels import Facets, mark_sharp
-from upholster.charts.directions.flats import FaceBorder, flat_faces
+from upholster.charts.directions.flats import flat_faces
 from upholster.charts.directions.frames import plane_frames
 from upholster.geometry import TriangleMesh, welded
 
@@ -119,7 +117,7 @@ def test_the_head_of_a_bolt_runs_along_one_of_its_sides(direction):
 
 
 @pytest.mark.parametrize("mesh", [column(64), tube()], ids=["disc", "ring"])
-def test_round_caps_run_straight_but_round_where_that_is_asked_for_without_a_lattice(mesh):
+def test_round_caps_run_straight_by_default(mesh):
     cap = facing(mesh, (0, 0, 1))
     for direction, lattice in (("level", False), ("smooth", False), ("around:z", True)):
         one(direction_field(mesh, direction, crease=CREASE, lattice=lattice).corner_vectors[cap])
@@ -205,21 +203,3 @@ def test_the_order_of_triangles_does_not_matter():
     lid = facing(mesh, (0, 0, 1))
     first, second = direction_field(mesh).face_vectors, direction_field(mixed).face_vectors
     np.testing.assert_allclose(second[facing(mixed, (0, 0, 1))][0], first[lid][0], atol=1e-9)
-
-
-@pytest.mark.parametrize("degrees", [20, 60])
-def test_ways_over_the_surface_are_those_followed_in_plain_numpy(degrees: float) -> None:
-    mesh, rng = sphere(9), np.random.default_rng(4)
-    planes = mesh.flat_normals[rng.choice(len(mesh.triangles), 5)].copy()
-    like = mesh.flat_normals @ planes.T
-    face = np.where(like.max(axis=1) > np.cos(np.radians(15)), like.argmax(axis=1), -1)
-    border = FaceBorder.of(mesh, face.astype(np.int32))
-    width, least = rng.uniform(0.1, 1.5, 5), float(np.cos(np.radians(degrees)))
-    edges = np.stack([border.triangle, border.edge, border.face], axis=1).astype(np.int64)
-    found = np.empty(len(edges), np.bool_)
-    normals = mesh.flat_normals.copy()
-    facets = Facets(mesh.positions, mesh.triangles, mesh.neighbours, normals)
-    mark_sharp(facets, edges, planes, width, least, np.empty((5, 3)), found)
-    expected = plain_sharp(mesh, normals, border, planes, width, least)
-    np.testing.assert_array_equal(found, expected)
-    assert 0.05 < found.mean() < 0.99

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from tests.charts.meshes import height_field, on_charts
 
-from upholster.charts._mesh_sampling_kernels import splat_matrices
 from upholster.charts.mesh_layout import GUTTER, chart_places, mesh_charts
 from upholster.charts.mesh_warp_fields import triangle_frames, warp_fields
 from upholster.errors import InputError
@@ -54,35 +53,6 @@ def test_an_island_that_is_too_large_is_refused() -> None:
         mesh_charts(sheet(), 10_000.0)
 
 
-def test_nodes_sums_are_those_of_the_plain_twin() -> None:
-    rng = np.random.default_rng(3)
-    places = rng.uniform(0, 120, (12, 3, 2))
-    turns = places[:, 1:] - places[:, :1]
-    negative = turns[:, 0, 0] * turns[:, 1, 1] < turns[:, 0, 1] * turns[:, 1, 0]
-    places[negative] = places[negative][:, [0, 2, 1]]
-    matrices = rng.normal(size=(12, 3, 4))
-    chart = np.where(np.arange(12) == 5, -1, 0).astype(np.int32)
-    shapes = np.array([(0, 6, 6)], np.int64)
-    nodes, sums = rng.normal(size=(36, 4)), np.zeros((36, 7))
-    splat_matrices(places, chart, matrices, 8.0, 32.0, shapes, nodes, sums)
-    expected = np.zeros((6, 6, 7))
-    grid = 8.0 * np.stack(np.mgrid[:16, :16], axis=-1).reshape(-1, 2)
-    for p, corners in zip(places[chart == 0], matrices[chart == 0], strict=True):
-        edges = p[1:] - p[0]
-        area = np.linalg.det(edges)
-        shares = (grid - p[0]) @ np.linalg.inv(edges)
-        inside = grid[(shares >= 0).all(axis=1) & (shares.sum(axis=1) <= 1)]
-        samples = [(point, 64.0) for point in inside] + [(p.mean(axis=0), min(area / 2, 64.0))]
-        for point, weight in samples:
-            tents = [np.maximum(0, 1 - np.abs(np.arange(6) - (x / 32 + 1))) for x in point]
-            shown = np.einsum("i,j,ijk->k", *tents, nodes.reshape(6, 6, 4)).reshape(2, 2)
-            share = (point - p[0]) @ np.linalg.inv(edges)
-            m = (1 - share.sum()) * corners[0] + share @ corners[1:]
-            values = np.array([*m, 1, np.linalg.det(corners[0].reshape(2, 2)), np.linalg.det(shown)])
-            expected += weight * tents[0][:, None, None] * tents[1][None, :, None] * values
-    np.testing.assert_allclose(sums, expected.reshape(36, 7), atol=1e-9)
-
-
 def test_where_the_field_turns_the_size_is_right_between_nodes_too() -> None:
     # A turn of 120° over a sheet of 128 texels: 30° from node to node.
     surface = sheet()
@@ -97,7 +67,7 @@ def test_where_the_field_turns_the_size_is_right_between_nodes_too() -> None:
     assert abs(sizes.mean() - 1) < 0.01
 
 
-def test_over_large_triangles_the_field_turns_as_it_does_at_their_corners() -> None:
+def test_over_large_triangles_the_field_turns_as_at_corners() -> None:
     surface = sheet()
     charts = mesh_charts(surface, 64.0)
     angle = np.radians(20) * surface.mesh.corners[..., 0]

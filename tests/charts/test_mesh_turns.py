@@ -2,11 +2,8 @@
 
 import numpy as np
 import pytest
-from scipy.sparse import csr_array
-from scipy.sparse.csgraph import dijkstra
 from tests.charts.meshes import height_field, on_charts, sphere
 
-from upholster.charts._mesh_sampling_kernels import distances_over_edges, join_turns
 from upholster.charts.charted import ChartedSurface
 from upholster.charts.directions import direction_field
 from upholster.charts.mesh_warp_fields import triangle_frames
@@ -51,7 +48,7 @@ def turned(along: np.ndarray, down: np.ndarray, turns: np.ndarray) -> np.ndarray
     return np.choose(turns[:, None], [along, down, -along, -down])
 
 
-def test_over_a_ridge_charts_go_on_and_each_side_keeps_the_sense_asked_for() -> None:
+def test_over_a_ridge_each_side_keeps_its_sense() -> None:
     surface = on_charts(roof())
     field = direction_field(surface.mesh, "level")
     along, down = triangle_frames(surface.mesh, field.corner_vectors)
@@ -95,35 +92,3 @@ def test_a_field_of_one_sense_is_left_as_it_is() -> None:
     along, _ = triangle_frames(surface.mesh, field.corner_vectors)
     assert field.fold == 1
     assert not chart_turns(surface, along, field.fold).any()
-
-
-def test_distances_are_dijkstras() -> None:
-    mesh = sphere(7)
-    lengths = np.linalg.norm(mesh.corners - np.roll(mesh.corners, -1, axis=1), axis=2)
-    ends = mesh.triangles, np.roll(mesh.triangles, -1, axis=1)
-    graph = csr_array((lengths.ravel(), (ends[0].ravel(), ends[1].ravel())), (len(mesh.positions),) * 2)
-    sources = [3, 77, 200]
-    away = np.full(len(mesh.positions), np.inf)
-    away[sources] = 0
-    distances_over_edges(mesh.triangles, lengths, away)
-    np.testing.assert_allclose(away, dijkstra(graph, indices=sources).min(axis=0), atol=1e-12)
-
-
-def test_turns_are_joined_as_by_the_plain_twin() -> None:
-    rng = np.random.default_rng(2)
-    first, second = rng.integers(0, 60, (2, 90)).astype(np.int32)
-    jumps = rng.integers(0, 4, 90).astype(np.int32)
-    turns = np.zeros(60, np.int32)
-    join_turns(first, second, jumps, turns)
-    # Plain: pieces as lists, joined one after another.
-    piece, plain, tree = np.arange(60), np.zeros(60, int), []
-    for a, b, jump in zip(first, second, jumps, strict=True):
-        if piece[a] != piece[b]:
-            own = piece == piece[b]
-            plain[own] = (plain[own] + plain[a] + jump - plain[b]) % 4
-            piece[own] = piece[a]
-            tree.append((a, b, jump))
-    for a, b, jump in tree:
-        assert (turns[b] - turns[a] - jump) % 4 == 0
-    for one in np.unique(piece):
-        assert len(np.unique((turns - plain)[piece == one] % 4)) == 1

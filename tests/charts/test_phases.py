@@ -4,14 +4,12 @@ import numpy as np
 import pytest
 import scipy.sparse as sparse
 import scipy.sparse.linalg as linalg
-from scipy.sparse.csgraph import connected_components
 from tests.charts.meshes import torus
 
 from upholster.charts.charted import ChartedSurface, charted_mesh, charted_patches, charted_plane
 from upholster.charts.mesh_layout import mesh_charts
 from upholster.charts.mesh_warp_fields import triangle_frames
 from upholster.charts.phases import TURN, phase_field
-from upholster.charts.phases._kernels import first_members, nearest_parts
 from upholster.charts.phases.links import Links, matched_waves, signed
 from upholster.charts.phases.phase_solving import (
     conjugate_phases,
@@ -74,7 +72,7 @@ def test_rows_round_a_torus_close():
     assert between(step - TURN * wanted).max() < 0.1
 
 
-def test_the_strain_is_small_where_courses_close_and_large_where_they_can_not():
+def test_the_strain_is_large_where_courses_can_not_close():
     surface, vectors = rings()
     assert phase_field(surface, vectors, SCALE, ROWS).strain(0.9) < 0.12 / 14.7
     # Columns must end, for the torus is shorter inside than outside.
@@ -83,7 +81,7 @@ def test_the_strain_is_small_where_courses_close_and_large_where_they_can_not():
     assert columns.strain(0.9) > 0.2 / 14.7
 
 
-def test_where_directions_are_turned_round_a_wave_goes_on_as_its_opposite():
+def test_over_a_half_turn_a_wave_goes_on_as_its_opposite():
     surface, vectors = rings()
     sign = np.where(surface.mesh.corners.mean(axis=1)[:, 0] > 0, 1, -1)
     turned = phase_field(surface, vectors * sign[:, None, None], SCALE, ROWS)
@@ -199,7 +197,7 @@ def test_opposite_waves_stay_conjugate_however_the_solver_turns_them():
     assert solved.min() > 0.5 * solved.max()
 
 
-def test_waves_go_on_in_themselves_their_opposites_each_other_or_nothing():
+def test_waves_are_matched_to_those_they_go_on_in():
     square, quarter = np.array([(0.1, 0.0), (0.0, 0.1)]), np.array([[0.0, 1.0], [-1.0, 0.0]])
     steps = np.stack([np.eye(2), -np.eye(2), quarter])
     found = matched_waves(square, np.tile(np.eye(2), (3, 1, 1)), steps)
@@ -207,20 +205,3 @@ def test_waves_go_on_in_themselves_their_opposites_each_other_or_nothing():
     for a, b in enumerate(found[2]):
         np.testing.assert_allclose(signed(square)[b] @ quarter, signed(square)[a])
     assert (matched_waves(square[:1], np.eye(2)[None], quarter[None]) == -1).all()
-
-
-def test_first_members_are_the_least_of_what_hangs_together():
-    rng = np.random.default_rng(3)
-    first, second = (rng.integers(0, 200, 130).astype(np.int32) for _ in range(2))
-    part = np.empty(200, np.int32)
-    first_members(first, second, part)
-    _, label = connected_components(sparse.coo_matrix((np.ones(130), (first, second)), (200, 200)))
-    assert part.tolist() == [int(np.flatnonzero(label == one)[0]) for one in label]
-
-
-def test_the_nearest_part_is_one_of_the_triangles_own():
-    middles = np.array([(0.0, 0, 0), (1, 0, 0), (2, 0, 0), (0, 1, 0)])
-    out = np.empty(3, np.int32)
-    points = np.array([(1.9, 0, 0), (1.9, 0, 0), (0.4, 0, 0)])
-    nearest_parts(np.array([0, 2, 4], np.int32), middles, np.array([0, 1, 0], np.int32), points, out)
-    assert out.tolist() == [1, 2, 0]

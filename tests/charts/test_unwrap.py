@@ -9,9 +9,8 @@ from numpy.typing import NDArray
 from tests.charts.meshes import on_charts
 
 from upholster.charts.unwrap import unwrap
-from upholster.charts.unwrap._flatten_kernels import count_crossings, singular_values
 from upholster.charts.unwrap._raster_kernels import coverage
-from upholster.charts.unwrap.flattening import flatten, shapes_of
+from upholster.charts.unwrap.flattening import flatten
 from upholster.charts.unwrap.pieces import pieces_of
 from upholster.errors import InputError
 from upholster.geometry.triangle_mesh import MeshSurface, TriangleMesh, welded
@@ -248,43 +247,6 @@ def test_a_few_uneven_islands_are_laid_out_anew_and_the_rest_is_kept() -> None:
     np.testing.assert_array_equal(kept.island[pressed] > 0, True)
     np.testing.assert_array_equal(kept.island[~pressed], 0)
     assert any("of 1 triangle are too uneven to keep" in note for note in report.notes)
-
-
-def test_singular_values_are_those_of_the_jacobian() -> None:
-    rng = np.random.default_rng(3)
-    space, laid = rng.normal(size=(20, 3, 3)), rng.normal(size=(20, 3, 2))
-    values = np.empty((20, 2))
-    singular_values(shapes_of(space), laid, values)
-    for corners, flat, found in zip(space, laid, values, strict=True):
-        e = corners[1:] - corners[0]
-        x = e[0] / np.linalg.norm(e[0])
-        y = np.cross(np.cross(x, e[1]), x)
-        frame = e @ np.stack([x, y / np.linalg.norm(y)], axis=1)
-        jacobian = np.linalg.solve(frame, flat[1:] - flat[0])
-        expected = np.linalg.svd(jacobian, compute_uv=False)
-        np.testing.assert_allclose(np.abs(found), expected[::-1], rtol=1e-6)
-        assert np.sign(found[0]) == np.sign(np.linalg.det(jacobian))
-
-
-def test_crossings_are_those_of_all_pairs() -> None:
-    rng = np.random.default_rng(4)
-    points = rng.random((60, 2))
-    pairs = np.stack([np.arange(60), (np.arange(60) + 1) % 60], axis=1).astype(np.int32)
-    ends = points[pairs]
-
-    def side(a: NDArray, b: NDArray, c: NDArray) -> float:
-        return np.sign((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))
-
-    expected = sum(
-        side(*ends[i], ends[j, 0]) != side(*ends[i], ends[j, 1])
-        and side(*ends[j], ends[i, 0]) != side(*ends[j], ends[i, 1])
-        for i in range(60)
-        for j in range(i)
-        if not set(pairs[i]) & set(pairs[j])
-    )
-    assert count_crossings(ends, pairs) >= expected > 0
-    circle = np.stack([np.cos(np.arange(60) / 10), np.sin(np.arange(60) / 10)], axis=1)
-    assert count_crossings(circle[pairs], pairs) == 0
 
 
 def test_borders_that_lie_on_each_other_do_not_hide_overlaps() -> None:

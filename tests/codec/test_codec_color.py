@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from upholster.codec.color_transforms import MATRIX_UNIT, fit_klt, from_ycocg, to_ycocg, unmix
 
 
-def test_ycocg_is_reversible_on_every_coarse_colour_and_at_the_corners():
+def test_ycocg_is_reversible():
     steps = np.array([*range(0, 256, 17), 1, 254, 65535, 65534, 32768])
     pixels = np.stack(np.meshgrid(steps, steps, steps), axis=-1).astype(np.int32)
     values = to_ycocg(pixels)

@@ -67,7 +67,7 @@ def test_every_cut_header_says_how_many_bytes_are_missing():
         ({"height": 65535, "channels": 48, "width": 1}, "asks for 23596996 places; allowed:"),
     ],
 )
-def test_values_outside_their_limits_are_format_errors_with_their_offset(change, message):
+def test_values_outside_their_limits_are_format_errors(change, message):
     with pytest.raises(FormatError, match=message) as error:
         ImageHeader.parse(fixed(**change) + bytes(400), offset=12)
     assert str(error.value).startswith("byte 12: ")
@@ -89,7 +89,7 @@ def test_ranges_must_be_finite_and_rising(values):
         ImageHeader.parse(data)
 
 
-def test_sizes_beyond_the_limit_are_refused_before_anything_is_allocated():
+def test_sizes_beyond_the_limit_are_refused_first():
     tracemalloc.start()
     try:
         for height, width, channels in ((65535, 65535, 64), (3000, 2001, 1), (65535, 92, 1)):
@@ -108,7 +108,7 @@ def test_sizes_beyond_the_limit_are_refused_before_anything_is_allocated():
         *(((1032, 1032, 3, 6), False), ((65535, 1, 16, 0), False), ((1, 65535, 3, 10), True)),
     ],
 )
-def test_the_largest_images_that_a_small_file_may_declare_take_less_than_256_mib(shape, haar):
+def test_the_largest_declared_images_take_less_than_256_mib(shape, haar):
     height, width, channels, levels = shape
     kind = 2 if haar else 1 << 2 if channels >= 3 else 0
     means = struct.pack(f"<{channels}H", *[100] * channels)

@@ -30,7 +30,7 @@ def memory(decoder):
 
 
 @each
-def test_bytes_one_by_one_or_in_chunks_give_the_same_state_as_all_at_once(name):
+def test_bytes_one_by_one_give_the_same_state(name):
     _, header, payload = coded(name)
     payload = payload[:3000]
     whole, single, chunks = decoder_of(header, payload), decoder_of(header), decoder_of(header)

@@ -36,7 +36,7 @@ def test_without_thresholds_the_coded_numbers_are_the_values():
 
 @pytest.mark.parametrize("share", SHARES)
 @pytest.mark.parametrize("channels", [1, 3])
-def test_at_the_papers_shares_exactly_the_largest_coefficients_are_kept(share, channels):
+def test_at_the_papers_shares_the_largest_are_kept(share, channels):
     image = textured((64, 72, channels), seed=5)
     header, payload = coded_parts(image, wavelet="haar")
     thresholds = ImageHeader.parse(header).thresholds

@@ -41,7 +41,7 @@ def test_bytes_alike_give_no_more_bits_than_go_with_them(byte: int) -> None:
 
 
 @pytest.mark.slow(reason="codes many images, or large ones")
-def test_a_stream_that_tells_very_much_ends_with_zeros_that_make_it_longer() -> None:
+def test_a_stream_of_many_bits_is_made_longer_by_zeros() -> None:
     image = woven()
     header, payload = coded_parts(image, wavelet="haar", sample_quality="lossless")
     decoder = ImageDecoder(ImageHeader.parse(header))

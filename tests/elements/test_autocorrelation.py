@@ -14,7 +14,7 @@ def whole(height, width, seed=1):
 @pytest.mark.parametrize(("height", "width", "reach"), [(9, 7, (4, 3)), (6, 11, (5, 10)), (5, 5, (0, 0))])
 def test_shifted_products_are_plain_sums(height, width, reach):
     plane = whole(height, width)
-    found = shifted_products(plane, reach)
+    found = shifted_products([plane], reach)
     assert found.shape == (reach[0] + 1, 2 * reach[1] + 1)
     for i in range(reach[0] + 1):
         for j in range(-reach[1], reach[1] + 1):

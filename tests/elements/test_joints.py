@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from upholster.elements import find_joints
-from upholster.elements._joint_kernels import filter_plane, measure_distances, thin_ridges, trace_joints
 
 
 def noise(shape, seed):
@@ -69,46 +68,6 @@ def test_the_same_joints_are_found_at_twice_the_size():
     one, same = find_joints(image), find_joints(large)
     assert same is not None
     assert np.abs(one.distances.astype(int) - same.distances[::2, ::2]).mean() < 25
-
-
-def test_filters_are_sums_of_neighbours_with_a_mirrored_rim():
-    rng = np.random.default_rng(3)
-    plane = rng.integers(0, 99, (14, 17)).astype(float)
-    down, right = (rng.integers(-9, 9, 7).astype(float) for _ in range(2))
-    wide = np.pad(plane, 3, mode="symmetric")
-    expected = np.zeros_like(plane)
-    for i in range(7):
-        for j in range(7):
-            expected += down[i] * right[j] * wide[i : i + 14, j : j + 17]
-    out = np.empty_like(plane)
-    filter_plane(plane, down, right, np.empty_like(plane), out)
-    assert (out == expected).all()
-
-
-def test_distances_are_euclids_within_a_tenth():
-    lines = (np.random.default_rng(5).random((40, 50)) < 0.01).astype(np.uint8)
-    found = np.empty((40, 50), np.int32)
-    measure_distances(lines, found)
-    rows, columns = np.mgrid[:40, :50]
-    at = np.argwhere(lines)
-    exact = np.hypot(rows[..., None] - at[:, 0], columns[..., None] - at[:, 1]).min(axis=2)
-    assert (found[lines > 0] == 0).all()
-    assert np.abs(found / 3 - exact).max() <= 0.1 * exact.max()
-
-
-def test_long_lines_are_distinguished_from_short_ones():
-    ridges = np.zeros((30, 30))
-    ridges[5, 2:28] = 2.0  # long
-    ridges[12, 4:9] = 2.0  # short
-    ridges[20, 2:28] = 1.0  # nowhere strong
-    across = np.full((30, 30), 2, np.int8)
-    thin = np.empty((30, 30), np.uint8)
-    thin_ridges(ridges, across, 0.5, thin)
-    assert (thin == (ridges > 0)).all()
-    trace_joints(ridges, thin, 1.5, 10, np.empty(900, np.int32))
-    assert (thin[5, 2:28] == 2).all()
-    assert (thin[12, 4:9] == 1).all()
-    assert thin.sum() == 26 * 2 + 5
 
 
 def test_stones_in_a_row_are_counted():

@@ -7,7 +7,6 @@ import pytest
 from benchmarks.lattice_samples import PATTERNS, lattice_sample
 
 from upholster.elements import Lattice, find_lattice
-from upholster.elements._lattice_kernels import add_beats, interpolate_phases, smooth_nodes
 from upholster.image import read_exemplar
 from upholster.image.resize import resize_image
 
@@ -250,47 +249,6 @@ def test_any_type_of_sample_gives_the_same_waves():
     for lattice in found:
         assert lattice is not None
         assert np.allclose(lattice.waves, expected.waves, atol=1e-4)
-
-
-def test_beats_are_plain_sums():
-    plane = np.random.default_rng(5).integers(-900, 900, (11, 14))
-    cosines = np.rint(2**14 * np.cos(2 * np.pi * np.arange(4096) / 4096)).astype(np.int64)
-    step = (123_456_789, -98_765_432)
-    beats = np.zeros((2, 4, 5), np.int64)
-    add_beats(plane, step, 3, cosines, beats)
-    turn = (np.arange(11)[:, None] * step[0] + np.arange(14) * step[1]) / 2**32
-    wave = plane * np.exp(-2j * np.pi * turn)
-    padded = np.zeros((12, 15), complex)
-    padded[:11, :14] = wave
-    expected = padded.reshape(4, 3, 5, 3).sum(axis=(1, 3))
-    assert np.abs(beats[0] / 2**14 - expected.real).max() < 9 * 900 * 2e-3
-    assert np.abs(beats[1] / 2**14 - expected.imag).max() < 9 * 900 * 2e-3
-
-
-def test_nodes_are_filtered_along_both_axes():
-    rng = np.random.default_rng(6)
-    nodes, taps = rng.normal(size=(2, 5, 9)), rng.random(7)
-    out = np.zeros_like(nodes)
-    smooth_nodes(nodes, taps, np.zeros_like(nodes), out)
-    for part in range(2):
-        padded = np.pad(nodes[part], 3)
-        windows = np.lib.stride_tricks.sliding_window_view(padded, (7, 7))
-        assert np.allclose(out[part], np.einsum("ijkl,k,l->ij", windows, taps, taps))
-
-
-def test_phases_are_interpolated_the_short_way_round():
-    nodes = np.array([[32000, -32000], [30000, 32000]], np.int16)
-    out = np.empty((8, 8), np.int16)
-    interpolate_phases(nodes, 4, (3 << 28, -(1 << 28)), out)
-    rows, columns = np.arange(8)[:, None], np.arange(8)
-    y, x = (np.clip((at - 1.5) / 4, 0, 1) for at in (rows, columns))
-    whole = np.array([[32000.0, 33536.0], [30000.0, 32000.0]])
-    mixed = (1 - y) * ((1 - x) * whole[0, 0] + x * whole[0, 1]) + y * (
-        (1 - x) * whole[1, 0] + x * whole[1, 1]
-    )
-    expected = mixed + (rows * (3 << 12) - columns * (1 << 12))
-    away = (out - expected + 32768) % 65536 - 32768
-    assert np.abs(away).max() <= 1
 
 
 @pytest.mark.parametrize(

@@ -36,7 +36,7 @@ def test_segments_of_a_spline_are_the_spline(degree):
         np.testing.assert_allclose(found, wanted[mine, :3] / wanted[mine, 3:], atol=1e-10)
 
 
-def test_only_the_needed_segments_are_cut_and_knots_need_not_be_clamped():
+def test_only_the_needed_segments_are_cut():
     knots = np.arange(12.0)  # uniform: no knot is multiple
     poles = np.random.default_rng(1).normal(size=(8, 3))
     points, axis = spline_segments(3, knots, poles, 4.2, 5.9)
@@ -112,7 +112,7 @@ def test_planes_extrusions_and_splines_are_exact():
     np.testing.assert_allclose(face.frames(at)[0], wanted, atol=1e-12)
 
 
-def test_vertices_inside_faces_are_put_on_the_patches_and_those_on_edges_stay():
+def test_vertices_inside_faces_are_put_on_the_patches():
     record = torus(0, 1, 0, 1)
     record.uv, record.triangles = grid_triangles(np.linspace(0, 1, 3), np.linspace(0, 1, 3))
     record.vertices = np.arange(9)

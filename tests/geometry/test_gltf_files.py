@@ -378,7 +378,7 @@ def test_bodies_of_one_name_are_chosen_by_number(tmp_path: Path) -> None:
         read_model(path, parts=["tap#1"])
 
 
-def test_many_nodes_and_meshes_are_refused_by_number_and_fewer_are_read_soon(tmp_path: Path) -> None:
+def test_too_many_nodes_and_meshes_are_refused(tmp_path: Path) -> None:
     for kind in ("nodes", "meshes"):
         glb = Glb()
         glb.node(mesh=glb.mesh("cube", glb.box()))

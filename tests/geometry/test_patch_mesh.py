@@ -45,7 +45,7 @@ def test_edges_that_meet_over_parts_are_refused():
         patch_mesh(Surface([flat(0, 2, 0, 1), flat(0, 1, 1, 2), flat(1, 2, 1, 2)], "T"))
 
 
-def test_patch_lists_with_poles_are_covered_as_meshes_unless_patches_are_needed(tmp_path):
+def test_patch_lists_with_poles_are_covered_as_meshes(tmp_path):
     file = cone(tmp_path)
     covered = as_covered(file)
     assert isinstance(covered.surface, MeshSurface)

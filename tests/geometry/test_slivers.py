@@ -47,7 +47,7 @@ def border(triangles):
     return {tuple(side) for side in sides[across < 0].tolist()}
 
 
-def test_vertices_beside_a_straight_edge_are_taken_out_and_the_face_stays():
+def test_vertices_beside_a_straight_edge_are_taken_out():
     uv, triangles = halved_to_the_corner(9)
     positions, normals = bent(uv)
     assert heights(positions, triangles).min() < 1e-3

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from upholster.image._perspective_kernels import pencil_contrast
 from upholster.image.perspective import proposed_corners
 from upholster.types import FloatArray, PixelArray
 
@@ -67,32 +66,6 @@ def test_depth_and_channels_make_little_difference() -> None:
     one = np.array(proposed_corners(photo))
     deep = np.repeat(photo.astype(np.uint16) * 257, 3, axis=2)
     np.testing.assert_allclose(np.array(proposed_corners(deep)), one, atol=1e-6)
-
-
-def test_the_kernel_is_the_formula() -> None:
-    """Its plain twin sums with NumPy, one vanishing point at a time."""
-    rng = np.random.default_rng(4)
-    places = rng.uniform(-1, 1, (3000, 2))
-    planes = rng.normal(size=(2, 3000)).astype(np.float32)
-    angles = rng.uniform(-0.5, 0.5, 6)
-    pencils = np.stack([np.cos(angles), np.sin(angles), [0, 0.3, -0.4, 0.1, -0.2, 0.95]], axis=1)
-    lines, counts, out = np.empty((2, 50)), np.empty(50, np.int32), np.empty(6)
-    pencil_contrast(planes, places, pencils, lines, counts, out)
-    for (x, y, w), found in zip(pencils, out, strict=True):
-        depth = 1 - w * (places @ [x, y])
-        if depth.min() < 0.1:
-            assert found == 0
-            continue
-        line = np.clip((places @ [-y, x] / depth + 1.6) / 3.2 * 50, 0, 49).astype(int)
-        count = np.bincount(line, minlength=50)
-        used = count >= 20
-        expected = 0.0
-        for plane in planes:
-            sums = np.bincount(line, plane, minlength=50)[used]
-            middle = sums.sum() / count[used].sum()
-            expected += (count[used] * (sums / count[used] - middle) ** 2).sum() / (used.sum() - 1) / 2
-        assert found == pytest.approx(expected)
-    assert out[5] == 0
 
 
 def test_a_slanted_pattern_is_no_perspective() -> None:

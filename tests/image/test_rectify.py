@@ -8,7 +8,6 @@ import pytest
 
 from upholster.errors import InputError
 from upholster.image import Material, from_linear, read_exemplar, read_material, to_linear, write_image
-from upholster.image._rectify_kernels import project_bicubic
 from upholster.image.preparing import cut_out
 from upholster.image.rectify import Rectification
 from upholster.options import SampleOptions
@@ -128,27 +127,6 @@ def test_tiles_and_threads_make_no_difference(monkeypatch: pytest.MonkeyPatch) -
     whole = Rectification(seen(1.2, 25, 15), WIDTH, HEIGHT).apply(pixels)
     monkeypatch.setattr("upholster.image.rectify._TILE", 37)
     np.testing.assert_array_equal(Rectification(seen(1.2, 25, 15), WIDTH, HEIGHT).apply(pixels), whole)
-
-
-def test_the_kernel_is_the_formula() -> None:
-    """Its plain twin: Catmull and Rom's spline by its basis matrix, one point at a time."""
-    rng = np.random.default_rng(5)
-    source = rng.random((14, 17, 2), np.float32)
-    matrix = np.array([[0.9, 0.2, 1.0], [-0.1, 1.1, 0.5], [0.01, -0.005, 1.0]])
-    out = np.empty((9, 11, 2), np.float32)
-    origin, start = np.array([2, 3], np.int32), np.array([1, 2], np.int32)
-    project_bicubic(source, origin, matrix, start, out)
-    basis = np.array([[0, 2, 0, 0], [-1, 0, 1, 0], [2, -5, 4, -1], [-1, 3, -3, 1]]) / 2
-    padded = np.pad(source, ((20, 20), (20, 20), (0, 0)), mode="edge").astype(float)
-    expected = np.empty_like(out)
-    for row, column in np.ndindex(9, 11):
-        place = matrix @ (column + 2.5, row + 1.5, 1)
-        x, y = place[:2] / place[2] - 0.5 - [3, 2]
-        i, j = int(np.floor(y)), int(np.floor(x))
-        down, across = ((t ** np.arange(4)) @ basis for t in (y - i, x - j))
-        taps = padded[i + 19 : i + 23, j + 19 : j + 23]
-        expected[row, column] = np.einsum("i,j,ijc->c", down, across, taps)
-    np.testing.assert_allclose(out, expected, atol=1e-5)
 
 
 # Materials

@@ -9,12 +9,39 @@ from measured import grains, quilt_of, quilt_of_nearest, tiles, warped
 from upholster.charts.charted import charted_plane, charted_surface
 from upholster.errors import InputError
 from upholster.geometry import plane, surface_from_spec
-from upholster.measure import cut_seam_ratio, matched_cut_ratio, matched_edge_ratio
+from upholster.measure import cut_seam_ratio, matched_cut_ratio, mesh_seams
 from upholster.measure.places import SeamPlaces
+from upholster.measure.trace import Trace, quilt_windows
 from upholster.methods import synthesize
 from upholster.quilt import Texels, paint
 from upholster.quilt.chart import Chart
 from upholster.quilt.placement import PLACEMENT
+
+
+@pytest.mark.parametrize("scale", [0.5, 1.0, 2.5])
+def test_cuts_through_a_field_against_the_quilts_own_sources(scale):
+    quilt = warped(np.random.default_rng(7), scale, exemplar=(512, 512))
+    trace = Trace.of(quilt, quilt_windows(quilt)[0])
+    # What each placement would give everywhere, painted alone: exact, from the quilt itself.
+    alone = []
+    for n in range(len(quilt.placements)):
+        placed = quilt.placements[n : n + 1].copy()
+        shape = quilt.exemplar_shape
+        alone.append(quilt_of_nearest(quilt.charts, placed, exemplar=shape, fields=quilt.fields).sources()[0])
+    for axis in (0, 1):
+        border = trace.border(axis)
+        there = border.rows + (axis == 0), border.columns + (axis == 1)
+        one, other = trace.owners[border.rows, border.columns], trace.owners[there]
+        assert (one != other).all()
+        pairs = zip(one, other, *there, strict=True)
+        far = [np.abs(alone[a][row, column] - alone[b][row, column]).max() for a, b, row, column in pairs]
+        np.testing.assert_array_equal(border.cut, np.array(far) > 8)
+
+
+def test_equal_sources_under_other_turns_are_cuts():
+    # Both would read texel (0, 0) from pixel (16, 34); turn 5 goes through the columns backwards.
+    quilt = quilt_of([(16, 8, 32, 16, 32, 42, 0), (16, 24, 32, 16, 32, 10, 5)])
+    assert Trace.of(quilt, quilt_windows(quilt)[0]).border(1).cut.all()
 
 
 def test_cuts_against_a_plain_sum():
@@ -39,7 +66,7 @@ def test_bands_do_not_change_the_figure(monkeypatch):
     assert cut_seam_ratio(quilt, texels) == pytest.approx(whole)
 
 
-def test_a_quilt_of_one_block_has_no_cuts_and_a_constant_one_no_visible_ones():
+def test_a_quilt_of_one_block_has_no_cuts():
     quilt = quilt_of([(16, 16, 32, 32, 30, 30, 0)])
     assert cut_seam_ratio(quilt, paint(quilt, grains())) is None
     assert matched_cut_ratio(quilt, paint(quilt, grains()), grains()) is None
@@ -108,7 +135,7 @@ def test_edges_of_one_copy_are_as_smooth_as_the_exemplar():
     placed["source_row"], placed["source_column"] = 16 * 30, (16 * 20, 16 * 40)
     whole = quilt_of_nearest(charts, placed)
     exemplar = grains()
-    found = matched_edge_ratio(plane(), whole, paint(whole, exemplar), exemplar)
+    found = mesh_seams(plane(), whole, paint(whole, exemplar), exemplar).ratio
     assert found == pytest.approx(1, abs=1e-6)
     shifted = placed.copy()
     shifted["source_row"][1] += 16 * 9
@@ -120,24 +147,24 @@ def test_edges_of_one_copy_are_as_smooth_as_the_exemplar():
     left, right = (np.abs(colors[r : r + 32, 29] - colors[r : r + 32, 30]).mean() for r in (14, 23))
     expected = 2 * seen / (left + right)
     assert expected > 1.5
-    assert matched_edge_ratio(plane(), broken, texels, exemplar) == pytest.approx(expected, rel=1e-5)
+    assert mesh_seams(plane(), broken, texels, exemplar).ratio == pytest.approx(expected, rel=1e-5)
     with pytest.raises(InputError, match="charts"):
-        matched_edge_ratio(plane(), whole, Texels((Chart(0, 8, 8),), texels.arrays[:1]), exemplar)
+        mesh_seams(plane(), whole, Texels((Chart(0, 8, 8),), texels.arrays[:1]), exemplar)
     one = quilt_of_nearest(charts[:1], placed[:1].copy())
-    assert matched_edge_ratio(plane(), one, paint(one, exemplar), exemplar) is None
+    assert mesh_seams(plane(), one, paint(one, exemplar), exemplar).ratio is None
 
 
 @pytest.mark.parametrize("spec", ["torus", "sphere"])
 def test_covered_surfaces_have_no_edges_that_show(spec):
     surface, exemplar = surface_from_spec(spec), grains()
     quilt = synthesize(exemplar, surface, texels=2**17, seed=1)
-    found = matched_edge_ratio(surface, quilt, paint(quilt, exemplar), exemplar)
+    found = mesh_seams(surface, quilt, paint(quilt, exemplar), exemplar).ratio
     assert 0.9 < found < 1.6
     placed = quilt.placements.copy()
     centre = 16 * 32
     placed["source_row"] = np.where(placed["chart"] % 2 == 0, placed["source_row"], centre)
     broken = dataclasses.replace(quilt, placements=placed)
-    assert matched_edge_ratio(surface, broken, paint(broken, exemplar), exemplar) > found + 0.3
+    assert mesh_seams(surface, broken, paint(broken, exemplar), exemplar).ratio > found + 0.3
 
 
 @pytest.mark.parametrize("charted", ["tile", "plane"])

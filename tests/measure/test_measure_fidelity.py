@@ -1,4 +1,4 @@
-"""Sliced Wasserstein distance and autocorrelation peaks."""
+"""Sliced Wasserstein distance."""
 
 import numpy as np
 import pytest
@@ -6,13 +6,11 @@ from measured import grains, tiles
 from scipy.ndimage import convolve1d
 from scipy.stats import wasserstein_distance
 
-from upholster import paint, synthesize
 from upholster.errors import InputError
 from upholster.image import to_linear
-from upholster.measure import measure_cover, measure_image, sliced_wasserstein, structure
+from upholster.measure import measure_image, sliced_wasserstein
 from upholster.measure.fidelity import _distance, _doubled, _halved, _pyramid
 from upholster.measure.samples import coded
-from upholster.measure.structure import _autocorrelation
 
 
 @pytest.mark.parametrize("make", [grains, tiles])
@@ -20,9 +18,7 @@ def test_an_exemplar_is_itself(make):
     exemplar = make()
     found = measure_image(exemplar, exemplar)
     assert found.wasserstein == (0,) * 4
-    assert found.structure.exemplar == found.structure.result
-    assert found.structure.loss in (0, None)
-    assert found.seams is found.scale is found.copies is None
+    assert found.seams is found.scale is found.mapping is None
 
 
 @pytest.mark.slow(reason="lays and measures whole quilts")
@@ -89,44 +85,6 @@ def test_pyramids_add_up_to_the_image(size):
     np.testing.assert_allclose(_halved(image, 0), convolve1d(image, taps, 0, mode="mirror")[::2], atol=1e-6)
 
 
-def test_a_lattice_shows_its_periods():
-    found = structure([tiles(128, 128)], tiles())
-    for peaks in (found.exemplar, found.result):
-        assert {(abs(peak.row) % 8, abs(peak.column) % 16) for peak in peaks} == {(0, 0)}
-        assert peaks[0].height > 0.95
-    assert abs(found.loss) < 0.05
-
-
-def test_another_lattice_loses_structure_and_noise_has_none():
-    other = structure([tiles(128, 128, period=(13, 27))], tiles())
-    assert other.loss > 0.2
-    noise = np.random.default_rng(0).integers(0, 256, (128, 128, 3), np.uint8)
-    assert structure([tiles()], noise).exemplar == ()
-    assert structure([tiles()], noise).loss is None
-    lost = structure([noise], tiles())
-    assert lost.result == ()
-    assert lost.loss > 0.9
-    constant = np.full((64, 64, 3), 5, np.uint8)
-    assert structure([constant], tiles()).loss == pytest.approx(np.mean([p.height for p in lost.exemplar]))
-
-
-def test_autocorrelation_against_a_plain_sum():
-    rng = np.random.default_rng(0)
-    planes = [rng.normal(size=(9, 11)), rng.normal(size=(8, 13))]
-    found = _autocorrelation(planes, (4, 5))
-    values = np.concatenate([plane.ravel() for plane in planes])
-    for row in range(5):
-        for column in range(-5, 6):
-            products = []
-            for plane in planes:
-                x = (plane - values.mean()) / values.std()
-                high, wide = x.shape
-                one = x[row:, max(0, column) : wide + min(0, column)]
-                other = x[: high - row, max(0, -column) : wide - max(0, column)]
-                products.append((one * other).ravel())
-            assert found[row, column + 5] == pytest.approx(np.concatenate(products).mean())
-
-
 @pytest.mark.parametrize(
     ("image", "exemplar", "named"),
     [
@@ -144,26 +102,15 @@ def test_what_cannot_be_measured_is_refused(image, exemplar, named):
 
 
 def test_arrays_that_do_not_belong_together_are_refused():
-    for measured in (sliced_wasserstein, structure):
-        with pytest.raises(InputError, match="channels"):
-            measured([grains(channels=1)], grains())
-        with pytest.raises(InputError, match="at least one"):
-            measured([], grains())
-        with pytest.raises(InputError, match="result 0"):
-            measured([grains(6, 40)], grains())
+    with pytest.raises(InputError, match="channels"):
+        sliced_wasserstein([grains(channels=1)], grains())
+    with pytest.raises(InputError, match="at least one"):
+        sliced_wasserstein([], grains())
+    with pytest.raises(InputError, match="result 0"):
+        sliced_wasserstein([grains(6, 40)], grains())
 
 
 def test_charts_so_small_that_no_patch_of_some_is_drawn():
     texture = grains(300, 300)
     small = [texture[r : r + 7, c : c + 7] for r in range(0, 70, 7) for c in range(0, 70, 7)]
     assert np.isfinite(sliced_wasserstein([texture, *small], texture)).all()
-
-
-@pytest.mark.slow(reason="lays and measures whole quilts")
-@pytest.mark.parametrize("direction", [0, 25])
-def test_the_lattice_of_a_surface_is_the_samples_whatever_size_and_turn_texels_have(direction):
-    exemplar = tiles(96, 96, period=(12, 24))
-    quilt = synthesize(exemplar, "plane", sample_size=0.25, texels=90_000, direction=direction, seed=1)
-    texels = paint(quilt, exemplar, density=1.0)
-    assert structure(texels.arrays, exemplar).loss > 0.15
-    assert abs(measure_cover(quilt.surface, quilt, exemplar, texels=texels).structure.loss) < 0.05

@@ -73,7 +73,7 @@ def test_a_whole_block_lies_where_a_decoder_reads_it(
     assert fits[0, 0] == 1
 
 
-def test_a_block_is_unfolded_where_an_edge_is_near_or_the_field_varies_much() -> None:
+def test_a_block_is_unfolded_near_edges_and_where_it_varies() -> None:
     root, out, fits = np.array([0, 80.0, 80.0, 0, 0, 0]), Footprint.of(64), np.zeros((MOST_SHEETS, FIT))
     found = np.zeros((20, 20), bool)
     for at in np.ndindex(20, 20):
@@ -169,7 +169,7 @@ def some_charts() -> tuple[Folded, Ground]:
     return surface, surface.ground(12.0)[0]
 
 
-def test_each_step_is_known_to_lie_in_the_triangle_that_holds_it_or_is_near() -> None:
+def test_each_step_knows_its_triangle() -> None:
     _, ground = some_charts()
     canvases, mesh = ground.canvases, ground.mesh
     canvases.triangles[:] = -1
@@ -239,7 +239,7 @@ def _within(canvases: Any, centres: Any) -> np.ndarray:
     return np.asarray(row * canvases.widths[chart] + column)
 
 
-def test_cells_with_seams_creases_and_borders_are_marked_and_no_others() -> None:
+def test_cells_with_seams_creases_and_borders_are_marked() -> None:
     surface, ground = some_charts()
     mesh, clear = ground.mesh, ground.clear
     for chart in range(2):

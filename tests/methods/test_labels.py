@@ -162,7 +162,7 @@ def test_each_cell_reads_what_its_block_read(kind: str) -> None:
     assert mended == 0 if kind in ("plane", "cylinder") else kind == "minified" or mended > 0
 
 
-def test_centres_are_middles_of_own_cells_one_a_cell_inside_the_sample(bent: Run) -> None:
+def test_centres_are_middles_of_own_cells(bent: Run) -> None:
     quilt = bent.quilt
     for n in range(len(quilt.charts)):
         placed, layer = quilt.on_chart(n), quilt.labels[n][0]

@@ -280,7 +280,7 @@ def test_follows_the_paper_step_by_step(surface, options, size):
     ],
     ids=["paper", "three cells a block", "overlap 2"],
 )
-def test_blocks_are_blended_by_linear_ramps_and_at_corners_by_their_products(options, height, width):
+def test_blocks_are_blended_by_linear_ramps(options, height, width):
     exemplar = texture()
     charts = (Chart(0, height, width),)
     quilt = synthesize_paper(exemplar, plane(), charts, options=options, seed=5)
@@ -308,7 +308,7 @@ def test_blocks_are_blended_by_linear_ramps_and_at_corners_by_their_products(opt
 
 @pytest.mark.parametrize("surface", [ring_cyclide(), sphere()], ids=["cyclide", "sphere"])
 @pytest.mark.parametrize("size", [64, 75])
-def test_placements_stand_in_cells_of_their_own_as_a_stream_wants_them(surface, size):
+def test_placements_are_in_cells_of_their_own(surface, size):
     exemplar = texture(64, 80)
     quilt = synthesize(exemplar, surface, chart=size, seed=2, method="paper")
     for index, layers in enumerate(quilt.labels):

@@ -37,7 +37,7 @@ def test_distances_are_kept_up_to_a_factor():
     assert np.percentile(error, 99) < 2  # rounding of two samples of three components
 
 
-def test_components_come_in_order_of_their_variance_and_the_first_spans_all():
+def test_components_are_in_order_of_their_variance():
     form = pca_features(as_bytes(mixed((80, 60), (3, 12, 6), seed=3)))
     spread = form.reshape(-1, 3).astype(float)
     assert (np.diff(spread.var(axis=0)) < 0).all()

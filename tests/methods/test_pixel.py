@@ -8,7 +8,7 @@ from upholster.charts import uniform_layout
 from upholster.errors import InputError
 from upholster.geometry import RationalPatch, Surface, plane, ring_cyclide, sphere
 from upholster.image import write_image
-from upholster.measure.mesh_seams import matched_edge_ratio
+from upholster.measure.mesh_seams import mesh_seams
 from upholster.methods import synthesize
 from upholster.methods.pixel import PixelOptions, synthesize_pixel
 from upholster.methods.pixel.method import PASSES, SIMILAR
@@ -205,7 +205,7 @@ def test_a_periodic_exemplar_goes_on_as_it_is(search):
 def test_texture_goes_on_across_patches(search):
     exemplar, surface = texture(), ring_cyclide()
     quilt = synthesize(exemplar, surface, method="pixel", chart=40, search=search, seed=1)
-    ratio = matched_edge_ratio(surface, quilt, paint(quilt, exemplar), exemplar)
+    ratio = mesh_seams(surface, quilt, paint(quilt, exemplar), exemplar).ratio
     assert 0.8 < ratio < 1.35
 
 

@@ -53,7 +53,7 @@ def test_normals_turn_with_their_blocks(surface: str) -> None:
         if surface == "plane"
         else {"texels": 40_000, "sample_size": 2.5}
     )
-    quilt = synthesize(material, surface, block=32, **size, **ALL)
+    quilt = synthesize(material, surface, block=20, **size, **ALL)
     assert len(set(quilt.placements["symmetry"].tolist())) > 4
     painted = paint_material(quilt, material)
     errors, wrong = [], []

@@ -22,17 +22,17 @@ def stretched(strain, waves=LATTICE.waves):
 
 
 def test_a_block_suits_the_sample_where_nothing_is_stretched():
-    suits = suiting_side(SAMPLE.shape)
-    assert suits == 80
-    assert block_side(SAMPLE.shape, 5000.0, 0.0, None) == suits
-    assert block_side(SAMPLE.shape, 5000.0, 0.0, stretched(0.0)) == suits
+    assert block_side(SAMPLE.shape, 5000.0, 0.0, None) == suiting_side(SAMPLE.shape, repeats=False) == 128
+    assert block_side(SAMPLE.shape, 5000.0, 0.0, stretched(0.0)) == suiting_side(SAMPLE.shape, repeats=True)
 
 
 @pytest.mark.parametrize(
-    ("shape", "side"), [((32, 90), 8), ((128, 128, 3), 40), ((16, 16), 8), ((4000, 4000, 1), 512)]
+    ("shape", "side", "repeating"),
+    [((32, 90), 16, 8), ((128, 128, 3), 64, 40), ((14, 14), 8, 8), ((4000, 4000, 1), 512, 512)],
 )
-def test_a_block_is_five_sixteenths_of_the_sample(shape, side):
-    assert suiting_side(shape) == side
+def test_a_block_is_half_of_the_sample_or_five_sixteenths_of_one_that_repeats(shape, side, repeating):
+    assert suiting_side(shape, repeats=False) == side
+    assert suiting_side(shape, repeats=True) == repeating
 
 
 def test_a_block_is_no_larger_than_a_small_surface_allows():
@@ -49,7 +49,7 @@ def test_a_block_is_in_step_with_the_next_but_holds_three_quarters_of_a_period(s
 def test_blocks_are_smaller_than_twenty_pixels_only_where_the_sample_is_small():
     assert block_side(SAMPLE.shape, 5000.0, 0.0, stretched(1.0, np.array([(1 / 7, 0)]))) == 20
     small = SAMPLE[:32, :32]
-    assert block_side(small.shape, 5000.0, 0.0, stretched(1.0)) == suiting_side(small.shape) < 20
+    assert block_side(small.shape, 5000.0, 0.0, stretched(1.0)) == suiting_side(small.shape, repeats=True) < 20
 
 
 def test_directions_turn_on_a_sphere_as_its_parallels_do() -> None:

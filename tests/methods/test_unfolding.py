@@ -162,7 +162,7 @@ def cube_laid_out(count: int) -> MeshSurface:
     return MeshSurface(mesh, np.unique(2 * axis + (sign > 0), return_inverse=True)[1], parameters)
 
 
-def test_on_a_sphere_a_block_is_nearly_as_large_as_its_square_and_true_to_the_field() -> None:
+def test_on_a_sphere_a_block_keeps_size_and_direction() -> None:
     rng = np.random.default_rng(1)
     exemplar = rng.integers(0, 256, (64, 64, 1), dtype=np.uint8)
     prepared = prepare(

@@ -13,8 +13,7 @@ from upholster.charts.tessellation import face_parameters, own_patches
 from upholster.conditions import read_conditions
 from upholster.errors import InputError
 from upholster.geometry import Surface, plane, revolve, ring_cyclide, sphere, surface_from_spec, torus, vase
-from upholster.measure import check_solid
-from upholster.model import Mesh, displaced, kept_box, plain_solid, tessellate
+from upholster.model import Mesh, check_solid, displaced, kept_box, plain_solid, tessellate
 from upholster.model.heights import height_levels, height_values
 from upholster.quilt import Chart, Texels
 

@@ -1,6 +1,5 @@
 """Islands of a mesh in an atlas: by shapes that interlock, each apart from all others."""
 
-import math
 from itertools import product
 from typing import Any
 
@@ -13,7 +12,6 @@ from upholster.charts.mesh_layout import GUTTER, chart_places, mesh_charts
 from upholster.errors import InputError
 from upholster.geometry import MeshSurface, TriangleMesh
 from upholster.model import AtlasLayout, build_atlas, islands, mesh_on_charts, pack_atlas, pack_charts
-from upholster.model._packing_kernels import mark_squares
 from upholster.model.islands import island_padding, pack_islands
 from upholster.quilt import Chart, Texels
 
@@ -215,39 +213,6 @@ def test_what_lies_on_no_island_shows_a_texel_of_the_first() -> None:
     assert (mesh.chart[plain] == 0).all()
     assert (mesh.places[plain] - GUTTER > 1).all()
     assert ((mesh.places[plain] - GUTTER).sum(axis=1) < 50).all()
-
-
-def clipped(polygon: Any, box: Any) -> Any:
-    """What of a convex polygon lies in a box ((low, high) by axis): none, or its corners."""
-    for axis, (low, high) in enumerate(box):
-        for sign, bound in ((1, low), (-1, -high)):
-            kept = []
-            for one, other in zip(polygon, polygon[1:] + polygon[:1], strict=True):
-                a, b = sign * one[axis] - bound, sign * other[axis] - bound
-                kept += [one] if a >= 0 else []
-                kept += [one + (other - one) * a / (a - b)] if (a < 0) != (b < 0) else []
-            polygon = kept
-    return polygon
-
-
-@pytest.mark.parametrize(("side", "reach"), [(1.0, 0.5), (4.0, 2.0), (8.0, 5.5)])
-def test_squares_near_a_triangle_are_marked(side: float, reach: float) -> None:
-    """Against clipping: a square is marked where a part of a triangle lies in it, or `reach` round it."""
-    rng = np.random.default_rng(7)
-    places = rng.uniform(0, 40, (3, 3, 2)) * [[[1.0]], [[0.2]], [[1.0]]]
-    places[2, 2] = places[2, 0] * 0.3 + places[2, 1] * 0.7  # without area
-    places = np.concatenate([places, rng.uniform(0, 40, (1, 3, 2))])
-    rows, columns = math.ceil(60 / side), math.ceil(50 / side)
-    grids = np.array([[-9, -7, rows, columns, 5], [-9, -7, rows, columns, 5 + rows * columns]])
-    marked = np.zeros(5 + 2 * rows * columns, bool)
-    mark_squares(places, np.array([0, 0, 1, -1], np.int32), grids, side, reach, marked)
-    assert not marked[:5].any()
-    for n, own in enumerate(([0, 1], [2])):
-        first = 5 + n * rows * columns
-        found = marked[first : first + rows * columns].reshape(rows, columns)
-        for r, c in product(range(rows), range(columns)):
-            box = [(k + side * at - reach, k + side * (at + 1) + reach) for k, at in ((-9, r), (-7, c))]
-            assert found[r, c] == any(clipped(list(places[t]), box) for t in own), (n, r, c)
 
 
 def plainly_laid(masks: Any, order: Any, size: tuple[int, int], together: bool) -> Any:

@@ -10,7 +10,6 @@ from render_shapes import sheet, sphere
 
 from upholster.errors import InputError
 from upholster.render import Camera, _material_kernels, environment, render
-from upholster.render._kernels import resolve, shade
 from upholster.render.environment import HORIZON, HORIZON_WIDTH, KEY_LIGHT, SKY_ABOVE, SKY_BELOW, lamps
 from upholster.render.material_maps import build_maps
 
@@ -249,13 +248,3 @@ def test_what_does_not_fit_is_refused() -> None:
             render(*model, texture, maps=maps, **options)
     with pytest.raises(InputError, match="ao map has shape"):
         render(*model, None, maps={"ao": flat(1)})
-
-
-def test_kernels_are_compiled_once() -> None:
-    model = sheet()
-    tangents = np.tile([1.0, 0.0, 0.0], (len(model[0]), 1))
-    for maps in ({}, {"ao": flat(1)}, {"normal": flat(0.5, 3), "metallic": flat(1)}):
-        render(*model, flat(0.4, 3), maps=maps, tangents=tangents, size=(20, 20))
-    for kernel in (shade, resolve):
-        compiled: Any = kernel
-        assert len(compiled.signatures) == 1

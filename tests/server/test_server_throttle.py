@@ -32,7 +32,7 @@ class Clock:
             self.now += seconds + self.late
 
 
-def test_no_byte_comes_sooner_than_the_line_would_bring_it_and_the_rate_is_kept(monkeypatch):
+def test_the_rate_of_the_line_is_kept(monkeypatch):
     clock = Clock(monkeypatch, late=0.004)
 
     async def run():

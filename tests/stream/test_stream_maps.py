@@ -21,7 +21,7 @@ def maps_like(exemplar: Any) -> Any:
     }
 
 
-def test_every_map_comes_back_at_its_own_depth_and_is_painted_by_the_one_quilt() -> None:
+def test_every_map_comes_back_at_its_own_depth() -> None:
     surface, quilt, exemplar = laid("cone")
     maps = maps_like(exemplar)
     decoder = read_stream(encode_stream(surface, quilt, exemplar, maps=maps, sample_quality="lossless"))

@@ -95,9 +95,7 @@ def keys(placed: Any) -> Any:
 
 @pytest.mark.slow(reason="reads streams at many lengths")
 @pytest.mark.parametrize(("seed", "bytes_a_step"), [(0, 5), (1, 29), (2, 29), (3, 29)])
-def test_every_prefix_of_placements_shows_the_nearest_of_those_that_have_come(
-    seed: int, bytes_a_step: int
-) -> None:
+def test_every_prefix_shows_the_nearest_placements_there(seed: int, bytes_a_step: int) -> None:
     rng = np.random.default_rng(seed)
     quilt = anything_bent(rng, (32, 40), CHARTS, 25)
     code, exemplar = encode_plan(quilt), noise()

@@ -45,7 +45,7 @@ def back(surface: Any) -> Any:
 
 
 @pytest.mark.parametrize("spec", SPECS)
-def test_a_built_in_surface_takes_its_parameters_and_is_rebuilt_exactly(spec: Any) -> None:
+def test_a_built_in_surface_is_rebuilt_exactly(spec: Any) -> None:
     surface = surface_from_spec(spec)
     assert len(pack_surface(surface)) <= 40
     again = back(surface)

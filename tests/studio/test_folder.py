@@ -122,7 +122,7 @@ def test_zips_by_other_methods_are_refused(folder, tmp_path, method):
         folder.unpacked(path)
 
 
-def test_a_file_that_replaces_another_counts_once_and_one_that_fails_not(folder):
+def test_a_file_that_replaces_another_counts_once(folder):
     group = stored(folder, bytes(5000), "a.png")[0]
     stored(folder, bytes(7000), "a.png", group)
     assert room(folder) == 8 * 10**6 - 7000

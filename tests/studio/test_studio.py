@@ -20,7 +20,7 @@ from command_line import run_cli
 
 from upholster import InputError, Project, Sample, read_exemplar, read_project
 from upholster.elements import find_lattice
-from upholster.image import encode_image, from_linear
+from upholster.image import encode_image, from_linear, read_image
 from upholster.image.rectify import Rectification
 from upholster.project import project_of
 from upholster.server import serving
@@ -177,6 +177,38 @@ def test_the_words_make_the_same(page, tmp_path, monkeypatch):
     assert made.read_bytes() == data
 
 
+@pytest.mark.slow(reason="starts processes")
+def test_a_photo_of_many_pixels_is_reduced_in_the_preview_and_in_the_command(page, tmp_path):
+    photo = encode_image(np.kron(read_image(WEAVE), np.ones((8, 8, 1), np.uint8)), "png")
+    path = page.answer("POST", "/blobs?name=photo.png", photo)["path"]
+    synthesis = {"texels": 30_000}
+    answer, looks = page.shown(STATE | {"sample": {"source": path}, "synthesis": synthesis})
+    decoder = StreamDecoder()
+    decoder.feed(looks[-1][0])
+    (side,) = set(decoder.exemplar_shape[:2])
+    assert 990 < side < 1033
+    (note,) = answer["notes"]
+    assert "photo.png has more pixels than the page can show" in note
+    assert f"--resize {side}" in note
+    saved = page.answer("POST", "/save", {"revision": answer["revision"], "targets": ["x.glb", "x.uph"]})
+    data = page.ask("GET", f"/saved/{saved['id']}/x.glb")[2]
+    (tmp_path / "photo.png").write_bytes(photo)
+    done = run_cli(*shlex.split(answer["command"])[1:], cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "chair_photo.glb").read_bytes() == data
+
+
+def test_models_on_the_shelf_have_pictures(page, tmp_path):
+    status, _, data = page.ask("GET", "/pictures/included/chair.glb?size=64")
+    assert status == 200
+    (tmp_path / "chair.png").write_bytes(data)
+    shown = read_image(tmp_path / "chair.png")
+    assert shown.shape == (48, 64, 3)
+    assert shown[24, 32].mean() < shown[0, 0].mean() - 20  # the chair is darker than the background
+    broken = page.answer("POST", "/blobs?name=broken.obj", b"f 1 2 3")["path"]
+    assert page.ask("GET", f"/pictures/{broken}")[0] == 204
+
+
 def test_words_name_only_files_that_the_user_has(page):
     folder = page.studio.folder.path
 
@@ -194,6 +226,11 @@ def test_words_name_only_files_that_the_user_has(page):
             "upholster cover --project (chair_pasted.*).upholster.json -o (chair_pasted.*).glb", shell
         )
         assert "upholster.read_project('chair_pasted" in code
+    # A part's own sample is a file and a size in a command, and no more.
+    seat = {"materials": {"Seat": {"source": "included/weave.png", "size": "9cm"}}}
+    assert "--material Seat=sample:weave@9cm" in words_for("name=photo.png", **seat)[0]
+    seat["materials"]["Seat"]["resize"] = 64
+    assert "--project" in words_for("name=photo.png", **seat)[0]
     # A relief is for files to print: without it, others are made.
     shell, code = words_for("name=photo.png", writing={"displace": "5mm", "displace_by": "luminance"})
     first, second = shell.split("\n")

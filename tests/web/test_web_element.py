@@ -185,7 +185,7 @@ def test_a_sample_of_another_shape_is_an_error(tab: Any, site: Any) -> None:
     ]
 
 
-def test_without_webgl_the_page_hears_of_it_and_poster_or_words_are_seen(chromium: Any, site: Any) -> None:
+def test_without_webgl_poster_or_words_are_seen(chromium: Any, site: Any) -> None:
     with browser.tab(chromium) as tab:
         tab.page.add_init_script(NO_WEBGL)
         tab.open(f"{site}/view/ring.uph").until("inside.querySelector('.note').checkVisibility()")

@@ -145,7 +145,7 @@ def test_what_is_shown_is_what_a_new_viewer_shows(shown: Any) -> None:
     assert replaced == before
 
 
-def test_the_old_model_stays_until_the_new_one_is_fine_and_the_camera_stays(shown: Any) -> None:
+def test_the_old_model_stays_until_the_new_one_is_fine(shown: Any) -> None:
     shown.page.locator("upholster-viewer canvas").focus()
     for key in ("ArrowLeft", "ArrowUp", "+", "+", "+"):
         shown.page.keyboard.press(key)

@@ -5,13 +5,14 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from browser import BRICKS, ROOT
 from hand import Hand, hand_at
 
 from upholster import Project, Sample, read_exemplar
 from upholster.elements import find_lattice
-from upholster.image import from_linear, write_image
+from upholster.image import from_linear, read_image, write_image
 from upholster.image.perspective import proposed_corners
 from upholster.image.rectify import Rectification
 
@@ -63,6 +64,24 @@ def test_a_person_drops_sets_undoes_saves_and_finds_it_again(hand: Hand, tmp_pat
     hand.final()
     assert hand.state["seed"] == 3
     assert hand.button("Undo").is_enabled()
+
+
+def test_a_photo_of_many_pixels_is_shown_with_a_note_and_models_have_pictures(
+    hand: Hand, tmp_path: Path
+) -> None:
+    page = hand.page
+    tile = page.get_by_title("chair").evaluate("(one) => one.style.backgroundImage")
+    assert tile.startswith('url("/pictures/included/chair.glb')
+    note = page.locator("#panel > .note")
+    assert note.is_hidden()
+    write_image(tmp_path / "photo.png", np.kron(read_image(WEAVE), np.ones((8, 8, 1), np.uint8)))
+    hand.drop(tmp_path / "photo.png")
+    page.get_by_title("chair").click()
+    hand.final()
+    assert note.inner_text().startswith("Note: photo.png has more pixels than the page can show")
+    page.get_by_title("weave").click()
+    hand.final()
+    assert note.is_hidden()
 
 
 def test_parts_are_chosen_on_the_model_and_have_their_own_samples(hand: Hand) -> None:

@@ -122,7 +122,7 @@ def test_a_model_without_its_file_is_named_and_no_step(hand: Hand) -> None:
     hand.drop_together(box("Box")[0])
     assert "box.bin" in hand.message("box.bin")
     assert hand.states == before
-    assert hand.page.locator("#welcome").inner_text().startswith("Now drop a model")
+    assert hand.page.locator("#welcome").inner_text().startswith("Now drop or choose a model")
     hand.refused()
 
 

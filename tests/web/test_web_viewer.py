@@ -431,7 +431,7 @@ def test_nothing_throws_its_shadow_on_what_lies_flat(tab: Any, site: Any) -> Non
     assert middle.min() > 150  # in the shadow 120
 
 
-def test_viewers_start_when_they_are_near_and_share_renderer_and_workers(tab: Any, site: Any) -> None:
+def test_viewers_start_near_the_screen_and_share_workers(tab: Any, site: Any) -> None:
     tab.open(f"{site}/view/material.uph").until("viewer.model")
     tab.call(
         """

@@ -15,9 +15,9 @@ from upholster.charts._subdivision_kernels import (
 )
 from upholster.charts.charted import ChartedSurface
 from upholster.charts.far_vertices import blamed_on_far, place_in_words
-from upholster.charts.tessellation import connected
 from upholster.errors import InputError
 from upholster.geometry import TriangleMesh
+from upholster.geometry.components import connected
 from upholster.geometry.edge_pairs import edge_pairs, numbered_edges
 from upholster.parallel import check_cancelled
 from upholster.types import FloatArray, IntArray
@@ -216,7 +216,7 @@ def _joined_vertices(surface: ChartedSurface) -> IntArray | None:
     pairs = pairs[pairs[:, 0] != pairs[:, 1]]
     if not len(pairs):
         return None
-    return connected(len(surface.mesh.positions), pairs.astype(np.int64)).astype(np.int32)
+    return connected(len(surface.mesh.positions), pairs)
 
 
 def _halved(

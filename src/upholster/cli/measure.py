@@ -1,4 +1,4 @@
-"""``upholster measure``: figures for seams, scale, fidelity and copies."""
+"""``upholster measure``: figures for seams, scale and fidelity."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -68,7 +68,7 @@ def measure(
     threads: Annotated[int | None, typer.Option(help="1 to 256; default: one per core.")] = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
 ) -> None:
-    """Measure a result: seams, scale, fidelity to the sample, verbatim copies."""
+    """Measure a result: seams, scale, fidelity to the sample."""
     import json as codec
 
     from upholster.files import outputs, write_bytes

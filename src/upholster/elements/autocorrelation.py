@@ -12,19 +12,14 @@ from upholster.types import FloatArray
 
 __all__ = [
     "ALIKE",
-    "RADIUS",
     "Correlation",
     "correlation",
-    "correlation_peaks",
     "highest",
     "shifted_products",
 ]
 
 ALIKE = 2**14
 """The correlation of equal planes."""
-
-RADIUS = 3
-"""A peak is the highest value within this many pixels."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,7 +72,7 @@ def correlation(planes: Sequence[Plane], reach: tuple[int, int]) -> Correlation:
     height, width = planes[0].shape
     rows, columns = reach
     # The exact products are integers far below 2^53, so rounding removes the transform's error.
-    products = np.rint(_products(planes, reach))
+    products = np.rint(shifted_products(planes, reach))
     square = np.zeros((height, width), np.int64)
     for plane in planes:
         square += plane * plane
@@ -135,13 +130,13 @@ def highest(values: NDArray[Any], near: int) -> NDArray[Any]:
     return values
 
 
-def shifted_products(plane: Plane | FloatArray, reach: tuple[int, int]) -> FloatArray:
-    """Return Σ x(p)·x(p + d) over all places p where both exist, for all shifts d up to a maximum.
+def shifted_products(planes: Sequence[Plane | FloatArray], reach: tuple[int, int]) -> FloatArray:
+    """Return Σ x(p)·x(p + d) over all planes and all places p where both exist, for all shifts d.
 
     Parameters
     ----------
-    plane
-        (H, W).
+    planes
+        (H, W) each.
     reach
         Rows and columns of the farthest shift.
 
@@ -151,11 +146,6 @@ def shifted_products(plane: Plane | FloatArray, reach: tuple[int, int]) -> Float
         (rows + 1, 2 · columns + 1) float64, for shifts of 0…rows and −columns…columns. Shifts by negative
         rows mirror them.
     """
-    return _products([plane], reach)
-
-
-def _products(planes: Sequence[Plane | FloatArray], reach: tuple[int, int]) -> FloatArray:
-    # The sums of several planes together.
     height, width = planes[0].shape
     rows, columns = np.arange(reach[0] + 1)[:, None], np.arange(-reach[1], reach[1] + 1)
     # Zeros beyond the borders prevent shifts from wrapping around.
@@ -166,32 +156,6 @@ def _products(planes: Sequence[Plane | FloatArray], reach: tuple[int, int]) -> F
         power += spectrum.real * spectrum.real + spectrum.imag * spectrum.imag
     found: FloatArray = np.fft.irfft2(power, sizes)[rows, columns]
     return found
-
-
-def correlation_peaks(correlation: FloatArray, least: float) -> tuple[Plane, Plane]:
-    """Return the peaks of an autocorrelation: at least `least`, and no higher value within `RADIUS` each way.
-
-    Parameters
-    ----------
-    correlation
-        (rows + 1, 2 · columns + 1), at the shifts of `shifted_products`; larger than `RADIUS` each way.
-    least
-        Minimum height.
-
-    Returns
-    -------
-    rows, columns
-        (n,) the shifts, row by row: rows > 0, or rows = 0 and columns > 0. Peaks within `RADIUS` of the
-        largest shifts are left out, because the correlation may rise beyond.
-    """
-    height, middle = len(correlation), correlation.shape[1] // 2
-    # Rows above the centre are the mirror image of those below it.
-    whole = np.concatenate([correlation[:0:-1, ::-1], correlation])
-    inner, around = (part[RADIUS:-RADIUS, RADIUS:-RADIUS] for part in (whole, highest(whole, RADIUS)))
-    rows, columns = np.nonzero((inner == around) & (inner >= least))
-    rows, columns = rows - (height - 1 - RADIUS), columns - (middle - RADIUS)
-    half = (rows > 0) | ((rows == 0) & (columns > 0))
-    return rows[half], columns[half]
 
 
 def _smooth(size: int) -> int:

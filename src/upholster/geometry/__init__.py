@@ -9,7 +9,7 @@
 - `surface_files`: control nets from files; `cad`: faces of CAD models
 - `triangle_mesh`: meshes, and their islands; `mesh_files`: models; `patch_mesh`: patches as a mesh
 - `edge_pairs`, `corner_normals`, `rays`: neighbours, normals and hits of triangles; `mesh_state`: faults
-- `components`: what is connected
+- `components`: which numbered items are connected
 """
 
 from upholster.geometry.adjacency import BorderInterval, SharedEdge

@@ -1,4 +1,4 @@
-"""Overlaps of texture coordinates."""
+"""Overlaps of texture coordinates: how many triangles cover each cell."""
 
 from typing import Any
 

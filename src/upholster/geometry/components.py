@@ -1,23 +1,17 @@
-"""Connected components."""
+"""Connected components of numbered items."""
+
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from upholster.types import IntArray
 
-__all__ = ["components"]
+__all__ = ["connected"]
 
 
-def components(pairs: IntArray | NDArray[np.int64], count: int) -> IntArray:
-    """Return the lowest item of each item's connected component, (count,) int32.
-
-    Parameters
-    ----------
-    pairs
-        (P, 2) connected items.
-    count
-        Number of items.
-    """
+def connected(count: int, pairs: NDArray[np.integer[Any]]) -> IntArray:
+    """Return for each of `count` items the lowest item connected to it by pairs (P, 2): (count,) int32."""
     lowest = np.arange(count, dtype=np.int32)
     one, other = np.ascontiguousarray(pairs.T, np.int32)
     # Each round joins every item that has a lower neighbour; what is left are pairs of joined items.

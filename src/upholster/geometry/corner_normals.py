@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from upholster.geometry.components import components
+from upholster.geometry.components import connected
 from upholster.geometry.triangle_mesh import TriangleMesh
 from upholster.types import FloatArray, IntArray, frozen_array
 from upholster.vectors import unit_vectors
@@ -40,7 +40,7 @@ def smooth_corners(mesh: TriangleMesh, crease: float = CREASE) -> IntArray:
             np.stack([3 * triangle + (edge + 1) % 3, 3 * other + met], axis=1),
         ]
     )
-    return components(pairs, 3 * len(across)).reshape(-1, 3)
+    return connected(3 * len(across), pairs).reshape(-1, 3)
 
 
 def corner_normals(mesh: TriangleMesh, crease: float = CREASE) -> FloatArray:

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.geometry._mesh_state_kernels import count_covers
-from upholster.geometry.components import components
+from upholster.geometry.components import connected
 from upholster.geometry.triangle_mesh import TriangleMesh
 from upholster.types import FloatArray
 
@@ -197,13 +197,9 @@ def inside_out_parts(mesh: TriangleMesh) -> NDArray[np.bool_]:
 
 
 def _inside_out(mesh: TriangleMesh, edges: _Edges) -> NDArray[np.bool_]:
-    owner = mesh.part[edges.order // 3]
-    body = components(
-        np.stack([owner[:-1], owner[1:]], axis=1)[edges.edge[1:] == edges.edge[:-1]], len(mesh.parts)
-    )
-    along = np.bincount(edges.edge[edges.rising], minlength=len(edges.uses))
-    at_border = (2 * along != edges.uses)[edges.edge]
-    is_open = np.bincount(body[owner[at_border]], minlength=len(body)) > 0
+    body = connected(len(mesh.parts), mesh.part[edges.pairs])
+    at_border = (2 * edges.along != edges.uses)[edges.edge]
+    is_open = np.bincount(body[mesh.part[edges.order // 3][at_border]], minlength=len(body)) > 0
     a, b, c = mesh.corners.transpose(1, 0, 2) - mesh.box.mean(axis=0)
     volume = np.bincount(body[mesh.part], (a * np.cross(b, c)).sum(axis=1), len(body))
     found: NDArray[np.bool_] = (~is_open & (volume < 0))[body]
@@ -262,14 +258,15 @@ def _edges_of(mesh: TriangleMesh) -> _Edges:
 def _pieces(mesh: TriangleMesh, edges: _Edges) -> NDArray[np.int64]:
     """Return one triangle of each piece; pieces do not extend over several parts."""
     pairs = edges.pairs[np.ptp(mesh.part[edges.pairs], axis=1) == 0]
-    return np.flatnonzero(components(pairs, len(mesh.triangles)) == np.arange(len(mesh.triangles)))
+    count = len(mesh.triangles)
+    return np.flatnonzero(connected(count, pairs) == np.arange(count))
 
 
 def _loops(mesh: TriangleMesh, border: NDArray[np.int64]) -> NDArray[np.int64]:
     """Return one triangle of each loop of edges, given as triangle · 3 + edge."""
     triangle, edge = border // 3, border % 3
     ends = np.stack([mesh.triangles[triangle, edge], mesh.triangles[triangle, (edge + 1) % 3]], axis=1)
-    root = components(ends, len(mesh.positions))
+    root = connected(len(mesh.positions), ends)
     _, first = np.unique(root[ends[:, 0]], return_index=True)
     return triangle[first]
 

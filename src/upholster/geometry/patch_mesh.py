@@ -3,7 +3,7 @@
 import numpy as np
 
 from upholster.errors import InputError
-from upholster.geometry.components import components
+from upholster.geometry.components import connected
 from upholster.geometry.surface import Surface
 from upholster.geometry.triangle_mesh import MAX_TRIANGLES, TriangleMesh
 from upholster.types import IntArray
@@ -46,7 +46,7 @@ def patch_mesh(surface: Surface) -> TriangleMesh:
     frames = [patch.frames_grid(parameters, parameters) for patch in surface.patches]
     positions, normals = (np.stack(part).reshape(-1, 3) for part in zip(*frames, strict=True))
     numbers = np.arange(len(positions), dtype=np.int32).reshape(-1, n + 1, n + 1)
-    vertex = components(_pairs(surface, numbers), len(positions))
+    vertex = connected(len(positions), _pairs(surface, numbers))
     a, b = numbers[:, :-1, :-1], numbers[:, 1:, :-1]
     c, d = numbers[:, 1:, 1:], numbers[:, :-1, 1:]
     quads = np.stack([np.stack([a, b, c], axis=-1), np.stack([a, c, d], axis=-1)], axis=-2)

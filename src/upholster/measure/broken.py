@@ -10,6 +10,7 @@ from upholster.charts.creases import CREASE
 from upholster.elements import Lattice
 from upholster.errors import InputError
 from upholster.geometry import AnySurface
+from upholster.geometry.components import connected
 from upholster.measure.places import SeamPlaces
 from upholster.measure.source_cuts import SourceCuts, cuts_of
 from upholster.quilt import Quilt
@@ -61,7 +62,7 @@ def broken_elements(
     There is a cut between two neighbouring texels if the second is not, within half a pixel, the continuation
     of the first one's source. The sample's phase at the second texel through its own source is compared with
     that through the first one's. This is exact, from the quilt; colours play no part. Cuts between blocks of
-    different symmetries are left out. At most 8 Mtexels are examined, as by `copies`.
+    different symmetries are left out. At most 8 Mtexels are examined.
 
     Parameters
     ----------
@@ -149,7 +150,7 @@ def longest_run(cuts: SourceCuts, chosen: NDArray[np.bool_], seams: SeamPlaces |
             at = np.minimum(np.searchsorted(keys, asked), len(keys) - 1)
             hit = keys[at] == asked
             pairs.append(np.stack([asking[hit], at[hit]]))
-    label = _components(count, np.concatenate(pairs, axis=1))
+    label = connected(count, np.concatenate(pairs, axis=1).T)
     return float(np.bincount(label[number[0]], lengths).max())
 
 
@@ -157,17 +158,3 @@ def _keys(charts: NDArray[np.intp], corners: NDArray[np.intp]) -> NDArray[np.int
     # One number for each corner (n, 2) of texels; neighbours differ by the same amount everywhere.
     keys: NDArray[np.intp] = (charts << _CHART) + ((corners[:, 0] + _PAD) << _ROW) + corners[:, 1] + _PAD
     return keys
-
-
-def _components(count: int, pairs: NDArray[np.intp]) -> NDArray[np.intp]:
-    # The least number of each point's connected component.
-    label = np.arange(count)
-    while True:
-        before = label.copy()
-        least = np.minimum(label[pairs[0]], label[pairs[1]])
-        for side in pairs:
-            np.minimum.at(label, label[side], least)
-            np.minimum.at(label, side, least)
-        label = label[label]
-        if (label == before).all():
-            return label

@@ -22,7 +22,7 @@ def cut_seam_ratio(quilt: Quilt, texels: Texels) -> float | None:
     """Measure whether the borders between blocks show inside charts.
 
     The mean absolute difference between neighbouring texels (right and lower) that do not continue one
-    another in the exemplar (defined in `copies`), divided by that between all neighbouring texels. A blended
+    another in the exemplar (`Border.cut`), divided by that between all neighbouring texels. A blended
     border counts in its middle. Values are sRGB-coded, all channels weigh the same. 1.0 is invisible, more
     shows, less is blur, or borders that run through quiet places: see `matched_cut_ratio`. At most 8 Mtexels
     are examined.
@@ -56,7 +56,7 @@ def cut_seam_ratio(quilt: Quilt, texels: Texels) -> float | None:
         cut = [np.zeros((window.height - (axis == 0), window.width - (axis == 1)), bool) for axis in (0, 1)]
         for axis in (0, 1):
             border = trace.border(axis)
-            cut[axis][border.rows, border.columns] = ~border.continued
+            cut[axis][border.rows, border.columns] = border.cut
         pixels, shown = window.of(texels.arrays[window.index]), trace.owners >= 0
         pairs = shown[1:] & shown[:-1], shown[:, 1:] & shown[:, :-1]
         for start in range(0, window.height, BAND):
@@ -108,7 +108,7 @@ def matched_cut_ratio(quilt: Quilt, texels: Texels, exemplar: PixelArray) -> flo
         pixels = window.of(texels.arrays[window.index])
         for axis in (0, 1):
             border = trace.border(axis)
-            cuts = rng.permutation(np.flatnonzero(~border.continued))[:most]
+            cuts = rng.permutation(np.flatnonzero(border.cut))[:most]
             rows, columns = border.rows[cuts], border.columns[cuts]
             next_rows, next_columns = rows + (axis == 0), columns + (axis == 1)
             seen.add(coded(pixels[rows, columns]), coded(pixels[next_rows, next_columns]))

@@ -10,7 +10,7 @@ from upholster.errors import InputError
 from upholster.measure.samples import SEED, chosen_windows, coded
 from upholster.types import PixelArray
 
-__all__ = ["WINDOW", "check_alike", "looked_at", "sliced_wasserstein"]
+__all__ = ["check_alike", "sliced_wasserstein"]
 
 SIDE = 7
 """Side of a patch of pixels."""
@@ -19,7 +19,7 @@ LEVELS = 4
 DIRECTIONS = 128
 MOST_PATCHES = 2**14
 MOST_TEXELS = 2**21
-WINDOW = 512
+_WINDOW = 512
 
 Image = NDArray[np.float32]
 
@@ -58,7 +58,7 @@ def sliced_wasserstein(results: Sequence[PixelArray], exemplar: PixelArray) -> t
     7×7 patches of a Laplacian pyramid.
     """
     check_alike(results, exemplar)
-    sides = [looked_at(results), looked_at([exemplar])]
+    sides = [_looked_at(results), _looked_at([exemplar])]
     # If charts differ in size, the largest decides how many levels there are.
     largest = min(max(min(part.shape[:2]) for part in parts) for parts in sides)
     levels = next(n for n in range(LEVELS, 0, -1) if -(-largest // 2 ** (n - 1)) >= SIDE)
@@ -85,9 +85,9 @@ def check_alike(results: Sequence[PixelArray], exemplar: PixelArray) -> None:
             )
 
 
-def looked_at(arrays: Sequence[PixelArray]) -> list[PixelArray]:
+def _looked_at(arrays: Sequence[PixelArray]) -> list[PixelArray]:
     """Return views of the parts that fidelity is measured on: up to 2 Mtexels, in windows of at most 512²."""
-    windows = chosen_windows([array.shape for array in arrays], side=WINDOW, most=MOST_TEXELS)
+    windows = chosen_windows([array.shape for array in arrays], side=_WINDOW, most=MOST_TEXELS)
     return [window.of(arrays[window.index]) for window in windows]
 
 

@@ -17,7 +17,7 @@ from upholster.quilt import Quilt, Texels
 from upholster.quilt.placement import SYMMETRIES
 from upholster.types import FloatArray, PixelArray
 
-__all__ = ["MeshSeams", "matched_edge_ratio", "mesh_seams"]
+__all__ = ["MeshSeams", "mesh_seams"]
 
 Index = NDArray[np.intp]
 
@@ -40,26 +40,6 @@ class MeshSeams:
     ratio: float | None
     creases: float
     over_creases: float | None
-
-
-def matched_edge_ratio(
-    surface: AnySurface, quilt: Quilt, texels: Texels, exemplar: PixelArray
-) -> float | None:
-    """Measure whether the edges of charts show, compared with the exemplar at the same places.
-
-    This is the ratio of `mesh_seams`, which says more.
-
-    Parameters
-    ----------
-    surface, quilt, texels, exemplar
-        As for `mesh_seams`.
-
-    Returns
-    -------
-    float or None
-        As for `edge_seam_ratio`.
-    """
-    return mesh_seams(surface, quilt, texels, exemplar).ratio
 
 
 def mesh_seams(

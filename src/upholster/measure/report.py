@@ -13,18 +13,15 @@ from upholster.errors import InputError
 from upholster.geometry import AnySurface, Surface
 from upholster.image import check_exemplar
 from upholster.measure.broken import BrokenElements, broken_elements
-from upholster.measure.copies import Copies, copies
 from upholster.measure.crossings import Crossings, crossings
 from upholster.measure.cuts import cut_seam_ratio, matched_cut_ratio
 from upholster.measure.fidelity import sliced_wasserstein
 from upholster.measure.joint_ends import JointEnds, joint_ends
-from upholster.measure.landmarks import Landmarks, landmark_recurrence
 from upholster.measure.mapping import MappingReport, mapping
 from upholster.measure.mesh_seams import mesh_seams
 from upholster.measure.patch_distance import PatchDistance, patch_distance, undistorted_views
 from upholster.measure.scale import TexelScale, texel_scale
 from upholster.measure.seams import WrapSeams, edge_seam_ratio, wrap_seams
-from upholster.measure.structure import Peak, Structure, structure
 from upholster.quilt import Quilt, Texels, paint
 from upholster.stages import keeping
 from upholster.types import PixelArray
@@ -43,7 +40,7 @@ class Seams:
     edges
         Across the charts' edges: `edge_seam_ratio`.
     edges_matched
-        The same, compared with the exemplar at the same places: `matched_edge_ratio`.
+        The same, compared with the exemplar at the same places: `mesh_seams`.
     cuts
         Across the borders between blocks: `cut_seam_ratio`.
     cuts_matched
@@ -69,9 +66,7 @@ class Measures:
     ----------
     wasserstein
         Sliced Wasserstein distance from the exemplar per pyramid level, finest first.
-    structure
-        Autocorrelation peaks.
-    seams, scale, copies, mapping
+    seams, scale, mapping
         None for a flat image, which does not provide them.
     wrap
         `wrap_seams`, for a flat image that is meant to be tiled, else None.
@@ -81,23 +76,18 @@ class Measures:
         `joint_ends`; None for a flat image, or if the exemplar has no certain joints.
     patches
         `patch_distance`; None if an image is smaller than a patch.
-    landmarks
-        `landmark_recurrence`; None for a flat image.
     crossings
         `crossings`; None for a flat image, or if there are no seams.
     """
 
     wasserstein: tuple[float, ...]
-    structure: Structure
     seams: Seams | None = None
     scale: TexelScale | None = None
-    copies: Copies | None = None
     mapping: MappingReport | None = None
     wrap: WrapSeams | None = None
     broken: BrokenElements | None = None
     joints: JointEnds | None = None
     patches: PatchDistance | None = None
-    landmarks: Landmarks | None = None
     crossings: Crossings | None = None
 
     @property
@@ -112,7 +102,7 @@ class Measures:
         return plain
 
     def rows(self) -> list[tuple[str, str, str]]:
-        """Return (measure, figure, meaning) for a table; of the peaks only the two highest."""
+        """Return (measure, figure, meaning) for a table."""
         rows = []
         if self.seams is not None:
             rows += [
@@ -165,25 +155,11 @@ class Measures:
         rows += [
             ("sliced Wasserstein, 1e-3", f"{1000 * self.wasserstein_mean:.3f}", "0: the sample"),
             ("  by level", levels, "finest first"),
-            ("sample repeats at", _listed(self.structure.exemplar), "rows, columns"),
-            ("result repeats at", _listed(self.structure.result), "rows, columns"),
-            ("structure lost", _figure(self.structure.loss), "0: none"),
         ]
         if self.patches is not None:
             rows += [
                 ("patch distance, 31²", _figure(self.patches.to_sample), "result to sample"),
                 ("  the other way", _figure(self.patches.to_result), "sample to result"),
-            ]
-        if self.landmarks is not None:
-            rows += [
-                ("landmarks recur", _figure(self.landmarks.recurrence), "1: like the rest"),
-                ("  nearest copy", _figure(self.landmarks.nearest), "sample's widths"),
-                ("  nearest copy, 5 %", _figure(self.landmarks.nearest_5), "sample's widths"),
-            ]
-        if self.copies is not None:
-            rows += [
-                ("verbatim neighbours", f"{100 * self.copies.ratio:.2f} %", "copy ratio"),
-                ("longest verbatim repeat", f"{self.copies.longest} texels", "side of a square"),
             ]
         return rows
 
@@ -253,7 +229,6 @@ def measure_cover(
         shown = views or texels.arrays
         return Measures(
             wasserstein=sliced_wasserstein(shown, exemplar),
-            structure=structure(shown, exemplar),
             seams=Seams(
                 edge_seam_ratio(surface, texels, fields=quilt.fields, crease=crease),
                 edges.ratio,
@@ -263,12 +238,10 @@ def measure_cover(
                 edges.over_creases,
             ),
             scale=texel_scale(surface, quilt.charts),
-            copies=copies(quilt),
             mapping=mapping(surface, quilt, scale=scale, direction=wanted),
             broken=None if lattice is None else broken_elements(quilt, lattice, surface, crease=crease),
             joints=None if joints is None else joint_ends(quilt, joints, surface, crease=crease),
             patches=patch_distance(views, exemplar) if views else None,
-            landmarks=landmark_recurrence(surface, quilt, exemplar),
             crossings=crossings(surface, quilt),
         )
 
@@ -288,7 +261,7 @@ def measure_image(image: PixelArray, exemplar: PixelArray, *, tileable: bool = F
     Returns
     -------
     Measures
-        Sliced Wasserstein distance and structure; the wrapped edges' seams of a tileable image.
+        Sliced Wasserstein and patch distance; the wrapped edges' seams of a tileable image.
 
     Raises
     ------
@@ -309,7 +282,6 @@ def measure_image(image: PixelArray, exemplar: PixelArray, *, tileable: bool = F
         )
     return Measures(
         sliced_wasserstein([image], exemplar),
-        structure([image], exemplar),
         wrap=wrap_seams(image) if tileable else None,
         patches=patch_distance([image], exemplar),
     )
@@ -350,10 +322,6 @@ def _by_wave(figures: tuple[float, ...], form: str) -> str:
 
 def _figure(value: float | None) -> str:
     return "–" if value is None else f"{value:.3f}"
-
-
-def _listed(peaks: tuple[Peak, ...]) -> str:
-    return "  ".join(f"{peak.row},{peak.column}: {peak.height:.2f}" for peak in peaks[:2]) or "–"
 
 
 def _plain(value: Any) -> Any:

@@ -11,7 +11,7 @@ from upholster.geometry import AnySurface
 from upholster.quilt import Chart
 from upholster.types import FloatArray
 
-__all__ = ["FINER", "TexelScale", "mesh_texel_scale", "quantiles", "texel_scale"]
+__all__ = ["FINER", "TexelScale", "quantiles", "texel_scale"]
 
 FINER = 3
 """Triangles of patches are this many times finer each way than in synthesis, where a texel's steps vary by up
@@ -96,10 +96,6 @@ def texel_scale(surface: AnySurface, charts: Sequence[Chart]) -> TexelScale:
         anisotropy=median,
         anisotropy_95=most,
     )
-
-
-mesh_texel_scale = texel_scale
-"""The same, under its earlier name for meshes."""
 
 
 def quantiles(values: FloatArray, weights: FloatArray, wanted: Sequence[float]) -> list[float]:

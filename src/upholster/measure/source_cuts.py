@@ -82,21 +82,18 @@ def cuts_inside(trace: Trace, shown: NDArray[np.bool_] | None = None) -> Iterato
     """
     for axis in (0, 1):
         border = trace.border(axis)
-        cut = ~border.continued & (border.first["symmetry"] == border.second["symmetry"])
+        cut = border.cut & (border.first["symmetry"] == border.second["symmetry"])
         if shown is not None:
             beyond = border.rows + (axis == 0), border.columns + (axis == 1)
             cut &= shown[border.rows, border.columns] & shown[beyond]
         rows = border.rows[cut] + trace.window.row + (axis == 0)
         columns = border.columns[cut] + trace.window.column + (axis == 1)
-        # The second texel through either source: its own, and the first one's continued by a texel.
-        first, second = (
-            step_sources(trace.field, side[cut], rows, columns) for side in (border.first, border.second)
-        )
         ends = np.stack([rows, columns], axis=1)[:, None].repeat(2, axis=1)
         ends[:, 1, 1 - axis] += 1
         along = trace.field.at(rows, columns)[:, :, 1 - axis]
         charts = np.full(len(rows), trace.window.index, np.intp)
-        yield SourceCuts(first.T, second.T, np.hypot(*along.T), charts, ends)
+        onward, found = border.onward.T[cut], border.found.T[cut]
+        yield SourceCuts(onward, found, np.hypot(*along.T), charts, ends)
 
 
 def cuts_at_seams(quilt: Quilt, seams: SeamPlaces) -> Iterator[SourceCuts]:

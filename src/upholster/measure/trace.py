@@ -1,4 +1,4 @@
-"""The placement of each texel, and the neighbouring texels that continue one another."""
+"""The placement of each texel, and the neighbouring texels that do not have the same one."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -22,7 +22,6 @@ SIDE = 2048
 NEAR = 8
 """Half a pixel, in 1/16."""
 
-Flags = NDArray[np.bool_]
 Steps = NDArray[np.integer[Any]]
 
 
@@ -36,15 +35,20 @@ class Border:
         (n,) of the first texel of each pair, counted from the window's corner.
     first, second
         (n,) of `PLACEMENT`: those of the first texel and of its right or lower neighbour.
-    continued
-        (n,) whether the second texel is where the first one's placement would put it, within ½ pixel.
+    onward, found
+        (2, n) rows and columns in the exemplar, in 1/16 pixel, of the second texel: through the first one's
+        placement, and through its own.
+    cut
+        (n,) whether these two differ by more than ½ pixel, or the placements' symmetries differ.
     """
 
     rows: NDArray[np.intp]
     columns: NDArray[np.intp]
     first: NDArray[np.void]
     second: NDArray[np.void]
-    continued: Flags
+    onward: IntArray
+    found: IntArray
+    cut: NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -79,22 +83,14 @@ class Trace:
 
     def border(self, axis: int) -> Border:
         """Return the pairs of texels with two placements: lower neighbours (0) or right ones (1)."""
-        one, other = _pair(self.owners, axis)
+        own = self.owners
+        one, other = (own[:-1], own[1:]) if axis == 0 else (own[:, :-1], own[:, 1:])
         rows, columns = np.nonzero((one != other) & (one >= 0) & (other >= 0))
         first, second = self.placements[one[rows, columns]], self.placements[other[rows, columns]]
         at = rows + self.window.row + (axis == 0), columns + self.window.column + (axis == 1)
-        near = first["symmetry"] == second["symmetry"]
-        mine, its = (step_sources(self.field, owner, *at) for owner in (first, second))
-        near &= (np.abs(mine - its) <= NEAR).all(axis=0)
-        return Border(rows, columns, first, second, near)
-
-    def links(self, axis: int) -> Flags:
-        """Return whether the lower (0) or right (1) neighbour continues a texel: one less than the window."""
-        one, other = _pair(self.owners, axis)
-        linked: Flags = (one == other) & (one >= 0)
-        border = self.border(axis)
-        linked[border.rows, border.columns] = border.continued
-        return linked
+        onward, found = (step_sources(self.field, owner, *at) for owner in (first, second))
+        cut = (np.abs(onward - found) > NEAR).any(axis=0) | (first["symmetry"] != second["symmetry"])
+        return Border(rows, columns, first, second, onward, found, cut)
 
 
 def step_sources(field: WarpField, owner: NDArray[np.void], rows: Steps, columns: Steps) -> IntArray:
@@ -133,7 +129,3 @@ def quilt_windows(quilt: Quilt) -> list[Window]:
     """Choose the parts of a quilt's charts to measure (`Window.index` is the chart)."""
     shapes = [(chart.height, chart.width) for chart in quilt.charts]
     return chosen_windows(shapes, side=SIDE, most=MOST_TEXELS)
-
-
-def _pair(array: IntArray, axis: int) -> tuple[IntArray, IntArray]:
-    return (array[:-1], array[1:]) if axis == 0 else (array[:, :-1], array[:, 1:])

@@ -150,7 +150,7 @@ def hole_places(
 
 def _side(pixels: PixelArray, hole: NDArray[np.bool_]) -> int:
     width = max(_SMALLEST, _TIMES * largest_square(hole))
-    return min(suiting_side(pixels.shape), LARGEST_BLOCK, width) // 4 * 4
+    return min(suiting_side(pixels.shape, repeats=False), LARGEST_BLOCK, width) // 4 * 4
 
 
 def _in_cells(hole: NDArray[np.bool_]) -> NDArray[np.bool_]:

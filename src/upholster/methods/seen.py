@@ -135,8 +135,10 @@ class Seen:
         ]
         return min(usable_side(max(sides), mask) for mask in self.masks)
 
-    def wanted_block(self, options: SynthesisOptions) -> int:
+    def wanted_block(self, options: SynthesisOptions, weight: float) -> int:
         """Return the side of blocks in pixels: the requested one, or one that suits the samples.
+
+        `weight` is that of phases by default.
 
         Raises
         ------
@@ -154,5 +156,9 @@ class Seen:
                 )
         if options.block is not None:
             return options.block
-        side = max(suiting_side(part.shape) for part in self.parts)
+        lattices = self.lattices(options, weight)
+        side = max(
+            suiting_side(part.shape, repeats=lattice is not None and len(lattice.waves) > 1)
+            for part, lattice in zip(self.parts, lattices, strict=True)
+        )
         return min(usable_side(side, used) for used in self.masks)

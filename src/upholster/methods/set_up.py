@@ -132,7 +132,7 @@ def _prepare_flat(seen: Seen, surface: AnySurface, chart: Chart, options: Synthe
     vectors = np.broadcast_to((1.0, 0.0, 0.0), (len(charted.chart), 3, 3))
     ground = MapGround(charted, None, surface, True)
     phases = seen.wanted_phases(options, _FLAT_PHASE, charted, vectors, 1.0)
-    own = settled_options(options, QuiltOptions, block=seen.wanted_block(options))
+    own = settled_options(options, QuiltOptions, block=seen.wanted_block(options, _FLAT_PHASE))
     turns = np.zeros(len(vectors), np.int32)
     return Prepared(
         (chart,),
@@ -254,7 +254,7 @@ def _scale(seen: Seen, surface: AnySurface, options: SynthesisOptions, metres: f
         sample_size=sample_width(seen.parts[0], options, metres),
         density=options.density,
         texels=cast(int | None, options.texels),
-        block=seen.wanted_block(options),
+        block=seen.wanted_block(options, _SURFACE_PHASE),
     )
 
 

@@ -13,9 +13,10 @@ from typing import Any, NamedTuple, TypeVar, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.charts.tessellation import Mesh, connected
+from upholster.charts.tessellation import Mesh
 from upholster.conditions import Condition
 from upholster.errors import InputError, check_whole
+from upholster.geometry.components import connected
 from upholster.geometry.triangle_mesh import welded
 from upholster.model._displace_kernels import (
     Growing,

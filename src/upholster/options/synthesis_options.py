@@ -250,7 +250,7 @@ class SynthesisOptions:
         ),
     )
     shortlist: int = field(
-        default=32,
+        default=128,
         metadata=about(
             _SYNTHESIS,
             "Number of candidates for a block that are compared at full resolution, 1 to 4096.",

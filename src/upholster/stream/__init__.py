@@ -13,6 +13,7 @@ The shortest of these is the first view, which contains all triangles of a mesh.
 
 from upholster.stream.describe import ChunkRow, Description, Readable, describe
 from upholster.stream.reader import StreamDecoder, read_stream
+from upholster.stream.sample import fitting_side
 from upholster.stream.surface_swap import on_surface
 from upholster.stream.writer import check_layout, encode_stream
 
@@ -24,6 +25,7 @@ __all__ = [
     "check_layout",
     "describe",
     "encode_stream",
+    "fitting_side",
     "on_surface",
     "read_stream",
 ]

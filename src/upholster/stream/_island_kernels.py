@@ -3,8 +3,8 @@
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from upholster.geometry._union_kernels import root_of, unite
 from upholster.jit import inline, kernel, shared
 from upholster.stream._bit_kernels import BitCoder
 from upholster.stream._mesh_arrays import LAST_ISLAND, LAST_PART, MOST_PARAMETER, STATUS, CodedMesh, Origin
@@ -21,22 +21,6 @@ from upholster.stream._mesh_number_kernels import (
 from upholster.types import int64
 
 __all__ = ["code_islands", "code_seams"]
-
-
-@inline
-def _root(links: NDArray[np.int32], place: int) -> Any:
-    # The first of the joined elements.
-    at = int64(place)
-    while links[at] != at:
-        links[at] = links[links[at]]
-        at = int64(links[at])
-    return at
-
-
-@inline
-def _join(links: NDArray[np.int32], one: int, other: int) -> None:
-    a, b = _root(links, one), _root(links, other)
-    links[max(a, b)] = min(a, b)
 
 
 @inline
@@ -79,9 +63,9 @@ def code_seams(
             continue
         wanted = bool(encoding and _is_seam(origin, edge, twin))
         if not code_flag(coder, mesh, SEAM, encoding, wanted):
-            _join(mesh.pieces, edge // 3, twin // 3)
-            _join(mesh.wedges, edge, next_corner(twin))
-            _join(mesh.wedges, next_corner(edge), twin)
+            unite(mesh.pieces, edge // 3, twin // 3)
+            unite(mesh.wedges, edge, next_corner(twin))
+            unite(mesh.wedges, next_corner(edge), twin)
 
 
 @inline
@@ -110,13 +94,13 @@ def _turned(mesh: CodedMesh, corner: int, beside: tuple[int, int], known: tuple[
 @shared
 def _code_parameters(coder: BitCoder, mesh: CodedMesh, origin: Origin, corner: int, encoding: bool) -> None:
     q, left = mesh.parameters, mesh.parameter_leftovers
-    first = _root(mesh.wedges, corner)
+    first = root_of(mesh.wedges, corner)
     if first < corner:
         for j in range(2):
             q[corner, j], left[corner, j] = q[first, j], left[first, j]
         return
     beside = next_corner(corner), next_corner(next_corner(corner))
-    a, b = _root(mesh.wedges, beside[0]), _root(mesh.wedges, beside[1])
+    a, b = root_of(mesh.wedges, beside[0]), root_of(mesh.wedges, beside[1])
     is_guessed = a < corner and b < corner
     guess = int64(0), int64(0)
     if is_guessed:
@@ -139,7 +123,7 @@ def _code_parameters(coder: BitCoder, mesh: CodedMesh, origin: Origin, corner: i
 def _code_groups(coder: BitCoder, mesh: CodedMesh, origin: Origin, t: int, encoding: bool) -> None:
     # Island and part of a triangle: those of the first one in its piece, or coded relative to the last ones.
     counts, groups = mesh.counts, mesh.groups
-    first = _root(mesh.pieces, t)
+    first = root_of(mesh.pieces, t)
     if first < t:
         groups[t, 0], groups[t, 1] = groups[first, 0], groups[first, 1]
         return

@@ -1,15 +1,37 @@
 """A stream's sample: each map is coded once, and kept on disk for other streams of the same sample."""
 
+import math
 from collections.abc import Iterable, Mapping
 from hashlib import blake2b
 from typing import Any
 
-from upholster.codec import CodedImage, check_image, encode_parts
+from upholster.codec import MAX_SAMPLES, CodedImage, check_image, encode_parts
 from upholster.disk_cache import kept_on_disk
 from upholster.stages import stage
+from upholster.stream.maps import MAX_MAP_SAMPLES
 from upholster.types import PixelArray
 
-__all__ = ["coded_maps", "sample_errors"]
+__all__ = ["coded_maps", "fitting_side", "sample_errors"]
+
+_ROOM = 0.94
+"""Part of the allowed samples that a reduced sample has: the coder pads rows and columns."""
+
+
+def fitting_side(maps: Iterable[PixelArray]) -> int | None:
+    """Return the longer side in pixels to which maps must be resized to fit in a stream; None: they fit.
+
+    Parameters
+    ----------
+    maps
+        (H, W, C) arrays of one height and width.
+    """
+    shapes = [image.shape for image in maps]
+    height, width = shapes[0][:2]
+    channels = [shape[2] for shape in shapes]
+    most = min(MAX_SAMPLES // max(channels), MAX_MAP_SAMPLES // sum(channels))
+    if height * width <= most:
+        return None
+    return int(max(height, width) * math.sqrt(_ROOM * most / (height * width)))
 
 
 def coded_maps(

@@ -2,8 +2,8 @@
 
 `routes` has the routes, `entry` the checks in front of them, `folder` the uploaded files, `worker` the
 server's side of the process that holds the project, `worker_process` that process itself; `words` writes the
-equivalent command, `overlays` draws lines over the model, `uncovered` shows parts without a sample. The
-page is in ``page``.
+equivalent command, `overlays` draws lines over the model, `uncovered` shows parts without a sample,
+`model_picture` draws the models on the shelf. The page is in ``page``.
 """
 
 from upholster.studio.routes import make_studio, run_studio

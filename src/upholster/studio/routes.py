@@ -193,7 +193,12 @@ class Studio:
             data, width, height, element = await self.worker.ask("prepared", path, options, size)
         else:
             role, element = request.query_params.get("role", "albedo"), []
-            data, width, height = await self.worker.ask("picture", path, size, role)
+            try:
+                data, width, height = await self.worker.ask("picture", path, size, role)
+            except InputError:
+                if file_kind(path) != "model":
+                    raise
+                return Response(status_code=204)  # the preview of such a model says what is wrong
         headers = {"X-Width": f"{width}", "X-Height": f"{height}"}
         headers["X-Element"] = ",".join(f"{side:.2f}" for side in element)
         return Response(data, media_type="image/png", headers=headers)

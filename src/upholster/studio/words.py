@@ -16,7 +16,7 @@ from upholster.options import Options, SampleOptions, differing
 from upholster.project import KINDS, Project
 from upholster.studio.folder import INCLUDED, MADE
 
-__all__ = ["command", "flat", "python", "stem"]
+__all__ = ["command", "file_names", "flat", "python", "stem"]
 
 _RELIEF = ("displace", "displace_by", "mid_level", "keep", "triangles")
 """Options of a relief in the mesh."""
@@ -29,7 +29,8 @@ def command(project: Project, folder: Path) -> str:
     """Return the shell command that writes a project's model to a file, and with a relief another to print.
 
     It names files as the user has them: without folders, and included ones as ``sample:NAME``. If the user
-    does not have one of the files, it names the project's file, which the studio saves with all of them.
+    does not have one of the files, or a part's own sample is more than a file and a size, it names the
+    project's file, which the studio saves with all files.
     """
     found = [_command(flat(project), f"{stem(project)}.glb", folder)]
     if project.writing.displace is not None:
@@ -39,18 +40,21 @@ def command(project: Project, folder: Path) -> str:
 
 def _command(project: Project, output: str, folder: Path) -> str:
     words = ["upholster", "cover"]
-    if not _has_all(project, folder):
+    # In a command a part's own sample is one file and a size.
+    own = project.materials.values()
+    is_short = all(one.options == SampleOptions() and len(file_names(one)) == 1 for one in own)
+    if not (is_short and _has_all(project, folder)):
         return shlex.join([*words, "--project", f"{stem(project)}{PROJECT_SUFFIX}", "-o", output])
     options: Options | SampleOptions = SampleOptions()
     if project.sample is not None:
-        words += _sources(project.sample)
+        words += file_names(project.sample)
         options = project.sample.options
     words += ["--on", _name(project.model)]
     if project.sample is not None and project.sample.size is not None:
         words += ["--sample-size", str(project.sample.size)]
     for part, sample in project.materials.items():
         size = "" if sample.size is None else f"@{sample.size}"
-        words += ["--material", f"{part}={_name(_sources(sample)[0])}{size}"]
+        words += ["--material", f"{part}={_name(file_names(sample)[0])}{size}"]
     for each in (options, *(getattr(project, kind) for kind in KINDS)):
         words += _flags(each)
     if project.seed:
@@ -103,7 +107,7 @@ def _has_all(project: Project, folder: Path) -> bool:
 def stem(project: Project) -> str:
     """Return the base name of a project's files: from its model and sample, unlike the model's own file."""
     names = [_name(project.model).removeprefix(INCLUDED_PREFIX).split(":")[0]]
-    names.append(_sources(project.sample)[0] if project.sample is not None else "parts")
+    names.append(file_names(project.sample)[0] if project.sample is not None else "parts")
     names[1] = names[1].removeprefix(INCLUDED_PREFIX)
     return "_".join(re.sub(r"[^\w-]+", "-", os.path.splitext(one)[0]).strip("-") or "x" for one in names)
 
@@ -116,7 +120,8 @@ def _name(file: Any) -> str:
     return os.path.basename(text.rstrip("/")) if os.path.isabs(text) else text
 
 
-def _sources(sample: Sample) -> list[str]:
+def file_names(sample: Sample) -> list[str]:
+    """Return a sample's files as the user has them: without folders, included ones as ``sample:NAME``."""
     source: Any = sample.source
     if isinstance(source, Mapping):
         source = list(source.values())
@@ -124,8 +129,8 @@ def _sources(sample: Sample) -> list[str]:
 
 
 def _spelled(sample: Sample) -> str:
-    sources = _sources(sample)
-    words = [repr(sources[0] if len(sources) == 1 else sources)]
+    names = file_names(sample)
+    words = [repr(names[0] if len(names) == 1 else names)]
     if sample.size is not None:
         words.append(repr(sample.size))
     if changed := differing(sample.options):

@@ -39,8 +39,10 @@ from upholster.options import WriteOptions
 from upholster.project import Look, Preview, Project, project_data, project_of, read_project, save_project
 from upholster.project.preview import Previews
 from upholster.quilt import Quilt
-from upholster.stream import encode_stream
+from upholster.stream import encode_stream, fitting_side
 from upholster.studio import words
+from upholster.studio.folder import file_kind
+from upholster.studio.model_picture import model_picture
 from upholster.studio.overlays import segments
 from upholster.studio.uncovered import plain_streams
 from upholster.studio.words import flat
@@ -123,9 +125,11 @@ class _Work:
 
     def state(self, written: Any, revision: int) -> dict[str, Any]:
         """Begin to show a state; the previous one is cancelled. One without model or sample shows nothing."""
-        project = None
+        project: Project | None = None
+        notes: list[str] = []
         if _is_complete(written):
             project = replace(project_of(written, self.folder), previews=self.previews)
+            project, notes = self.fitted(project)
         with self.changing:
             if revision < self.revision:
                 raise CancelledError("a later change replaced it")
@@ -142,8 +146,31 @@ class _Work:
             "name": words.stem(project),
             "command": words.command(project, self.folder),
             "python": words.python(project, self.folder),
-            "notes": list(project.notes),
+            "notes": [*project.notes, *notes],
         }
+
+    def fitted(self, project: Project) -> tuple[Project, list[str]]:
+        """Return a project whose samples fit in the page's streams, and a note for each that was reduced."""
+        notes: list[str] = []
+
+        def fitting(sample: Sample) -> Sample:
+            with self.previews.stages.active():
+                parts = source_parts(read_source(sample, notes=[]))
+            if (side := fitting_side(parts.values())) is None:
+                return sample
+            resized = replace(sample, options=replace(sample.options, resize=side))
+            notes.append(
+                f"{words.file_names(sample)[0]} has more pixels than the page can show, so it is reduced to "
+                f"{side} pixels on its longer side (--resize {side})"
+            )
+            return resized
+
+        found = replace(
+            project,
+            sample=None if project.sample is None else fitting(project.sample),
+            materials={part: fitting(one) for part, one in project.materials.items()},
+        )
+        return found, list(dict.fromkeys(notes))
 
     def follow(self, revision: int, project: Project, preview: Preview) -> None:
         """Send a preview's looks."""
@@ -251,7 +278,10 @@ class _Work:
         return {"kind": kind, "roles": list(parts), "width": width, "height": height}
 
     def picture(self, path: str, size: int, role: str) -> tuple[bytes, int, int]:
-        """Return a PNG of a source's map as it is read, and the map's own size."""
+        """Return a PNG of a model, or of a source's map as it is read, and the map's own size."""
+        if file_kind(path) == "model":
+            with self.previews.stages.active():
+                return model_picture(str(self.folder / path), size)
         with self.previews.stages.active():
             parts = source_parts(read_source(str(self.folder / path)))
         return _png(parts.get(role, parts["albedo"]), size)

@@ -9,7 +9,6 @@ from grounds import at_steps, map_values, on_flat, on_mesh, on_patches, steps_of
 from meshes import height_field
 
 from upholster.charts.maps import parse_map
-from upholster.charts.maps._map_kernels import look_up
 from upholster.errors import InputError
 from upholster.geometry import torus
 from upholster.image import write_image
@@ -139,7 +138,7 @@ def test_every_step_of_a_flat_texture_is_on_it() -> None:
     assert not np.isnan(parse_map("height").values(on_flat(5, 7))[0]).any()
 
 
-def test_colours_of_vertices_are_means_between_them_and_labels_of_the_nearest() -> None:
+def test_colours_of_vertices_are_means_between_them() -> None:
     mesh = height_field(4)
     colors = np.random.default_rng(2).random((len(mesh.triangles), 3, 3)).astype(np.float32)
     colors[:3] = np.nan
@@ -159,24 +158,3 @@ def test_colours_of_vertices_are_means_between_them_and_labels_of_the_nearest() 
         assert code.shape == (chart.height, chart.width)
     with pytest.raises(InputError, match="this surface has no colours"):
         parse_map("colors").values(on_mesh(mesh))
-
-
-@pytest.mark.parametrize("repeats", [False, True])
-def test_clear_pixels_count_for_nothing_beside_others(repeats: bool) -> None:
-    rng = np.random.default_rng(7)
-    grey = rng.random((5, 6)).astype(np.float32)
-    clear = rng.random((5, 6)) < 0.4
-    grey[clear] = np.nan
-    uv = rng.random((400, 2)) * 3 - 1
-    uv[:5, 0] = np.nan
-    out = np.empty(400, np.float32)
-    look_up(grey, uv, repeats, out)
-    uv = uv - np.floor(uv) if repeats else uv.clip(0, 1)
-    rows, columns = uv[5:, 1] * 5, uv[5:, 0] * 6
-    mode = "wrap" if repeats else "edge"
-    total = between(np.nan_to_num(grey), rows, columns, mode)
-    weight = between((~clear).astype(float), rows, columns, mode)
-    nearest = clear[np.minimum(rows.astype(int), 4), np.minimum(columns.astype(int), 5)]
-    assert np.isnan(out[:5]).all()
-    np.testing.assert_array_equal(np.isnan(out[5:]), nearest)
-    np.testing.assert_allclose(out[5:][~nearest], (total / np.maximum(weight, 1e-9))[~nearest], atol=1e-6)

@@ -6,7 +6,6 @@ from grounds import at_steps, map_values, on_mesh, on_patches, steps_of
 from meshes import box, sphere, two_rings
 
 from upholster.charts.maps import coarse, parse_map
-from upholster.charts.maps._map_kernels import middle_steps, spread
 from upholster.charts.maps.coarse import coarse_cells
 from upholster.geometry import TriangleMesh, torus
 
@@ -108,43 +107,6 @@ def test_values_are_the_same_for_any_number_of_threads() -> None:
         for a, b in zip(one, other, strict=True):
             np.testing.assert_array_equal(a, b)
             assert np.isfinite(a).all()
-
-
-@pytest.mark.parametrize("stride", [1, 2, 4])
-def test_a_cell_has_the_step_nearest_to_its_middle(stride: int) -> None:
-    triangles = np.where(np.random.default_rng(3).random((11, 14)) < 0.4, 3, -1).astype(np.int32)
-    found = np.empty((-(-11 // stride), -(-14 // stride), 2), np.int64)
-    middle_steps(triangles, stride, found)
-    on = np.argwhere(triangles >= 0)
-    for i, j in np.ndindex(found.shape[:2]):
-        inside = on[(on // stride == (i, j)).all(axis=1)]
-        if not len(inside):
-            assert (found[i, j] == -1).all()
-            continue
-        away = ((inside + 0.5 - (np.array([i, j]) + 0.5) * stride) ** 2).sum(axis=1)
-        np.testing.assert_array_equal(found[i, j], inside[away.argmin()])
-
-
-def test_values_are_bilinear_between_cells_that_are_near_in_space() -> None:
-    rng, stride = np.random.default_rng(8), 4
-    values = rng.random((5, 6)).astype(np.float32)
-    values[rng.random((5, 6)) < 0.3] = np.nan
-    points, reach = rng.random((5, 6, 3)), np.full((5, 6), 0.7)
-    normals = rng.normal(size=(5, 6, 3)) + 1
-    normals /= np.linalg.norm(normals, axis=2, keepdims=True)
-    own = np.argwhere(~np.isnan(values))
-    own = own[rng.integers(0, len(own), 300)]
-    steps = (own + rng.random((300, 2))) * stride
-    out = np.empty(300, np.float32)
-    spread(steps, stride, values, points, normals, reach, out)
-    for (y, x), mine, reported_ in zip(steps / stride - 0.5, own, out, strict=True):
-        total = weights = 0.0
-        for r, c in np.argwhere(~np.isnan(values)):
-            weight = max(0, 1 - abs(y - r)) * max(0, 1 - abs(x - c))
-            alike = normals[r, c] @ normals[tuple(mine)] >= 0.5
-            if alike and np.linalg.norm(points[r, c] - points[tuple(mine)]) <= 0.7:
-                total, weights = total + weight * values[r, c], weights + weight
-        assert reported_ == pytest.approx(total / weights, abs=1e-6)
 
 
 def test_each_step_on_the_surface_is_in_a_cell_with_a_point_of_it(cube) -> None:

@@ -7,7 +7,6 @@ import pytest
 from grounds import at_steps, map_values, on_flat, on_mesh, on_patches, steps_of
 from meshes import box, sphere
 
-from upholster.charts._step_kernels import interpolate
 from upholster.charts.maps import parse_map, region
 from upholster.errors import InputError
 from upholster.geometry import torus
@@ -24,26 +23,6 @@ def cube():
 @pytest.fixture(scope="module")
 def ball():
     return on_mesh(sphere(8))
-
-
-def test_corners_values_are_linear_over_triangles(ball) -> None:
-    charted, values = ball.charted, np.random.default_rng(1).random((len(ball.charted.chart), 3, 4))
-    for rows, columns, triangles, weights in steps_of(charted):
-        out = np.empty((len(rows), 4))
-        middles = np.stack([rows, columns], axis=1) + 0.5
-        interpolate(middles, triangles.astype(np.int32), charted.places, values, out)
-        np.testing.assert_allclose(out, np.einsum("nk,nkc->nc", weights, values[triangles]), atol=1e-9)
-
-
-def test_a_step_beside_its_triangle_has_a_value_of_the_triangle(ball) -> None:
-    charted = ball.charted
-    values = np.random.default_rng(1).random((len(charted.chart), 3, 1))
-    triangles = np.arange(len(charted.chart), dtype=np.int32)
-    out = np.empty((len(triangles), 1))
-    beside = charted.places[:, 0] + 0.4 * (charted.places[:, 0] - charted.places[:, 1])
-    interpolate(beside, triangles, charted.places, values, out)
-    assert (values.min(axis=1) - 1e-12 <= out).all()
-    assert (out <= values.max(axis=1) + 1e-12).all()
 
 
 def test_values_are_there_on_the_surface_and_right_beside_it_alone(ball) -> None:

@@ -20,7 +20,7 @@ from upholster.charts.directions.direction import (
 from upholster.charts.directions.direction_image import is_direction_image
 from upholster.charts.directions.field import DirectionField, default_direction, direction_field
 from upholster.charts.directions.on_patches import default_on_patches, vectors_on_patches
-from upholster.charts.directions.strokes import asked_by_strokes, is_stroke_file, parse_strokes, stroke_texts
+from upholster.charts.directions.strokes import is_stroke_file, parse_strokes, stroke_texts
 
 __all__ = [
     "NUMBER",
@@ -29,7 +29,6 @@ __all__ = [
     "TriangleVectors",
     "Vectors",
     "asked_at_corners",
-    "asked_by_strokes",
     "default_direction",
     "default_on_patches",
     "direction_field",

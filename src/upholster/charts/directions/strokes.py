@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from upholster.charts._multigrid_kernels import ComplexArray
 from upholster.charts.directions._kernels import carry_from, near_by, nearest_triangles
 from upholster.charts.directions.direction import NUMBER
-from upholster.charts.directions.frames import PlaneFrames, plane_frames, power
+from upholster.charts.directions.frames import PlaneFrames, power
 from upholster.charts.directions.wishes import Wish
 from upholster.errors import FormatError, InputError
 from upholster.geometry import TriangleMesh
@@ -20,7 +20,6 @@ from upholster.types import FloatArray, IntArray
 __all__ = [
     "MOST_STROKES",
     "Strokes",
-    "asked_by_strokes",
     "is_stroke_file",
     "parse_strokes",
     "read_stroke_list",
@@ -37,9 +36,6 @@ MOST_STROKES = 10_000
 _APART = 0.01
 """Distance between strokes along a line over the model's size: less than the distance of one stroke's
 effect."""
-
-_SHOWN = 0.03
-"""Distance from a stroke up to which the texture follows it, as a share of the model's size."""
 
 _HELD = 0.05
 """Distance from a stroke up to which the field follows it, as a share of the model's size."""
@@ -133,18 +129,6 @@ def with_strokes(mesh: TriangleMesh, frames: PlaneFrames, wish: Wish, strokes: F
     return Wish(
         drawn_over, np.where(near > 0, near, kept * wish.confidence), wish.fold, 0.0, corners, near > 0
     )
-
-
-def asked_by_strokes(mesh: TriangleMesh, strokes: Strokes, crease: float | None = None) -> FloatArray:
-    """Return the texture directions from strokes, (T, 3, 3), like `asked_at_corners`: 0 except near them.
-
-    A stroke counts within 3 % of the model's size, on the part of the surface connected to its place; its
-    direction is carried straight over the surface.
-    """
-    frames = plane_frames(mesh, crease)
-    drawn, distance = _carried_from_strokes(mesh, frames, parse_strokes(strokes, size=mesh.size))
-    asked = np.where((distance < _SHOWN)[:, None], frames.vectors(drawn), 0.0)
-    return np.repeat(asked[:, None], 3, axis=1)
 
 
 def stroke_triangles(mesh: TriangleMesh, points: FloatArray) -> IntArray:

@@ -4,7 +4,6 @@
 and `mesh` assembles the mesh.
 """
 
-from upholster.charts.tessellation.grids import connected
 from upholster.charts.tessellation.mesh import (
     MAX_QUADS,
     Mesh,
@@ -17,7 +16,6 @@ from upholster.charts.tessellation.mesh import (
 __all__ = [
     "MAX_QUADS",
     "Mesh",
-    "connected",
     "face_parameters",
     "own_patches",
     "tessellate",

@@ -13,10 +13,11 @@ from numpy.typing import NDArray
 
 from upholster.charts.chart_seams import ChartSeam
 from upholster.geometry import Surface
+from upholster.geometry.components import connected
 from upholster.quilt.chart import Chart
-from upholster.types import FloatArray
+from upholster.types import FloatArray, IntArray
 
-__all__ = ["EPS", "VertexGrid", "bent_counts", "chart_grids", "connected", "even_counts"]
+__all__ = ["EPS", "VertexGrid", "bent_counts", "chart_grids", "even_counts"]
 
 EPS = 1e-6
 """Places on a chart's edge closer than this share of its length count as one."""
@@ -189,22 +190,7 @@ def _bends(surface: Surface, chart: Chart) -> tuple[float, float]:
     return max(wanted[0], 1.0) * max(short, 1.0), max(wanted[1], 1.0) * max(short, 1.0)
 
 
-def connected(count: int, pairs: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return for each of `count` items the lowest item connected to it by pairs (N, 2): (count,)."""
-    a, b = pairs.T
-    label = np.arange(count)
-    while True:
-        before = label
-        lowest = np.minimum(label[a], label[b])
-        label = label.copy()
-        np.minimum.at(label, a, lowest)
-        np.minimum.at(label, b, lowest)
-        label = label[label]
-        if np.array_equal(label, before):
-            return label
-
-
-def _sides_that_meet(sizes: FloatArray, seams: Sequence[ChartSeam]) -> NDArray[np.int64]:
+def _sides_that_meet(sizes: FloatArray, seams: Sequence[ChartSeam]) -> IntArray:
     """Return a number for each side, (charts · 2,), equal for complete sides that meet; `sizes` in texels."""
     pairs = [
         (2 * m.chart + axis, 2 * m.other_chart + other_axis)

@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.charts.chart_seams import ChartSeam
-from upholster.charts.tessellation.grids import EPS, VertexGrid, connected
+from upholster.charts.tessellation.grids import EPS, VertexGrid
 from upholster.geometry import Surface
+from upholster.geometry.components import connected
 from upholster.quilt.chart import Chart
 from upholster.types import FloatArray, IntArray
 

@@ -14,12 +14,12 @@ from upholster.charts.tessellation.grids import (
     VertexGrid,
     bent_counts,
     chart_grids,
-    connected,
     even_counts,
 )
 from upholster.charts.tessellation.junctions import Junctions, cell_fans, find_junctions, weld
 from upholster.errors import InputError
 from upholster.geometry import Face, Surface
+from upholster.geometry.components import connected
 from upholster.quilt.chart import Chart
 from upholster.types import FloatArray, IntArray, frozen_array
 
@@ -136,7 +136,7 @@ def tessellate(
 
 def tessellate_by_bends(
     surface: Surface, charts: Sequence[Chart], *, finer: int = 1
-) -> tuple[Mesh, NDArray[np.int64]]:
+) -> tuple[Mesh, IntArray]:
     """Cover charts with as few quadrilaterals as their bends allow, see `bent_counts`.
 
     Each of these is then cut into `finer` parts, each way.

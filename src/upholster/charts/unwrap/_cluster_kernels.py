@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from upholster.charts.unwrap._piece_kernels import _pop, _push, _root
+from upholster.charts.unwrap._piece_kernels import _pop, _push
+from upholster.geometry._union_kernels import root_of
 from upholster.jit import allocating_kernel, inline, kernel
 from upholster.types import FloatArray, IntArray
 
@@ -36,7 +37,7 @@ def cluster(
     while size > 0:
         cost, entry = key[0], item[0]
         size = _pop(key, item, size)
-        a, b = _root(parent, entry // 3), _root(parent, across[entry // 3, entry % 3] // 3)
+        a, b = root_of(parent, entry // 3), root_of(parent, across[entry // 3, entry % 3] // 3)
         if a == b:
             continue
         now = _growth(facing, area, a, b)
@@ -51,7 +52,7 @@ def cluster(
             for axis in range(3):
                 facing[low, axis] += facing[high, axis]
     for t in range(count):
-        label[t] = _root(parent, t)
+        label[t] = root_of(parent, t)
 
 
 @inline

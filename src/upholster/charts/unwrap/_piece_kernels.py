@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from upholster.geometry._union_kernels import root_of, unite
 from upholster.jit import allocating_kernel, inline
 from upholster.types import FloatArray, IntArray
 
@@ -36,20 +37,6 @@ def number_pieces(across: IntArray, used: NDArray[np.bool_], piece: IntArray, or
     return count
 
 
-@inline
-def _root(parent: IntArray, item: int) -> int:
-    while parent[item] != item:
-        parent[item] = parent[parent[item]]
-        item = int(parent[item])
-    return item
-
-
-@inline
-def _join(parent: IntArray, one: int, other: int) -> None:
-    a, b = _root(parent, one), _root(parent, other)
-    parent[max(a, b)] = min(a, b)
-
-
 @allocating_kernel
 def number_corners(across: IntArray, order: IntArray, vertex: IntArray) -> int:
     """Assign one number to all corners that meet over edges; return how many numbers there are.
@@ -63,15 +50,15 @@ def number_corners(across: IntArray, order: IntArray, vertex: IntArray) -> int:
             other = across[triangle, k]
             if other > 3 * triangle + k:
                 far, edge = other // 3, other % 3
-                _join(parent, 3 * triangle + k, 3 * far + (edge + 1) % 3)
-                _join(parent, 3 * triangle + (k + 1) % 3, 3 * far + edge)
+                unite(parent, 3 * triangle + k, 3 * far + (edge + 1) % 3)
+                unite(parent, 3 * triangle + (k + 1) % 3, 3 * far + edge)
     number = np.full(3 * len(across), -1, np.int32)
     vertex[:] = -1
     count = 0
     for place in range(len(order)):
         triangle = order[place]
         for k in range(3):
-            root = _root(parent, 3 * triangle + k)
+            root = root_of(parent, 3 * triangle + k)
             if number[root] < 0:
                 number[root] = count
                 count += 1
@@ -174,7 +161,7 @@ def count_loops(across: IntArray, vertex: IntArray, vertices: int) -> int:
         for k in range(3):
             if across[triangle, k] < 0:
                 on_border[vertex[triangle, k]] = True
-                _join(parent, vertex[triangle, k], vertex[triangle, (k + 1) % 3])
+                unite(parent, vertex[triangle, k], vertex[triangle, (k + 1) % 3])
     loops = 0
     for v in range(vertices):
         loops += int(on_border[v] and parent[v] == v)
@@ -192,10 +179,10 @@ def number_links(ends: IntArray, group: IntArray) -> int:
         most = max(most, ends[n, 0], ends[n, 1])
     parent, number = np.arange(most + 1).astype(np.int32), np.full(most + 1, -1, np.int32)
     for n in range(len(ends)):
-        _join(parent, ends[n, 0], ends[n, 1])
+        unite(parent, ends[n, 0], ends[n, 1])
     count = 0
     for n in range(len(ends)):
-        root = _root(parent, ends[n, 0])
+        root = root_of(parent, ends[n, 0])
         if number[root] < 0:
             number[root] = count
             count += 1

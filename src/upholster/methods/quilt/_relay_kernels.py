@@ -44,7 +44,7 @@ from upholster.methods.quilt._sheet_kernels import field_at
 from upholster.quilt.placement import SYMMETRIES
 from upholster.types import FloatArray, IntArray, int64
 
-__all__ = ["RelayScratch", "cost_steps", "relay_blocks"]
+__all__ = ["RelayScratch", "cost_steps", "relay_blocks", "sum_around"]
 
 _HELD = int64(2**40)
 """Cost of moving a cell to the other side of the cut if it must stay on its side."""
@@ -146,6 +146,21 @@ def cost_steps(
                     y, x = (m[0], m[2]) if down else (m[1], m[3])
                     y, x = int64(np.floor(y + 0.5)), int64(np.floor(x + 0.5))
                     out[p] += _cut_between(canvases, match, numbers, records, p, q, y, x)
+
+
+@kernel
+def sum_around(
+    canvases: Canvases, costs: FloatArray, roots: FloatArray, reach: NDArray[np.int64], out: FloatArray
+) -> None:
+    """Write to `out` (n,) the sums of the steps' costs in squares around roots: 2 · `reach` + 1 steps wide."""
+    for n in range(roots.shape[0]):
+        k = int64(roots[n, 0])
+        row, column, total = int64(roots[n, 1]), int64(roots[n, 2]), 0.0
+        width, first = canvases.widths[k], canvases.firsts[k]
+        for r in range(max(row - reach[n], 0), min(row + reach[n] + 1, canvases.heights[k])):
+            for c in range(max(column - reach[n], 0), min(column + reach[n] + 1, width)):
+                total += costs[first + r * width + c]
+        out[n] = total
 
 
 @inline

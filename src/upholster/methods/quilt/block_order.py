@@ -54,9 +54,9 @@ class Near:
         """Return for each block from `first` on the earlier ones near it, once all have new `names` (n,)."""
         one, other = names[self.owners], names[self.others]
         kept = (other < one) & (one >= first)
-        one, other = one[kept], other[kept]
-        counts = np.bincount(one, minlength=len(names))
-        return np.append(0, np.cumsum(counts)), other[np.lexsort((other, one))]
+        counts = np.bincount(one[kept], minlength=len(names))
+        pairs = np.sort(one[kept] * len(names) + other[kept])
+        return np.append(0, np.cumsum(counts)), pairs % max(1, len(names))
 
 
 def near_blocks(spots: FloatArray, reach: float, tile: FloatArray | None = None, *, first: int = 0) -> Near:
@@ -72,24 +72,26 @@ def near_blocks(spots: FloatArray, reach: float, tile: FloatArray | None = None,
     shape = cells.max(axis=0, initial=0) + 2
     keys = (cells[:, 0] * shape[1] + cells[:, 1]) * shape[2] + cells[:, 2]
     order = np.argsort(keys, kind="stable")
-    ordered, own = keys[order], keys[first : len(spots)]
-    found = [np.zeros((2, 0), np.int64)]
-    for a, b, c in product((-1, 0, 1), repeat=3):
-        wanted = own + (a * shape[1] + b) * shape[2] + c
-        start, stop = np.searchsorted(ordered, wanted), np.searchsorted(ordered, wanted, "right")
+    ordered, own, found = keys[order], np.arange(first, len(spots)), []
+    x, y, z = np.ascontiguousarray(points[order].T)
+    for a, b in product((-1, 0, 1), repeat=2):
+        # Three cells that follow each other along z have keys that follow each other.
+        wanted = keys[own] + (a * shape[1] + b) * shape[2]
+        start, stop = np.searchsorted(ordered, wanted - 1), np.searchsorted(ordered, wanted + 1, "right")
         count = stop - start
-        one = np.repeat(np.arange(first, len(spots)), count)
-        other = order[np.arange(len(one)) - np.repeat(np.cumsum(count) - count - start, count)]
-        away = ((points[one] - points[other]) ** 2).sum(axis=1)
-        found.append(np.stack([one, other])[:, (away < reach * reach) & (names[other] != one)])
-    one, other = np.concatenate(found, axis=1)
-    lengths = np.sqrt(((points[one] - points[other]) ** 2).sum(axis=1))
-    by = np.lexsort((lengths, names[other], one))
-    one, other, lengths = one[by], names[other[by]], lengths[by]
+        one = np.repeat(own, count)
+        at = np.arange(len(one)) - np.repeat(np.cumsum(count) - count - start, count)
+        away = sum((np.repeat(points[own, n], count) - ways[at]) ** 2 for n, ways in enumerate((x, y, z)))
+        other = names[order[at]]
+        kept = np.flatnonzero((away < reach * reach) & (other != one))
+        found.append((one[kept], other[kept], np.sqrt(away[kept])))
+    one, other, lengths = (np.concatenate(each) for each in zip(*found, strict=True))
+    pairs = one * len(spots) + other
+    by = np.lexsort((lengths, pairs)) if tile is not None else np.argsort(pairs)
     # Two copies of a block may be near one of a small tile: the nearer counts.
-    new = (np.diff(one, prepend=-1) != 0) | (np.diff(other, prepend=-1) != 0)
-    firsts = np.append(0, np.cumsum(np.bincount(one[new], minlength=len(spots))))
-    return Near(firsts, other[new], lengths[new])
+    by = by[np.diff(pairs[by], prepend=-1) != 0]
+    firsts = np.append(0, np.cumsum(np.bincount(one[by], minlength=len(spots))))
+    return Near(firsts, other[by], lengths[by])
 
 
 def _with_copies(spots: FloatArray, reach: float, tile: FloatArray) -> tuple[FloatArray, NDArray[np.int64]]:

@@ -76,22 +76,23 @@ def centres_on(
     """
     canvases = placed.ground.canvases
     looked_at = wanted if bare else np.ones(len(wanted), np.bool_)
-    parts = [np.zeros((0, 3), np.int64)]
-    for chart in np.flatnonzero(canvases.heights * canvases.widths).tolist():
+    charts = np.flatnonzero(canvases.heights * canvases.widths)
+    corners, shapes = placed.corners[charts], np.stack([canvases.heights, canvases.widths], axis=1)[charts]
+    last = np.maximum(((placed.sizes[charts] - shift) / step + 0.5).astype(np.int64), 0)
+    low, high = (
+        np.clip(((at - shift) / step + 0.5).astype(np.int64), 0, last)
+        for at in (corners, corners + shapes - 1)
+    )
+    grids, parts = np.stack([corners, low, last], axis=1), [np.zeros(0, np.int32)]
+    for chart, counts, grid in zip(charts.tolist(), (high - low + 1).tolist(), grids, strict=True):
         check_cancelled()
-        corner, size = placed.corners[chart], placed.sizes[chart]
-        shape = np.array([canvases.heights[chart], canvases.widths[chart]])
-        last = np.maximum(((size - shift) / step + 0.5).astype(np.int64), 0)
-        low, high = (
-            np.clip(((at - shift) / step + 0.5).astype(np.int64), 0, last)
-            for at in (corner, corner + shape - 1)
-        )
-        away, found = np.empty(high - low + 1), np.empty(high - low + 1, np.int32)
-        grid = np.stack([corner, low, last])
+        away, found = np.empty(counts), np.empty(counts, np.int32)
         nearest_steps(canvases, chart, looked_at.view(np.uint8), bare, step, shift, grid, away, found)
-        rows, columns = np.divmod(found[found >= 0].astype(np.int64), shape[1])
-        parts.append(np.stack([np.full(len(rows), chart), rows + corner[0], columns + corner[1]], axis=1))
-    found_all = centres_at(placed, np.concatenate(parts).astype(np.int32))
+        parts.append(found[found >= 0])
+    at = np.repeat(np.arange(len(charts)), [len(part) for part in parts[1:]])
+    within = np.stack(np.divmod(np.concatenate(parts).astype(np.int64), shapes[at, 1]), axis=1)
+    steps = np.concatenate([charts[at, None], within + corners[at]], axis=1)
+    found_all = centres_at(placed, steps.astype(np.int32))
     return found_all.chosen(np.flatnonzero(wanted[found_all.triangles]))
 
 

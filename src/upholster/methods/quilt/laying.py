@@ -27,7 +27,7 @@ from upholster.methods.quilt._block_kernels import (
 from upholster.methods.quilt._frame_kernels import KEPT_SHEET
 from upholster.methods.quilt._lay_kernels import BlockArrays, LayScratch, lay_blocks, replay_blocks
 from upholster.methods.quilt._put_kernels import put_block
-from upholster.methods.quilt._relay_kernels import RelayScratch, cost_steps, relay_blocks
+from upholster.methods.quilt._relay_kernels import RelayScratch, cost_steps, relay_blocks, sum_around
 from upholster.methods.quilt._sheet_kernels import FIT, MOST_SHEETS
 from upholster.methods.quilt.block_order import Lists, Near, distances_from, near_blocks, ranks_of
 from upholster.methods.quilt.centres import Centres, centres_at, centres_on
@@ -60,7 +60,7 @@ _ROW = 2.0**20
 _AGAIN = 0.5
 """Distance of the places where laying again is tried, relative to that of blocks."""
 
-_TIMES = 3
+_TIMES = 4
 """Number of times that the worst places are laid again: each time others, and all in parallel."""
 
 _APART = 0.7
@@ -325,21 +325,15 @@ class _Laying:
         plan, ground = self.plan, self.placed.ground
         canvases, costs = ground.canvases, np.zeros(len(ground.canvases.owners))
         cost_steps(ground, plan.match, plan.numbers, self.records, costs)
-        reach = max(1, round(_INNER * plan.numbers.size * plan.density / plan.pixels))
         found, least = np.zeros(len(centres.steps)), plan.weights.relay * plan.numbers.size
-        for chart in np.unique(centres.steps[:, 0]).tolist():
-            height, width, first = canvases.heights[chart], canvases.widths[chart], canvases.firsts[chart]
-            own = costs[first : first + height * width].reshape(height, width)
-            sums = np.pad(own.cumsum(axis=0).cumsum(axis=1), ((1, 0), (1, 0)))
-            mine = centres.steps[:, 0] == chart
-            at = centres.roots[mine, 1:3].astype(np.int64)
-            top, left = np.maximum(at - reach, 0).T
-            bottom, right = np.minimum(at + reach + 1, (height, width)).T
-            found[mine] = sums[bottom, right] - sums[top, right] - sums[bottom, left] + sums[top, left]
+        pixel = plan.density / self._scales_at(centres)  # in steps
+        reach = np.maximum(1, np.rint(_INNER * plan.numbers.size * pixel)).astype(np.int64)
+        sum_around(canvases, costs, centres.roots, reach, found)
+        found /= pixel
         near = near_blocks(centres.spots, _APART * self.block, self.tile)
         rows, highest = np.flatnonzero(np.diff(near.firsts)), np.zeros(len(found))
         highest[rows] = np.maximum.reduceat(found[near.others], near.firsts[rows])
-        worst: NDArray[np.bool_] = (found >= highest) & (found * plan.pixels / plan.density > least)
+        worst: NDArray[np.bool_] = (found >= highest) & (found > least)
         return worst
 
     def _laid_spots(self) -> FloatArray:
@@ -437,15 +431,20 @@ class _Laying:
             if phases is not None and len(mine):
                 wanted = phases.at(self.placed.parent[centres.triangles[mine]], centres.spots[mine])
                 records[mine, PHASE : PHASE + len(wanted)] = wanted.T
-        scales = np.full(len(numbers), self.plan.pixels)
-        if self.plan.sizes is not None:
-            scales /= self.plan.sizes.at(self.placed.parent[centres.triangles], centres.spots)
         masks = np.zeros((len(numbers), self.masks.shape[1]), np.uint8)
-        self.scales = np.concatenate([self.scales, scales])
+        self.scales = np.concatenate([self.scales, self._scales_at(centres)])
         self.centres = self.centres.with_more(centres)
         self.numbers = np.concatenate([self.numbers, numbers])
         self.records = np.concatenate([self.records, records])
         self.masks = np.concatenate([self.masks, masks])
+
+    def _scales_at(self, centres: Centres) -> FloatArray:
+        # Frame pixels per model unit at each centre.
+        scales = np.full(len(centres.steps), self.plan.pixels)
+        if self.plan.sizes is None:
+            return scales
+        factors: FloatArray = self.plan.sizes.at(self.placed.parent[centres.triangles], centres.spots)
+        return scales / factors
 
     def _zones_at(self, centres: Centres) -> NDArray[np.uint8]:
         # The zone that each block shows; 1 if there are no zones.

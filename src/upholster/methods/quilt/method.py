@@ -40,7 +40,7 @@ _OVERLAP = 0.3
 _DIFFERING = 1.5
 """Least tolerance for a region that is laid again: else all seeds would give the same."""
 
-_RELAY = 0.5
+_RELAY = 0.2
 """Least gain of laying again, for each pixel of a frame's side, as a fraction of the sample's variance."""
 
 _COARSE = 24

@@ -9,9 +9,10 @@ from upholster.types import FloatArray
 
 __all__ = ["LARGEST_SIDE", "block_side", "suiting_side", "turning_of"]
 
-_SHARE = 5 / 16
-"""Side of a block as a fraction of the sample's shorter side. Smaller blocks break more elements, larger ones
-leave so few sources that repetitions are visible."""
+_SHARE, _REPEATING_SHARE = 1 / 2, 5 / 16
+"""Side of a block as a fraction of the sample's shorter side, also for a sample that repeats in two directions.
+Smaller blocks break more elements. Larger ones leave so few sources that repetitions are visible, and few that
+are in step."""
 
 LARGEST_SIDE = 512
 """Maximum side of a block, in pixels."""
@@ -34,9 +35,13 @@ _LEAST_PERIODS = 0.75
 """Minimum side of a block, in periods of the fastest wave."""
 
 
-def suiting_side(shape: tuple[int, ...]) -> int:
-    """Return the side of a block, in pixels, that suits a sample (H, W): a multiple of 4, 8 to 512."""
-    return max(8, min(LARGEST_SIDE, 4 * round(_SHARE * min(shape[:2]) / 4)))
+def suiting_side(shape: tuple[int, ...], *, repeats: bool) -> int:
+    """Return the side of a block, in pixels, that suits a sample (H, W): a multiple of 4, 8 to 512.
+
+    `repeats`: in two directions.
+    """
+    share = _REPEATING_SHARE if repeats else _SHARE
+    return max(8, min(LARGEST_SIDE, 4 * round(share * min(shape[:2]) / 4)))
 
 
 @stage
@@ -68,7 +73,7 @@ def block_side(shape: tuple[int, ...], across: float, turning: float, phases: Ph
         period = 1 / float(np.sqrt((phases.waves**2).sum(axis=1).max()))
         in_step = 0.25 / max(phases.strain(_IN_STEP), 1e-9)
         most = min(most, max(in_step, _LEAST_PERIODS * period))
-    return min(suiting_side(shape), 4 * int(max(most, _LEAST) / 4))
+    return min(suiting_side(shape, repeats=phases is not None and len(phases.waves) > 1), 4 * int(max(most, _LEAST) / 4))
 
 
 @stage

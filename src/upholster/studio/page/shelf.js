@@ -17,7 +17,7 @@ export function shelf(store, { samples, models, surfaces }, actions) {
   const entry = ({ path, name }, kind, isChosen) => {
     const text = named(name ?? nameOf(path))
     const one = make('button', { type: 'button', title: name ?? nameOf(path), ariaPressed: String(isChosen), onclick: () => actions[kind](path) }, text)
-    if (kind === 'sample' && path) one.style.backgroundImage = `url("${api.picture(Array.isArray(path) ? path[0] : path)}")`
+    if (path) one.style.backgroundImage = `url("${api.picture(Array.isArray(path) ? path[0] : path)}")`
     one.draggable = kind === 'sample'
     one.ondragstart = (event) => event.dataTransfer.setData('application/x-upholster-sample', JSON.stringify(path))
     return make('li', {}, one)

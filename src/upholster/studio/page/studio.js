@@ -86,7 +86,7 @@ function build(given) {
     table: () => openSampleTable(store).catch(fail),
   })
   const panel = document.getElementById('panel')
-  panel.append(chooser, parts(store, live, viewer, () => dropped.sample), ...groups(store, live), looking(live, viewer))
+  panel.append(notes(live), chooser, parts(store, live, viewer, () => dropped.sample), ...groups(store, live), looking(live, viewer))
   bar(store, live, given)
   listenForFiles(use, fail)
 
@@ -100,12 +100,22 @@ function build(given) {
   const greet = () => {
     const { model, sample } = store.state
     welcome.hidden = store.isWhole
-    welcome.firstElementChild.textContent = model ? 'Now drop a photo' : sample ? 'Now drop a model' : 'Drop a photo and a model'
+    welcome.firstElementChild.textContent = model ? 'Now drop or choose a photo' : sample ? 'Now drop or choose a model' : 'Drop or choose a photo and a model'
   }
   store.addEventListener('change', greet)
   store.addEventListener('change', () => say(null)) // what was wrong is about the state before
   greet()
   live.update()
+}
+
+/** The server's remarks on the state, such as a photo that it reduces; returns an element. */
+function notes(live) {
+  const element = make('p', { className: 'note', role: 'status', hidden: true })
+  live.addEventListener('revision', ({ notes = [] }) => {
+    element.textContent = notes.map((note) => `Note: ${note}.`).join('\n')
+    element.hidden = !notes.length
+  })
+  return element
 }
 
 /** The relief to begin with: a fortieth of the sample's width looks about right on bricks and fabrics. */
@@ -155,7 +165,7 @@ async function openSampleTable(store) {
     hints: api.hints(source),
     preview: (options) => api.prepared(source, options),
   })
-  if (chosen) store.sample(chosen)
+  if (chosen) store.sample({ ...chosen, resize: null }) // that was for another part of the photo
 }
 
 /** Say what failed, whatever it was: nothing of it would be seen otherwise. */

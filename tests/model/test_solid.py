@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from upholster.geometry import sphere, vase
-from upholster.measure.solid import check_solid, solid_lines, volume
 from upholster.model import plain_solid, tessellate
+from upholster.model.solid import check_solid, solid_lines, volume
 
 
 def shell(outer: float, inner: float) -> tuple[np.ndarray, np.ndarray]:
