@@ -304,6 +304,30 @@ def test_help_and_version_answer_without_heavy_imports(folder):
     assert "--overlap" in done.stdout
 
 
+@pytest.mark.parametrize("command", [["--help"], ["surfaces"], ["info", "sample:chair"]])
+def test_commands_without_kernels_load_no_numba(command, folder):
+    code = (
+        "import sys, upholster.cli as cli; cli.run_words(sys.argv[1:]); "
+        "print([name for name in ('numba', 'scipy') if name in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code, *command], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == "[]"
+
+
+@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="lists threads there")
+def test_no_threads_wait_beside_those_of_the_program():
+    code = (
+        "import os, sys, upholster.cli as cli\n"
+        "def end(status):\n"
+        "    import numpy; numpy.ones((500, 500)) @ numpy.ones((500, 500))\n"
+        "    print(len(os.listdir('/proc/self/task'))); sys.exit(status)\n"
+        "os._exit = end; cli.main()"
+    )
+    env = {name: value for name, value in os.environ.items() if not name.endswith("_NUM_THREADS")}
+    done = subprocess.run([sys.executable, "-c", code, "--version"], capture_output=True, text=True, env=env)
+    assert done.stdout.splitlines()[-1] == "1", done.stderr
+
+
 def test_the_same_seed_writes_the_same_file(folder, tmp_path):
     for name in ("one.glb", "two.glb"):
         threads = "1" if name == "one.glb" else "3"

@@ -99,7 +99,15 @@ def test_the_changelog_knows_the_version() -> None:
 
 def test_kernels_live_in_modules_of_their_own() -> None:
     for path in SOURCES.rglob("*.py"):
-        if "kernels" not in path.name and path.name not in ("jit.py", "kernel_cache.py"):
-            text = path.read_text(encoding="utf-8")
-            assert "@kernel" not in text, path
-            assert "import numba" not in text, path
+        if "kernels" not in path.name and path.name != "jit.py":
+            assert "@kernel" not in path.read_text(encoding="utf-8"), path
+
+
+def test_only_a_kernel_that_is_called_imports_numba() -> None:
+    """`jit` does so when a kernel is called, and it alone imports the other three, or `warm` does."""
+    users = ("inlined_code", "kernel_cache", "signatures")
+    for path in SOURCES.rglob("*.py"):
+        text = path.read_text(encoding="utf-8")
+        if path.stem not in users:
+            assert not re.search(r"^(import|from) (numba|llvmlite)", text, re.MULTILINE), path
+            assert not re.search(rf"^from upholster.({'|'.join(users)}) ", text, re.MULTILINE), path

@@ -169,6 +169,22 @@ assert not missing(jobs)
 
 
 @pytest.mark.slow(reason="compiles kernels in processes")
+def test_kernels_are_compiled_for_a_process_without_numba(tmp_path):
+    code = """
+import os, sys, time
+from pathlib import Path
+from upholster.warm import compiling_apart
+with compiling_apart(["info model"], "compiling {} kernels"):
+    while not list(Path(os.environ["NUMBA_CACHE_DIR"]).glob("*.kernel")):
+        time.sleep(0.1)
+assert "numba" not in sys.modules
+"""
+    done = _run(code, tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert done.stderr.startswith("compiling ")
+
+
+@pytest.mark.slow(reason="compiles kernels in processes")
 def test_a_helper_that_dies_costs_time_and_no_more(tmp_path):
     code = (
         PICK

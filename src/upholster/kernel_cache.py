@@ -17,11 +17,12 @@ import warnings
 import zlib
 from collections.abc import Callable
 from contextlib import suppress
-from functools import lru_cache
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any
 
 import numba
+from llvmlite.binding import parse_assembly, parse_bitcode
 from numba.core import config
 from numba.core.caching import FunctionCache
 from numba.core.dispatcher import Dispatcher
@@ -58,6 +59,7 @@ class KernelCache(FunctionCache):  # type: ignore[misc]  # numba is untyped
 
     def __init__(self, function: Callable[..., Any]) -> None:
         super().__init__(function)
+        self._is_linked = False  # whether only other kernels call it
         locator = self._impl.locator
         if config.CACHE_DIR:  # a folder named by the user holds all kernels, wherever the sources are
             locator._cache_path = config.CACHE_DIR
@@ -71,7 +73,8 @@ class KernelCache(FunctionCache):  # type: ignore[misc]  # numba is untyped
     def attach(cls, dispatcher: Dispatcher) -> None:
         """Give a kernel its cache, unless no folder is writable, or it is another user's."""
         with suppress(RuntimeError):
-            vars(dispatcher)["_cache"] = cls(dispatcher.py_func)
+            cache = vars(dispatcher)["_cache"] = cls(dispatcher.py_func)
+            cache._is_linked = "no_cpython_wrapper" in dispatcher.targetoptions
 
     def has(self, arguments: tuple[Any, ...], target: Any) -> bool:
         """Return whether the code for some types of arguments is on disk."""
@@ -92,10 +95,21 @@ class KernelCache(FunctionCache):  # type: ignore[misc]  # numba is untyped
         key = self._index_key(arguments, target.codegen())
         try:
             data = self._cache_file.load(key)
-            return None if data is None else self._impl.rebuild(target, data)
+            return None if data is None else self._rebuilt(data, target)
         except Exception:  # a damaged file may raise anything
             self._cache_file.damaged(key)
             return None
+
+    def _rebuilt(self, data: Any, target: Any) -> Any:
+        (name, kind, (code, bitcode)), description, *more = data
+        if self._is_linked:
+            return self._impl.rebuild(target, data)
+        # Numba's own way parses the bitcode, just to list the functions in it: half of the time for loading.
+        # Here it is parsed if the kernel is compiled into another one.
+        target.codegen()._engine._defined_symbols.add(description.llvm_cpython_wrapper_name)
+        result = self._impl.rebuild(target, ((name, kind, (code, _no_bitcode())), description, *more))
+        result.library._get_module_for_linking = lru_cache(partial(parse_bitcode, bitcode))
+        return result
 
 
 class _Files:
@@ -190,6 +204,12 @@ def _report_stranger(folder: Path) -> None:
 @lru_cache
 def _report_damage(folder: Path) -> None:
     warnings.warn(f"compiled kernels in {folder} were damaged; they are compiled again", RuntimeWarning, 2)
+
+
+@lru_cache
+def _no_bitcode() -> bytes:
+    bitcode: bytes = parse_assembly("").as_bitcode()
+    return bitcode
 
 
 def _digest(data: bytes) -> str:

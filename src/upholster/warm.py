@@ -6,21 +6,33 @@ commands that need it. A command starts `compiling` when it begins: helpers comp
 disk yet, while the command runs. When it needs a kernel, it waits for it and loads it.
 """
 
+import gc
 import importlib
 import json
 import os
+import signal
 import subprocess
 import sys
 import threading
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
+from queue import SimpleQueue
 from typing import Any
 
 from upholster.parallel import thread_count
 
-__all__ = ["Compiler", "KernelJob", "compiling", "jobs_for", "missing", "work"]
+__all__ = [
+    "Compiler",
+    "KernelJob",
+    "compile_apart",
+    "compiling",
+    "compiling_apart",
+    "jobs_for",
+    "missing",
+    "work",
+]
 
 TABLE = Path(__file__).with_name("kernels.json")
 
@@ -105,7 +117,7 @@ class Compiler:
         self._helpers: list[subprocess.Popen[str]] = []
         for _ in range(min(processes, len(jobs))):
             with suppress(OSError):  # no room for another process: kernels are compiled at their first call
-                self._helpers.append(_helper())
+                self._helpers.append(_process(work, stderr=subprocess.DEVNULL))
         self._alive = len(self._helpers)
         self._threads = [
             threading.Thread(target=self._serve, args=(helper,), daemon=True) for helper in self._helpers
@@ -212,29 +224,50 @@ def compiling(uses: Iterable[str] | None = None, threads: int | None = None) -> 
         compiler.close()
 
 
-def _helper() -> "subprocess.Popen[str]":
+@contextmanager
+def compiling_apart(uses: Sequence[str], note: str) -> Iterator[None]:
+    """Compile the kernels of some uses like `compiling`, in a process of its own: this one needs no Numba.
+
+    That process prints `note` on standard error, with the number of kernels in it, if any are missing.
+    """
+    with _process(compile_apart) as process:
+        assert process.stdin is not None
+        with suppress(OSError):  # it has died: kernels are compiled at their first call
+            process.stdin.write(json.dumps([list(uses), note]) + "\n")
+            process.stdin.flush()
+        try:
+            yield
+        finally:
+            process.kill()
+
+
+def compile_apart() -> None:
+    """Do the work of `compiling_apart`: what to compile is a line of standard input, which ends with it."""
+    lines = _commands()
+    uses, note = json.loads(lines.get())
+    with compiling(uses) as compiler:
+        if compiler is not None:
+            print(note.format(compiler.total), file=sys.stderr, flush=True)
+            compiler.wait()
+
+
+def _process(call: Callable[[], None], stderr: int | None = None) -> "subprocess.Popen[str]":
     # The package may be anywhere on this process's path; the working directory is not searched.
     path = os.pathsep.join([str(Path(__file__).parent.parent), *filter(None, sys.path)])
+    name = call.__name__
     return subprocess.Popen(
-        [sys.executable, "-P", "-c", "from upholster.warm import work; work()"],
+        [sys.executable, "-P", "-c", f"from upholster.warm import {name}; {name}()"],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL,
+        stderr=stderr,
         text=True,
         env={**os.environ, "PYTHONPATH": path},
     )
 
 
-def work() -> None:
-    """Compile kernels named on standard input, one per line, and answer with the seconds, until it ends."""
-    import gc
-    import signal
-    from queue import SimpleQueue
-
+def _commands() -> "SimpleQueue[str]":
+    """Return lines of standard input as they come; the process ends with them, and not by Ctrl-C."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the command, which ends this process
-    # Compiling makes millions of objects that stay: the garbage collector would take a fifth of the time to
-    # scan them again and again.
-    gc.disable()
     lines: SimpleQueue[str] = SimpleQueue()
 
     def listen() -> None:
@@ -243,6 +276,15 @@ def work() -> None:
         os._exit(0)  # even in the middle of a kernel: it is no longer needed
 
     threading.Thread(target=listen, daemon=True).start()
+    return lines
+
+
+def work() -> None:
+    """Compile kernels named on standard input, one per line, and answer with the seconds, until it ends."""
+    lines = _commands()
+    # Compiling makes millions of objects that stay: the garbage collector would take a fifth of the time to
+    # scan them again and again.
+    gc.disable()
     while True:
         kernel, arguments = json.loads(lines.get())
         job = KernelJob(kernel, arguments, 0.0)

@@ -21,3 +21,8 @@ def test_each_item_has_the_lowest_item_connected_to_it(pairs: int) -> None:
             seen |= new
         lowest.append(min(seen))
     assert connected(60, given).tolist() == lowest
+
+
+def test_a_long_chain_in_any_order_is_one_component() -> None:
+    order = np.random.default_rng(1).permutation(10_000)
+    assert not connected(10_000, np.stack([order[1:], order[:-1]], axis=1)).any()

@@ -11,7 +11,7 @@ from upholster.quilt import Chart, Quilt, paint
 from upholster.quilt.displacement import centre_matrices, levels_of, warped_sources
 from upholster.quilt.labels import LabelMap, cell_centres, label_shape, nearest_labels
 from upholster.quilt.materials import WindowPainter
-from upholster.quilt.painting import painted_charts, texel_places
+from upholster.quilt.painting import ChartPainter, image_pyramid, painted_charts, texel_places
 from upholster.quilt.placement import PLACEMENT, SYMMETRIES, bare_placement
 from upholster.quilt.pyramid import halved, most_levels
 from upholster.quilt.warp_field import WarpField
@@ -51,6 +51,37 @@ def test_equals_the_plain_twin_at_any_density(dtype, density):
     assert painted.charts == painted_charts(quilt.charts, density)
     for index in range(2):
         np.testing.assert_array_equal(painted.arrays[index], plain_paint(quilt, exemplar, index, density))
+
+
+def copying_quilt(charts, **options):
+    """Return a quilt with the identity everywhere, most of whose placements read whole pixels."""
+    quilt = random_quilt(7, charts=charts, **options)
+    placed, some = quilt.placements.copy(), np.arange(len(quilt.placements)) % 4 > 0
+    placed["symmetry"][some] = 0
+    for way in ("row", "column"):
+        source = placed[f"source_{way}"]
+        source[some] = (source // 16 * 16 + (placed[way] + 8) % 16)[some]
+    return changed(quilt, placed)
+
+
+@pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32])
+def test_pixels_that_are_copied_equal_the_plain_twin(dtype):
+    quilt, exemplar = copying_quilt(((13, 21),), layers=2, count=9), exemplar_of(dtype, 5)
+    painter = ChartPainter(quilt, 0, quilt.charts[0], image_pyramid((exemplar,)))
+    assert 0.5 < painter._readings.copies.mean() < 1
+    np.testing.assert_array_equal(paint(quilt, exemplar).arrays[0], plain_paint(quilt, exemplar, 0))
+
+
+def test_pixels_are_not_copied_far_from_their_centre():
+    placed, shape = np.zeros(1, PLACEMENT), (1, 1100)
+    placed["row"], placed["column"] = 8, 8
+    labels = np.zeros(label_shape(*shape, 64), np.int32)
+    quilt = Quilt((Chart(0, *shape),), shape, placed, ((LabelMap(64, labels),),))
+    exemplar = np.random.default_rng(1).integers(0, 256, (*shape, 1)).astype(np.uint8)
+    painted = paint(quilt, exemplar).arrays[0]
+    np.testing.assert_array_equal(painted, plain_paint(quilt, exemplar, 0))
+    assert (painted[:, :960] == exemplar[:, :960]).all()
+    assert (painted[:, 1025:] != exemplar[:, 1025:]).any()
 
 
 def test_densities_show_one_picture():

@@ -1,9 +1,7 @@
 """``upholster serve`` and ``upholster view``: streams over HTTP, and in the browser."""
 
 import re
-import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager
 from types import ModuleType
 from typing import Annotated
 
@@ -98,20 +96,14 @@ def _server() -> ModuleType:
     return upholster.server
 
 
-@contextmanager
-def _compiling() -> Iterator[None]:
+def _compiling() -> AbstractContextManager[None]:
     # Compiles the kernels for pictures of streams while the server already answers.
-    from upholster.warm import compiling
+    from upholster.warm import compiling_apart
 
-    with compiling(["refine picture", "refine paper", "refine material"]) as compiler:
-        if compiler is not None:
-            print(
-                f"compiling {compiler.total} kernels, once for this machine and version: "
-                "pictures of streams follow",
-                file=sys.stderr,
-                flush=True,
-            )
-        yield
+    return compiling_apart(
+        ["refine picture", "refine paper", "refine material"],
+        "compiling {} kernels, once for this machine and version: pictures of streams follow",
+    )
 
 
 def _rate(text: str | None) -> int | None:

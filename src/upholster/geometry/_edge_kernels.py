@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from upholster.jit import kernel
 from upholster.types import FloatArray, IntArray, int64
 
-__all__ = ["EdgeScratch", "mark_seams", "number_edges", "pair_sides", "triangle_normals"]
+__all__ = ["EdgeScratch", "mark_seams", "number_edges", "pair_sides"]
 
 
 class EdgeScratch(NamedTuple):
@@ -92,24 +92,6 @@ def pair_sides(
             if first[a] == last[b]:
                 across[a], across[b] = b, a
     return most
-
-
-@kernel
-def triangle_normals(
-    positions: FloatArray, triangles: IntArray, normals: FloatArray, areas: NDArray[np.float64]
-) -> None:
-    """Write triangles' unit normals (T, 3), outward, zero for degenerate triangles, and areas (T,)."""
-    for t in range(triangles.shape[0]):
-        a, b, c = positions[triangles[t, 0]], positions[triangles[t, 1]], positions[triangles[t, 2]]
-        x1, y1, z1 = b[0] - a[0], b[1] - a[1], b[2] - a[2]
-        x2, y2, z2 = c[0] - a[0], c[1] - a[1], c[2] - a[2]
-        x, y, z = y1 * z2 - z1 * y2, z1 * x2 - x1 * z2, x1 * y2 - y1 * x2
-        length = np.sqrt(x * x + y * y + z * z)
-        areas[t] = 0.5 * length
-        whole = length > 0
-        normals[t, 0] = x / length if whole else 0.0
-        normals[t, 1] = y / length if whole else 0.0
-        normals[t, 2] = z / length if whole else 0.0
 
 
 @kernel

@@ -2,13 +2,10 @@
 
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
-from upholster.jit import inline, kernel
+from upholster.jit import inline
 from upholster.types import IntArray, int64
 
-__all__ = ["join_pairs", "root_of", "unite"]
+__all__ = ["root_of", "unite"]
 
 
 @inline
@@ -26,12 +23,3 @@ def unite(parent: IntArray, one: int, other: int) -> None:
     """Connect two items."""
     a, b = root_of(parent, one), root_of(parent, other)
     parent[max(a, b)] = min(a, b)
-
-
-@kernel
-def join_pairs(pairs: NDArray[np.int64], parent: IntArray) -> None:
-    """Connect the items of pairs (P, 2); `parent` (n,), first 0, 1, …, becomes each set's lowest item."""
-    for n in range(len(pairs)):
-        unite(parent, pairs[n, 0], pairs[n, 1])
-    for item in range(len(parent)):
-        parent[item] = parent[parent[item]]

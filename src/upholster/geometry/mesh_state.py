@@ -109,6 +109,19 @@ class _Edges:
     uses: NDArray[np.int64]
     rising: NDArray[np.bool_]
 
+    @property
+    def along(self) -> NDArray[np.int64]:
+        """How many triangles traverse each edge towards the higher vertex."""
+        return np.bincount(self.edge[self.rising], minlength=len(self.uses))
+
+    @property
+    def pairs(self) -> NDArray[np.int64]:
+        """Triangles with a common edge, (P, 2)."""
+        triangle = self.order // 3
+        both = np.stack([triangle[:-1], triangle[1:]], axis=1)
+        found: NDArray[np.int64] = both[self.edge[1:] == self.edge[:-1]]
+        return found
+
 
 def mesh_states(mesh: TriangleMesh, uv: FloatArray | None = None) -> list[PartState]:
     """Return the state of each part of a mesh.
@@ -127,20 +140,19 @@ def mesh_states(mesh: TriangleMesh, uv: FloatArray | None = None) -> list[PartSt
     uses = edges.uses[edges.edge]
     border = uses == 1
     # Two triangles that traverse an edge in the same direction.
-    along = np.bincount(edges.edge[edges.rising], minlength=len(edges.uses))
-    turned = (edges.uses == 2) & (along != 1)
+    turned = (edges.uses == 2) & (edges.along != 1)
     firsts = np.flatnonzero(np.diff(edges.edge, prepend=-1))
     of_edge = mesh.part[edges.order[firsts] // 3]
-    components = _components(mesh, edges)
+    pieces_of = _pieces(mesh, edges)
     holes = _loops(mesh, edges.order[border])
     longest, height = _shape(mesh)
     flat = ~(longest < _NO_AREA * height)
     thin = ~flat & (longest > SLIVER * height)
-    inside_out = inside_out_parts(mesh)
+    inside_out = _inside_out(mesh, edges)
     counts = [
         np.bincount(array, minlength=parts)
         for array in (
-            mesh.part[components],
+            mesh.part[pieces_of],
             mesh.part[holes],
             owner[border],
             of_edge[edges.uses > 2],
@@ -178,16 +190,16 @@ def mesh_states(mesh: TriangleMesh, uv: FloatArray | None = None) -> list[PartSt
 def inside_out_parts(mesh: TriangleMesh) -> NDArray[np.bool_]:
     """Return for each part of a mesh whether it is closed and its triangles face inward, (parts,).
 
-    Parts that share edges are one body. It is closed if every triangle has neighbours of the same
-    orientation, and faces inward if its volume is negative.
+    Parts that share edges are one body. It is closed if its triangles traverse every edge as often in one
+    direction as in the other, and faces inward if its volume is negative.
     """
-    across = np.where(mesh.neighbours < 0, mesh.part[:, None], mesh.part[mesh.neighbours // 3])
-    triangle, edge = np.nonzero(across != mesh.part[:, None])
-    adjacent = np.stack([mesh.part[triangle], across[triangle, edge]], axis=1)
-    body = connected(len(mesh.parts), adjacent)
-    is_line = (mesh.triangles == np.roll(mesh.triangles, 1, axis=1)).any(axis=1)  # it has no neighbours
-    at_border = (mesh.neighbours < 0).any(axis=1) & ~is_line
-    is_open = np.bincount(body[mesh.part[at_border]], minlength=len(body)) > 0
+    return _inside_out(mesh, _edges_of(mesh))
+
+
+def _inside_out(mesh: TriangleMesh, edges: _Edges) -> NDArray[np.bool_]:
+    body = connected(len(mesh.parts), mesh.part[edges.pairs])
+    at_border = (2 * edges.along != edges.uses)[edges.edge]
+    is_open = np.bincount(body[mesh.part[edges.order // 3][at_border]], minlength=len(body)) > 0
     a, b, c = mesh.corners.transpose(1, 0, 2) - mesh.box.mean(axis=0)
     volume = np.bincount(body[mesh.part], (a * np.cross(b, c)).sum(axis=1), len(body))
     found: NDArray[np.bool_] = (~is_open & (volume < 0))[body]
@@ -243,11 +255,9 @@ def _edges_of(mesh: TriangleMesh) -> _Edges:
     return _Edges(order, edge, np.bincount(edge), (first < last).reshape(-1)[order])
 
 
-def _components(mesh: TriangleMesh, edges: _Edges) -> NDArray[np.int64]:
+def _pieces(mesh: TriangleMesh, edges: _Edges) -> NDArray[np.int64]:
     """Return one triangle of each piece; pieces do not extend over several parts."""
-    triangle = edges.order // 3
-    same = (edges.edge[1:] == edges.edge[:-1]) & (mesh.part[triangle[1:]] == mesh.part[triangle[:-1]])
-    pairs = np.stack([triangle[:-1], triangle[1:]], axis=1)[same]
+    pairs = edges.pairs[np.ptp(mesh.part[edges.pairs], axis=1) == 0]
     count = len(mesh.triangles)
     return np.flatnonzero(connected(count, pairs) == np.arange(count))
 

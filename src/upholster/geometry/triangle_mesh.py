@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from upholster.errors import InputError
-from upholster.geometry._edge_kernels import triangle_normals
 from upholster.geometry.edge_pairs import edge_pairs
 from upholster.shown import Shown, on_a_line
 from upholster.types import FloatArray, IntArray, frozen_array
@@ -112,9 +111,15 @@ class TriangleMesh(Shown):
 
     @cached_property
     def _measured(self) -> tuple[FloatArray, FloatArray]:
-        normals, areas = np.empty((len(self.triangles), 3)), np.empty(len(self.triangles))
-        triangle_normals(self.positions, self.triangles, normals, areas)
-        return frozen_array(normals), frozen_array(areas)
+        a, b, c = self.corners.transpose(1, 2, 0)
+        with np.errstate(over="ignore", invalid="ignore"):
+            (x1, y1, z1), (x2, y2, z2) = b - a, c - a
+            normals = np.stack([y1 * z2 - z1 * y2, z1 * x2 - x1 * z2, x1 * y2 - y1 * x2], axis=1)
+            x, y, z = normals.T
+            length = np.sqrt(x * x + y * y + z * z)
+            whole = length[:, None] > 0
+            normals = np.divide(normals, length[:, None], out=np.zeros_like(normals), where=whole)
+        return frozen_array(normals), frozen_array(0.5 * length)
 
     @cached_property
     def neighbours(self) -> IntArray:

@@ -9,11 +9,9 @@ samples take 32 bits with both.
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import types
-from numba.extending import overload
 from numpy.typing import NDArray
 
-from upholster.jit import inline, kernel, shared
+from upholster.jit import by_type, inline, is_float, kernel, shared
 from upholster.quilt._field_kernels import node_row
 from upholster.types import PixelArray
 
@@ -44,7 +42,8 @@ class Readings(NamedTuple):
     """Placements of a chart, n of them.
 
     (n, 2) centres and sources, (n, 4) centre matrices and symmetries, (n,) levels as indices into the
-    pyramid's table, and `shifts`, the levels' numbers: how often they are halved.
+    pyramid's table, and `shifts`, the levels' numbers: how often they are halved. `copies` marks placements
+    whose texels are pixels of the sample, as they are there.
     """
 
     centres: NDArray[np.int64]
@@ -53,6 +52,7 @@ class Readings(NamedTuple):
     symmetries: NDArray[np.int64]
     levels: NDArray[np.int64]
     shifts: NDArray[np.int64]
+    copies: NDArray[np.bool_]
 
 
 class PyramidWords(NamedTuple):
@@ -85,6 +85,11 @@ def _bilinear(words: Any, at: Any, k: Any, y: Any, x: Any) -> Any:
     raise NotImplementedError  # compiled only
 
 
+def _single(word: Any) -> Any:
+    """Return what `_bilinear` returns at a pixel's centre."""
+    raise NotImplementedError  # compiled only
+
+
 def _settle(word: Any, texel: Any, k: Any, bits: Any) -> Any:
     """Write a single placement's value to a texel: `_bilinear`'s k-th word."""
     raise NotImplementedError  # compiled only
@@ -100,9 +105,9 @@ def _settle_sums(total: Any, texel: Any, bits: Any, rest: Any) -> Any:
     raise NotImplementedError  # compiled only
 
 
-@overload(_bilinear, strict=False)
+@by_type(_bilinear)
 def _bilinear_overload(words: Any, at: Any, k: Any, y: Any, x: Any) -> Any:
-    if isinstance(words.dtype, types.Integer):
+    if not is_float(words.dtype):
 
         def mixed(words: Any, at: Any, k: Any, y: Any, x: Any) -> Any:
             both = y * x
@@ -127,9 +132,16 @@ def _bilinear_overload(words: Any, at: Any, k: Any, y: Any, x: Any) -> Any:
     return floats
 
 
-@overload(_settle, strict=False)
+@by_type(_single)
+def _single_overload(word: Any) -> Any:
+    if not is_float(word):
+        return lambda word: word * np.uint64(256)
+    return lambda word: word
+
+
+@by_type(_settle)
 def _settle_overload(word: Any, texel: Any, k: Any, bits: Any) -> Any:
-    if isinstance(word, types.Integer):
+    if not is_float(word):
 
         def settle(word: Any, texel: Any, k: Any, bits: Any) -> Any:
             lanes = 64 // bits
@@ -146,9 +158,9 @@ def _settle_overload(word: Any, texel: Any, k: Any, bits: Any) -> Any:
     return settle_float
 
 
-@overload(_gather, strict=False)
+@by_type(_gather)
 def _gather_overload(total: Any, word: Any, k: Any, bits: Any, weight: Any) -> Any:
-    if isinstance(word, types.Integer):
+    if not is_float(word):
 
         def gather(total: Any, word: Any, k: Any, bits: Any, weight: Any) -> Any:
             if bits == 16:
@@ -165,9 +177,9 @@ def _gather_overload(total: Any, word: Any, k: Any, bits: Any, weight: Any) -> A
     return gather_floats
 
 
-@overload(_settle_sums, strict=False)
+@by_type(_settle_sums)
 def _settle_sums_overload(total: Any, texel: Any, bits: Any, rest: Any) -> Any:
-    if isinstance(total.dtype, types.Integer):
+    if not is_float(total.dtype):
 
         def settle(total: Any, texel: Any, bits: Any, rest: Any) -> Any:
             for n in range(texel.shape[0]):
@@ -256,6 +268,21 @@ def _trace_run(
         start = stop
 
 
+@inline
+def _first_word(
+    readings: Readings, one: Any, pyramid: PyramidWords, row: Any, column: Any, count: Any
+) -> Any:
+    """Return the word from which a run of texels is copied; −1 if it is not copied from pixels in a row."""
+    if not readings.copies[one]:
+        return -1
+    level = pyramid.table[readings.levels[one]]
+    down, right = row - readings.centres[one, 0], column - readings.centres[one, 1]
+    r, c = (readings.sources[one, 0] + down) >> 4, (readings.sources[one, 1] + right) >> 4
+    inside = 0 <= r < level[1] and c >= 0 and c + count <= level[2]
+    near = abs(down) < 16384 and abs(right) < 16384 and abs(right + 16 * count) < 16384
+    return level[0] + (r * level[2] + c) * pyramid.per_pixel if inside and near else -1
+
+
 @shared
 def _paint_run(
     layer: Layer,
@@ -269,6 +296,13 @@ def _paint_run(
 ) -> None:
     # Paints texels of a row that show only one placement.
     start, stop = ends
+    word = _first_word(readings, one, pyramid, layer.rows.at[t], layer.columns.at[start], stop - start)
+    if word >= 0:
+        for n in range(start, stop):
+            for k in range(pyramid.per_pixel):
+                _settle(_single(pyramid.words[word]), out[t, n], k, pyramid.bits)
+                word += 1
+        return
     found = field.found[:, start:stop]
     _trace_run(readings, one, field, layer.rows.at[t], layer.columns.at[start:stop], found)
     level = pyramid.table[readings.levels[one]]
@@ -308,6 +342,15 @@ def _paint_mixed(
         at_left = (16 - f) * (named[0] == one) + f * (named[2] == one)
         at_right = (16 - f) * (named[1] == one) + f * (named[3] == one)
         if at_left + at_right == 0:
+            continue
+        word = _first_word(readings, one, pyramid, layer.rows.at[t], columns.at[start], stop - start)
+        if word >= 0:
+            for n in range(stop - start):
+                g = columns.part[start + n]
+                for k in range(pyramid.per_pixel):
+                    weight = at_left * (16 - g) + at_right * g
+                    _gather(sums[n], _single(pyramid.words[word]), k, pyramid.bits, weight)
+                    word += 1
             continue
         _trace_run(readings, one, field, layer.rows.at[t], columns.at[start:stop], found)
         level = pyramid.table[readings.levels[one]]

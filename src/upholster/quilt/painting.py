@@ -24,6 +24,7 @@ from upholster.quilt.labels import LabelMap
 from upholster.quilt.model import Quilt, Texels
 from upholster.quilt.placement import SYMMETRIES
 from upholster.quilt.pyramid import Pyramid, build_pyramid, most_levels
+from upholster.quilt.warp_field import UNIT
 from upholster.types import PixelArray, Progress
 
 __all__ = [
@@ -241,8 +242,11 @@ class ChartPainter:
             for a, b in (("row", "column"), ("source_row", "source_column"))
         )
         levels = shifts + image * self.pyramid.levels
-        turns = SYMMETRIES[placed["symmetry"]]
-        return kernels.Readings(where, source, centres.astype(np.int64), turns, levels, shifts)
+        turns, same = SYMMETRIES[placed["symmetry"]], SYMMETRIES[0]
+        copies = (centres == UNIT * same).all(axis=1) & (turns == same).all(axis=1)
+        copies &= ((where - source) % 16 == 8).all(axis=1) & (ratio == 1)
+        copies &= (self.quilt.fields[self.index].matrices == UNIT * same).all()
+        return kernels.Readings(where, source, centres.astype(np.int64), turns, levels, shifts, copies)
 
 
 def texel_places(steps: int, texels: int) -> NDArray[np.int64]:

@@ -11,10 +11,8 @@ previous step, so that only a few rows are in use at any time and the image pass
 from typing import Any
 
 import numpy as np
-from numba import types
-from numba.extending import overload
 
-from upholster.jit import allocating_kernel, inline
+from upholster.jit import allocating_kernel, by_type, inline, is_float
 
 __all__ = ["DAUBECHIES97", "LEGALL53", "lift_forward", "lift_inverse"]
 
@@ -42,12 +40,12 @@ def _scale(kind: int, half: int, forward: bool, lines: Any, at: int, count: int)
         lines[at : at + count] *= _SCALE97[half if forward else 1 - half]
 
 
-@overload(_step, strict=False)
+@by_type(_step)
 def _step_overload(
     kind: Any, step: Any, sign: Any, lines: Any, to: Any, left: Any, right: Any, count: Any
 ) -> Any:
     # Places are unsigned, so that no test for negative indices is compiled, and the loops are vectorized.
-    if isinstance(lines.dtype, types.Float):
+    if is_float(lines.dtype):
 
         def real(
             kind: int, step: int, sign: int, lines: Any, to: int, left: int, right: int, count: int
@@ -73,9 +71,9 @@ def _step_overload(
     return whole
 
 
-@overload(_scale, strict=False)
+@by_type(_scale)
 def _scale_overload(kind: Any, half: Any, forward: Any, lines: Any, at: Any, count: Any) -> Any:
-    if isinstance(lines.dtype, types.Float):
+    if is_float(lines.dtype):
 
         def real(kind: int, half: int, forward: bool, lines: Any, at: int, count: int) -> None:
             factor = _SCALE97[half if forward else 1 - half]
