@@ -93,7 +93,7 @@ BAD = {
         ["brick.png", "--on", "torus", "-o", "a.glb", "--method", "paper", "--block", "36"],
         "block",
     ),
-    "overlap": (["brick.png", "--on", "torus", "-o", "a.glb", "--overlap", "16"], "overlap"),
+    "overlap": (["brick.png", "--on", "torus", "-o", "a.glb", "--overlap", "40"], "overlap"),
     "chart 0": (["brick.png", "--on", "torus", "-o", "a.glb", "--method", "paper", "--chart", "0"], "chart"),
     "chart too large": (
         ["brick.png", "--on", "torus", "-o", "a.glb", "--method", "paper", "--chart", "16385"],

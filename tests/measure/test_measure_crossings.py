@@ -47,4 +47,4 @@ def test_a_rings_blocks_mind_seams_little() -> None:
     found = crossings(surface, synthesize(SAMPLE, surface, texels=60_000, sample_size=4))
     assert found is not None
     assert found.apart < 0.4
-    assert found.cuts < 2 * found.cuts_inside + 0.05
+    assert found.cuts < 2.5 * found.cuts_inside + 0.05

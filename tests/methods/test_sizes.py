@@ -49,7 +49,8 @@ def test_a_block_is_in_step_with_the_next_but_holds_three_quarters_of_a_period(s
 def test_blocks_are_smaller_than_twenty_pixels_only_where_the_sample_is_small():
     assert block_side(SAMPLE.shape, 5000.0, 0.0, stretched(1.0, np.array([(1 / 7, 0)]))) == 20
     small = SAMPLE[:32, :32]
-    assert block_side(small.shape, 5000.0, 0.0, stretched(1.0)) == suiting_side(small.shape, repeats=True) < 20
+    suits = suiting_side(small.shape, repeats=True)
+    assert block_side(small.shape, 5000.0, 0.0, stretched(1.0)) == suits < 20
 
 
 def test_directions_turn_on_a_sphere_as_its_parallels_do() -> None:

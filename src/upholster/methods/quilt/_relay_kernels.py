@@ -152,7 +152,7 @@ def cost_steps(
 def sum_around(
     canvases: Canvases, costs: FloatArray, roots: FloatArray, reach: NDArray[np.int64], out: FloatArray
 ) -> None:
-    """Write to `out` (n,) the sums of the steps' costs in squares around roots: 2 · `reach` + 1 steps wide."""
+    """Write to `out` (n,) the costs of the squares around roots that are 2 · `reach` + 1 steps wide."""
     for n in range(roots.shape[0]):
         k = int64(roots[n, 0])
         row, column, total = int64(roots[n, 1]), int64(roots[n, 2]), 0.0

@@ -10,9 +10,9 @@ from upholster.types import FloatArray
 __all__ = ["LARGEST_SIDE", "block_side", "suiting_side", "turning_of"]
 
 _SHARE, _REPEATING_SHARE = 1 / 2, 5 / 16
-"""Side of a block as a fraction of the sample's shorter side, also for a sample that repeats in two directions.
-Smaller blocks break more elements. Larger ones leave so few sources that repetitions are visible, and few that
-are in step."""
+"""Side of a block as a fraction of the sample's shorter side, also for a sample that repeats in two
+directions. Smaller blocks break more elements. Larger ones leave so few sources that repetitions are visible,
+and few that are in step."""
 
 LARGEST_SIDE = 512
 """Maximum side of a block, in pixels."""
@@ -73,7 +73,8 @@ def block_side(shape: tuple[int, ...], across: float, turning: float, phases: Ph
         period = 1 / float(np.sqrt((phases.waves**2).sum(axis=1).max()))
         in_step = 0.25 / max(phases.strain(_IN_STEP), 1e-9)
         most = min(most, max(in_step, _LEAST_PERIODS * period))
-    return min(suiting_side(shape, repeats=phases is not None and len(phases.waves) > 1), 4 * int(max(most, _LEAST) / 4))
+    repeats = phases is not None and len(phases.waves) > 1
+    return min(suiting_side(shape, repeats=repeats), 4 * int(max(most, _LEAST) / 4))
 
 
 @stage
