@@ -192,8 +192,7 @@ def _measured(file: Path, other: Path, surface: str) -> Row:
 def _luminance(exemplar: PixelArray) -> FloatArray:
     asked = SynthesisOptions(guide=("luminance=height",))
     _, guidance = read_guidance(asked, exemplar, SampleOptions(), None)
-    assert guidance is not None
-    return guidance.guides[0].shown.astype(np.float64)
+    return (guidance.guides[0].shown.astype(np.float64) - 1) / 254
 
 
 def _laid(exemplar: PixelArray, surface: str, options: SynthesisOptions) -> tuple[Quilt, float]:

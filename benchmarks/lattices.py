@@ -34,8 +34,9 @@ from upholster.elements import Lattice, find_lattice
 from upholster.geometry import RationalPatch, Surface, plane, surface_from_spec
 from upholster.geometry.face import Face
 from upholster.measure import broken_elements, mapping
-from upholster.methods import execute, prepare
+from upholster.methods import Exemplar, execute, prepare
 from upholster.options import SynthesisOptions, WriteOptions
+from upholster.parallel import running
 from upholster.textured import TexturedModel
 from upholster.types import PixelArray
 
@@ -257,13 +258,15 @@ def _covered(case: Case) -> tuple[Row, PixelArray | None]:
         rows = "level" if spec == NET else "around:z"
         size = one_pixel_a_texel(surface, exemplar, case.texels) | {"direction": rows}
     start = time.perf_counter()
-    prepared = prepare(exemplar, surface, SynthesisOptions(**size | case.options))
-    quilt = execute(prepared, exemplar, surface, seed=case.seed, threads=case.threads)
+    sample = Exemplar(exemplar)
+    scene = prepare(sample, surface, SynthesisOptions(**size | case.options))
+    with running(case.threads):
+        quilt = execute(scene, sample, surface, seed=case.seed)
     seconds = time.perf_counter() - start
     found = broken_elements(quilt, case.lattice, surface)
     within = 1.0
     if spec != FLAT:
-        scale = None if prepared.scale is None else prepared.scale.scale
+        scale = None if scene.scale is None else scene.scale.scale
         within = mapping(surface, quilt, scale=scale).within
     two = len(found.share) == 2
     row = Row(
@@ -278,7 +281,7 @@ def _covered(case: Case) -> tuple[Row, PixelArray | None]:
     painted = upholster.paint(quilt, exemplar)
     if spec == FLAT:
         return row, painted.arrays[0]
-    model = TexturedModel(surface, painted, WriteOptions(size=(SHOT, SHOT)), None, quilt, exemplar)
+    model = TexturedModel(surface, painted, WriteOptions(size=(SHOT, SHOT)), quilt, exemplar)
     return row, model.picture()
 
 

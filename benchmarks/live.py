@@ -70,7 +70,7 @@ def _cases(folder: Path | None) -> dict[str, tuple[str, str]]:
 
 def _sized(project: Project) -> tuple[Project, float]:
     """Return a project whose sample's width is given, and that width."""
-    scale = project.coverings()[0].prepared.scale
+    scale = project.request().read()[0].scene.scale
     assert scale is not None  # method "quilt" on a surface
     return project.change(sample_size=scale.sample_size), scale.sample_size
 

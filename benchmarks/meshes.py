@@ -42,7 +42,7 @@ from upholster.geometry import MeshSurface, TriangleMesh
 from upholster.geometry.mesh_files import read_model
 from upholster.image import from_linear, read_exemplar, write_image
 from upholster.measure import mesh_mapping, mesh_seams, mesh_texel_scale
-from upholster.methods import execute, prepare
+from upholster.methods import Exemplar, execute, prepare
 from upholster.options import SynthesisOptions
 from upholster.quilt import paint
 from upholster.textured import TexturedModel
@@ -105,9 +105,9 @@ def measured(model: Path, sample: Path, out: Path | None, options: SynthesisOpti
         if strokes:
             options = replace(options, stroke=random_strokes(surface.mesh, strokes))
         clock.append(time.perf_counter())
-        prepared = prepare(image, surface, options)
+        scene = prepare(Exemplar(image), surface, options)
         clock.append(time.perf_counter())
-        quilt = execute(prepared, image, surface)
+        quilt = execute(scene, Exemplar(image), surface)
         clock.append(time.perf_counter())
         painted = paint(quilt, image)
         clock.append(time.perf_counter())
@@ -116,17 +116,17 @@ def measured(model: Path, sample: Path, out: Path | None, options: SynthesisOpti
     if out is not None:
         picture = TexturedModel(surface, painted, quilt=quilt, exemplar=image).picture()
         write_image(out / f"{model.stem}.png", from_linear(picture, "uint8", dither=True))
-    assert prepared.scale is not None
-    assert prepared.field is not None
+    assert scene.scale is not None
+    assert scene.field is not None
     crease = CREASE if options.crease is None else options.crease
     anew = default_crease(surface.mesh) if options.crease is None else options.crease
     asked = _asked(surface.mesh, options, anew)
-    field = prepared.field
+    field = scene.field
     if asked is None:
         asked = field.corner_vectors
     elif options.stroke is None:
         asked = field.as_faces_run(asked)
-    found, looked = mesh_mapping(surface, quilt, scale=prepared.scale.scale, asked=asked), painted
+    found, looked = mesh_mapping(surface, quilt, scale=scene.scale.scale, asked=asked), painted
     if quilt.density != 1:
         looked = paint(quilt, image, density=1.0)
     across = mesh_seams(surface, quilt, looked, image, crease=crease)
@@ -140,7 +140,7 @@ def measured(model: Path, sample: Path, out: Path | None, options: SynthesisOpti
         charts=len(quilt.charts),
         texels=painted.count,
         placements=len(quilt.placements),
-        singular=len(prepared.field.singular),
+        singular=len(scene.field.singular),
         read=seconds[0],
         prepare=seconds[1],
         synthesize=seconds[2],

@@ -53,7 +53,7 @@ def main() -> None:
         cells = []
         for workers in asked.workers:
             pool = _Waiting(workers, costs)
-            run = _Running(work, _Nowhere(""), pool, None)
+            run = _Running(work, _Nowhere(""), pool)
             run.lay()
             run.finish()
             cells.append(f"{pool.now / 60:.1f} min ({pool.worked / pool.now / workers:.0%})")
@@ -71,10 +71,10 @@ def _work(texels: int, asked: argparse.Namespace) -> tuple[TileWork, dict[str, C
     parcels = Parcels.of(charted, vectors, _BLOCK / density, density)
     mesh = subdivided(charted, vectors, parcels.side / 8).surface.mesh if len(parcels) > 1 else charted.mesh
     steps = np.bincount(parcels.of_points(mesh.corners.mean(axis=1)), mesh.areas, len(parcels)) * density**2
-    plan: Any = SimpleNamespace(surface=charted, parcels=parcels)
+    plan: Any = SimpleNamespace(scene=SimpleNamespace(charts=charted.charts), parcels=parcels)
     atlas = PagedAtlas.of(surface, charts, WriteOptions(atlas_size=asked.tile))
     pages = len(atlas.layout.pages)
-    work = TileWork(plan, 1.0, atlas, {}, {}, Place(""))
+    work = TileWork(plan, atlas, {}, {}, Place(""))
     return work, {
         "parcel": lambda n: 1e-9 * asked.lay * steps[n],
         "label": lambda n: 1e-9 * asked.label * steps[n],

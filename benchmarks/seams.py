@@ -26,7 +26,7 @@ from benchmarks.measure import Results, one_pixel_a_texel
 from benchmarks.tables import write_table
 from upholster.geometry import plane, surface_from_spec
 from upholster.measure import measure_cover, wrap_seams
-from upholster.methods import execute, prepare
+from upholster.methods import Exemplar, Scene, execute, prepare
 from upholster.options import SynthesisOptions, WriteOptions
 from upholster.textured import TexturedModel
 from upholster.types import PixelArray
@@ -165,12 +165,14 @@ def _covered(
 ) -> tuple[Row, PixelArray | None]:
     surface = surface_from_spec(spec)
     start = time.perf_counter()
-    prepared = prepare(exemplar, surface, SynthesisOptions(**one_pixel_a_texel(surface, exemplar, texels)))
-    quilt = execute(prepared, exemplar, surface, seed=seed)
+    sample = Exemplar(exemplar)
+    scene = prepare(sample, surface, SynthesisOptions(**one_pixel_a_texel(surface, exemplar, texels)))
+    assert isinstance(scene, Scene)
+    quilt = execute(scene, sample, surface, seed=seed)
     seconds = time.perf_counter() - start
     painted = upholster.paint(quilt, exemplar, density=1.0)
-    scale = None if prepared.scale is None else prepared.scale.scale
-    direction, _, _ = prepared.direction.partition(", ")  # the default; then its singular points
+    scale = None if scene.scale is None else scene.scale.scale
+    direction, _, _ = scene.direction.partition(", ")  # the default; then its singular points
     found = measure_cover(surface, quilt, exemplar, texels=painted, scale=scale, direction=direction or None)
     assert found.seams is not None
     assert found.mapping is not None
@@ -188,7 +190,7 @@ def _covered(
     if not shown:
         return row, None
     options = WriteOptions(size=(SHOT, SHOT))
-    return row, TexturedModel(surface, painted, options, None, quilt, exemplar).picture()
+    return row, TexturedModel(surface, painted, options, quilt, exemplar).picture()
 
 
 def _tiled(name: str, exemplar: PixelArray, seed: int) -> tuple[Row, PixelArray]:

@@ -26,7 +26,10 @@ SHARED_MODULES = {
 }
 """Names that several modules have, and why. Commands in ``cli`` are named after themselves."""
 
-SHARED_NAMES = {"main": "what a console script or ``python -m`` runs"}
+SHARED_NAMES = {
+    "main": "what a console script or ``python -m`` runs",
+    "Scene": "what a method covers; what a picture shows",
+}
 """Public names that several modules define, and why."""
 
 SHARED_SCRIPT_NAMES = {"UphDecoder"}

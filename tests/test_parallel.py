@@ -6,7 +6,7 @@ import time
 import pytest
 
 from upholster.errors import InputError
-from upholster.parallel import run_tasks, thread_count
+from upholster.parallel import run_tasks, running, thread_count
 
 
 @pytest.mark.parametrize("threads", [1, 2, 7])
@@ -17,7 +17,8 @@ def test_every_task_runs_once_and_progress_counts(threads):
         assert threading.current_thread() is threading.main_thread()
         seen.append((stage, count, total))
 
-    run_tasks([lambda n=n: done.append(n) for n in range(20)], threads=threads, progress=report, stage="work")
+    with running(threads, report):
+        run_tasks([lambda n=n: done.append(n) for n in range(20)], stage="work")
     assert sorted(done) == list(range(20))
     assert seen == [("work", count, 20) for count in range(1, 21)]
 
@@ -50,9 +51,9 @@ def test_nothing_to_do_is_done():
 
 @pytest.mark.parametrize("threads", [0, -1, 257])
 def test_thread_counts_are_checked(threads):
-    with pytest.raises(InputError, match="threads"):
-        thread_count(threads)
+    with pytest.raises(InputError, match="threads"), running(threads):
+        pass
 
 
 def test_by_default_one_thread_per_core():
-    assert thread_count(None) >= 1
+    assert thread_count() >= 1

@@ -5,11 +5,11 @@ import pytest
 from measured import grains, quilt_of, tiles, warped
 from tests.measure.test_measure_broken import sheet
 
+from upholster.coverings.synthesis import synthesize
 from upholster.errors import InputError
 from upholster.geometry import plane, surface_from_spec
 from upholster.measure import landmark_recurrence, measure_cover, patch_distance, undistorted_views
 from upholster.measure.landmarks import landmarks
-from upholster.methods import synthesize
 from upholster.quilt import Texels, paint
 
 

@@ -11,6 +11,7 @@ from upholster.charts.maps import MapGround, parse_map, region
 from upholster.coverings.pins import MOST_PINNED
 from upholster.errors import FormatError
 from upholster.image import write_image
+from upholster.methods import Scene
 from upholster.quilt import Quilt
 
 HERE, THERE = "2.5,0,0.5:1.4", "-2.5,0,0.5:1.4"
@@ -34,9 +35,9 @@ def changed(
     project: Project, sample: np.ndarray, before: Quilt, after: Quilt, text: str
 ) -> tuple[float, float]:
     """Return which part of the texels differs in a region, and which outside."""
-    covering = project.coverings()[0]
-    assert covering.prepared.charted is not None
-    ground = MapGround(covering.prepared.charted, None, covering.surface, False)
+    request = project.request().read()[0]
+    assert isinstance(request.scene, Scene)
+    ground = MapGround(request.scene.charted, None, request.surface, False)
     inside = np.concatenate([own.ravel() for own in region(parse_map(text), ground)])
     pairs = zip(*(paint(quilt, sample, density=1).arrays for quilt in (before, after)), strict=True)
     differs = np.concatenate([(one != other).any(axis=2).ravel() for one, other in pairs])

@@ -5,7 +5,7 @@ One module for each kind of options: `sample_options`, `model_options`, `synthes
 imported here: ``upholster --help`` is generated from these fields.
 """
 
-from upholster.options.choices import Options, chosen, settled_options
+from upholster.options.choices import Options, chosen, settled_options, settled_seed
 from upholster.options.model_options import ModelOptions
 from upholster.options.option_fields import METHODS, differing
 from upholster.options.sample_options import SampleOptions
@@ -34,4 +34,5 @@ __all__ = [
     "chosen",
     "differing",
     "settled_options",
+    "settled_seed",
 ]
