@@ -202,6 +202,20 @@ def run_alone(task: Callable[..., Value], *arguments: Any) -> Value:
         return task(*arguments)
 
 
+def handed_on(work: Callable[..., Value]) -> Callable[..., Value]:
+    """Return a function that works as this thread does, on whichever thread it is called.
+
+    A thread of our own has no context; it gets this one by hand.
+    """
+    how = _running.get()
+
+    def call(*arguments: Any) -> Value:
+        with _set(how):
+            return work(*arguments)
+
+    return call
+
+
 def give_back_memory() -> None:
     """Return free memory to the system, if its library can: arrays of many threads leave gaps."""
     with suppress(AttributeError, OSError, TypeError):
@@ -247,10 +261,9 @@ def _called(tasks: Sequence[Callable[[], object]], workers: int) -> Iterator[Ite
         return
     executor = ThreadPoolExecutor(workers)
     finished: SimpleQueue[Future[object]] = SimpleQueue()
-    stop = _running.get().stop
     try:
         for task in tasks:
-            executor.submit(_called_there, stop, task).add_done_callback(finished.put)
+            executor.submit(handed_on(run_alone), task).add_done_callback(finished.put)
         yield (lambda: _next(finished).result() for _ in tasks)
     finally:
         executor.shutdown(wait=False, cancel_futures=True)
@@ -259,23 +272,6 @@ def _called(tasks: Sequence[Callable[[], object]], workers: int) -> Iterator[Ite
 def _called_here(task: Callable[[], object]) -> None:
     check_cancelled()
     run_alone(task)
-
-
-def handed_on(work: Callable[..., Value]) -> Callable[..., Value]:
-    """Return a function that works as this thread does, on whichever thread it is called."""
-    how = _running.get()
-
-    def call(*arguments: Any) -> Value:
-        with _set(how):
-            return work(*arguments)
-
-    return call
-
-
-def _called_there(stop: Stop, task: Callable[..., Value], *arguments: Any) -> Value:
-    # In another thread, which has no context of its own.
-    with cancelled_by(stop):
-        return run_alone(task, *arguments)
 
 
 def _next(finished: "SimpleQueue[Future[Any]]") -> "Future[Any]":
@@ -333,7 +329,7 @@ class _Threads:
         self._ended: SimpleQueue[Future[Key]] = SimpleQueue()
 
     def submit(self, key: Key, task: Callable[..., Any], *arguments: Any, priority: int = 0) -> None:
-        call = partial(_called_there, _running.get().stop, task, *arguments)
+        call = partial(handed_on(run_alone), task, *arguments)
         self._queue.put((-priority, next(self._turn), key, call))
         self._executor.submit(self._run_first).add_done_callback(self._ended.put)
 

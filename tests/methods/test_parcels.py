@@ -1,5 +1,6 @@
 """Parcels: a surface laid cube by cube is as good as one laid as a whole, and one parcel is the whole."""
 
+import pickle
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -71,6 +72,14 @@ def sized() -> LayPlan:
 def sized_cut() -> LayPlan:
     with in_small_parcels():
         return plan_on(SPHERE, size_map="height=0.6,1.5")
+
+
+def test_tasks_can_have_a_plan_of_any_direction() -> None:
+    # They get vectors in place of the function, which can not be pickled.
+    plan = plan_on("torus", texels=20_000, direction=lambda points: points[:, ::-1])
+    found = pickle.loads(pickle.dumps(plan))
+    np.testing.assert_array_equal(found.scene.vectors, plan.scene.vectors)
+    assert found.scene.field is None
 
 
 def test_parcels_tile_the_surface(cut: LayPlan) -> None:

@@ -92,11 +92,24 @@ def test_nothing_can_stay_where_the_size_or_the_sample_changes(torus: Project, s
         torus.pin("here")
     with pytest.raises(InputError, match="map is 'here'"):
         torus.again("here")
+    with pytest.raises(InputError, match="pinned with method 'paper'; allowed: with method 'quilt'"):
+        Project("sphere", sample, synthesis={"method": "paper", "chart": 64}).pin(HERE)
     project = torus
     for seed in range(1, MOST_PINNED + 1):
         project = project.pin(HERE).change(seed=seed)
     with pytest.raises(InputError, match=f"at {MOST_PINNED + 1} states; allowed: {MOST_PINNED}"):
         project.pin(HERE)
+
+
+def test_another_seed_needs_no_new_scene_where_something_is_pinned(torus: Project) -> None:
+    pinned = torus.pin(HERE).change(seed=5)
+    ran = pinned.previews.stages.ran
+    pinned.quilts()
+    ran.clear()
+    pinned.change(seed=6).quilts()
+    names = {each.name for each in ran}
+    assert "execute" in names
+    assert "prepare" not in names
 
 
 def test_a_file_holds_what_is_pinned(torus: Project, sample: np.ndarray, tmp_path: Path) -> None:

@@ -109,7 +109,7 @@ class Request:
         found = check_samples(self.sample, self.materials)
         assert not isinstance(self.on, Covered)  # it is not read yet
         found += [*covered_files(self.on), *asked_files(self.synthesis)]
-        check_pinned(self.pinned)
+        check_pinned(self.pinned, self.synthesis.method)
         return found if self.pinned is None else found + self.pinned.files
 
     def read(self) -> "list[Request]":

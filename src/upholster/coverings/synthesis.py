@@ -45,8 +45,8 @@ def synthesize(
     threads
         1 to 256; by default one per core.
     progress
-        Called as ``progress(stage, done, total)``, with stages "blocks" and, for method "paper", "seams"; for
-        method "pixel" "texels".
+        Called as ``progress(stage, done, total)``, with stages "unwrap" while a mesh is laid out, "blocks"
+        and, for method "paper", "seams"; for method "pixel" "texels".
     choices
         Single options, by their names in `upholster.SynthesisOptions`. They override `options`, and None is
         as if not given. The most useful ones: `method`, "quilt" (one texture at true scale

@@ -92,7 +92,7 @@ class Project(Shown):
         for name, value in settled.items():
             object.__setattr__(self, name, value)
         check_samples(self.sample, self.materials)
-        check_pinned(self.pinned)
+        check_pinned(self.pinned, self.synthesis.method)
         check_not_swapped(None if self.sample is None else self.sample.source, self.model)
 
     def __repr__(self) -> str:
