@@ -13,7 +13,7 @@ from upholster.image.masks import Used
 from upholster.stages import stage
 from upholster.types import PixelArray
 
-__all__ = ["Exemplar", "Guidance", "Guide", "Put", "cropped"]
+__all__ = ["NO_GUIDANCE", "Exemplar", "Guidance", "Guide", "Put", "cropped"]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -98,6 +98,10 @@ class Guidance:
     held: tuple[SurfaceMap, ...] = ()
 
 
+NO_GUIDANCE = Guidance()
+"""One for all that ask for nothing: stages recognise it by its identity."""
+
+
 @dataclass(frozen=True, eq=False)
 class Exemplar:
     """What blocks are compared by: one sample, or several in one image.
@@ -114,7 +118,7 @@ class Exemplar:
 
     pixels: PixelArray
     used: Used | None = None
-    guidance: Guidance = Guidance()
+    guidance: Guidance = NO_GUIDANCE
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -138,17 +142,24 @@ class Exemplar:
         """For each sample the pixels (H, W) of the image that it may show; empty: all of the only one."""
         if not self.guidance.rectangles:
             return () if self.used is None else (self.used,)
-        found = []
-        for row, column, height, width in self.guidance.rectangles:
-            mask = np.zeros(self.shape, np.bool_)
-            mask[row : row + height, column : column + width] = True
-            found.append(mask if self.used is None else mask & self.used)
-        return tuple(found)
+        return _zone_masks(self.guidance.rectangles, self.used, self.shape)
 
     @cached_property
     def lattices(self) -> tuple[Lattice | None, ...]:
         """The lattice of each sample; None: it does not repeat."""
         return tuple(map(find_lattice, self.parts))
+
+
+@stage
+def _zone_masks(
+    rectangles: tuple[Rectangle, ...], used: Used | None, shape: tuple[int, int]
+) -> tuple[Used, ...]:
+    found = []
+    for row, column, height, width in rectangles:
+        mask = np.zeros(shape, np.bool_)
+        mask[row : row + height, column : column + width] = True
+        found.append(mask if used is None else mask & used)
+    return tuple(found)
 
 
 @stage

@@ -21,7 +21,7 @@ from upholster.image.preparing import MAX_SIDE, MIN_SIDE, cut_out, finished, res
 from upholster.image.roles import ROLES
 from upholster.image.source import Sample, read_source, source_parts
 from upholster.lengths import parse_length, read_length
-from upholster.methods.exemplar import Guidance, Guide, Put
+from upholster.methods.exemplar import NO_GUIDANCE, Guidance, Guide, Put
 from upholster.methods.quilt.steering import MOST_ZONES, as_guide
 from upholster.options import SampleOptions, SynthesisOptions
 from upholster.stages import file_stage
@@ -143,7 +143,7 @@ def read_guidance(
         If a text is invalid, a file cannot be read, or a map differs from the sample in size.
     """
     if not given_guidance(asked):
-        return source, Guidance()
+        return source, NO_GUIDANCE
     guides = [_guide(parse_guide(text), source, reading) for text in asked.guide or ()]
     labels = [parse_guide(text, "labels") for text in asked.labels or ()]
     guides += [_guide(text, source, reading, labels=True) for text in labels]

@@ -12,10 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.charts.charted import ChartedSurface, steps_per_unit
-from upholster.elements import find_joints
+from upholster.elements import Lattice, find_joints
 from upholster.errors import InputError
+from upholster.image.combined import Rectangle
 from upholster.image.masks import Used
-from upholster.methods.exemplar import Exemplar
+from upholster.methods.exemplar import Exemplar, cropped
 from upholster.methods.quilt._block_kernels import LayNumbers, LayWeights
 from upholster.methods.quilt._phase_kernels import MISFIT
 from upholster.methods.quilt.emit import LabelPiece, emitted_quilt, label_pieces
@@ -29,6 +30,7 @@ from upholster.methods.scene import Scene
 from upholster.parallel import report_progress, run_tasks, running, thread_count
 from upholster.quilt.model import Quilt
 from upholster.stages import stage
+from upholster.types import PixelArray
 
 __all__ = ["laid_quilt", "lay_plan", "step_level"]
 
@@ -89,14 +91,17 @@ def _parcels(scene: Scene, block: float) -> Parcels:
 
 
 @stage
-def _parts(exemplar: Exemplar, count: tuple[bool, ...]) -> tuple[SamplePart, ...]:
-    # The samples in an exemplar, with the joints of each, and with the lattices that count.
-    whole = (0, 0, *exemplar.shape)
+def _parts(
+    pixels: PixelArray, rectangles: tuple[Rectangle, ...], lattices: tuple[Lattice | None, ...]
+) -> tuple[SamplePart, ...]:
+    # The samples in an exemplar, with the lattice and the joints of each.
+    if not rectangles:
+        return (SamplePart.whole(pixels, lattices[0], find_joints(pixels)),)
     found = []
-    for n, (row, column, height, width) in enumerate(exemplar.guidance.rectangles or (whole,)):
+    for rectangle, lattice in zip(rectangles, lattices, strict=True):
+        row, column, height, width = rectangle
         rows, columns = slice(row, row + height), slice(column, column + width)
-        lattice = exemplar.lattices[n] if count[n] else None
-        found.append(SamplePart(rows, columns, lattice, find_joints(exemplar.parts[n])))
+        found.append(SamplePart(rows, columns, lattice, find_joints(cropped(pixels, rectangle))))
     return tuple(found)
 
 
@@ -158,7 +163,8 @@ def _numbers(scene: Scene, exemplar: Exemplar, scale: float) -> tuple[MatchPyram
     if masks:
         number = min(level_with_room(mask, number, room)[0] for mask in masks)
         room = min(level_with_room(mask, number, room)[1] for mask in masks)
-    parts = _parts(exemplar, tuple(one is not None for one in scene.phases))
+    lattices = tuple(None if one is None else exemplar.lattices[n] for n, one in enumerate(scene.phases))
+    parts = _parts(exemplar.pixels, exemplar.guidance.rectangles, lattices)
     pyramid = match_pyramid(exemplar.pixels, number, parts, masks)
     level = pyramid.levels[number]
     cell = 4 if min(options.block >> number, room) >= _COARSE else 2
