@@ -17,6 +17,7 @@ from upholster.coverings.joint_work import (
     atlas_layout,
     check_read,
     counted,
+    for_files,
     laid_quilts,
     painted_model,
     read_notes,
@@ -139,7 +140,7 @@ def cover(
         pinned,
     )
     with running(threads, progress, tell):
-        return carry_out(request.to(targets), report, workers=workers, scheduler=scheduler)
+        return carry_out(for_files(request, targets), report, workers=workers, scheduler=scheduler)
 
 
 def carry_out(

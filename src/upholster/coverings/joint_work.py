@@ -1,8 +1,10 @@
 """The work over the requests of all samples: quilts, the painted model, notes, automatic choices, counts."""
 
 import math
+import os
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 
 from upholster.coverings.request import Request
 from upholster.files import Outputs
@@ -11,6 +13,8 @@ from upholster.image.roles import ROLES
 from upholster.image.source import source_parts
 from upholster.joined import joined_model, joined_surface
 from upholster.model import AtlasLayout, pack_atlas
+from upholster.notes import notes_before
+from upholster.outputs import Output, largest_chart, parse_outputs
 from upholster.parallel import reporting
 from upholster.quilt import Quilt
 from upholster.quilt.painting import PAINTED_DENSITIES
@@ -18,12 +22,13 @@ from upholster.reports import counts_of, page_counts, settled_words
 from upholster.stream import check_layout
 from upholster.stream.plan import refuse_pixel
 from upholster.textured import TexturedModel, check_displacement, metres_of
-from upholster.writing import check_coded, check_directions, files_of, has_stream
+from upholster.writing import check_coded, check_directions, files_of, has_stream, listed, painted
 
 __all__ = [
     "atlas_layout",
     "check_read",
     "counted",
+    "for_files",
     "laid_quilts",
     "painted_model",
     "read_notes",
@@ -40,14 +45,38 @@ def read_notes(requests: Sequence[Request]) -> list[str]:
 
 
 def work_notes(requests: Sequence[Request], *, in_memory: bool = True) -> list[str]:
-    """Return all warnings about the work ahead; see `Request.work_notes`."""
-    return [note for each in requests for note in each.work_notes(in_memory=in_memory)]
+    """Return all warnings about the work ahead; `in_memory` says whether all texels will be in memory."""
+    found = []
+    for each in requests:
+        maps, title = 1 + len(each.roles) if in_memory else 0, f"{each.name}: " if each.name else ""
+        notes = notes_before(each.surface, each.scene, each.exemplar.parts[0], maps)
+        found += [title + note for note in notes]
+    return found
 
 
 def roles_of(requests: Sequence[Request], *, all_have: bool = False) -> tuple[str, ...]:
     """Return the maps, other than the base colour, that at least one request has, or that all have."""
     has = all if all_have else any
     return tuple(role for role in ROLES if has(role in each.roles for each in requests))
+
+
+def for_files(
+    request: Request, targets: Sequence[str | os.PathLike[str]] | str | os.PathLike[str] = ()
+) -> Request:
+    """Return a request for writing these files; without any, for a model like that in files.
+
+    Raises
+    ------
+    InputError
+        If one has an unknown suffix, or an option is given that none of them uses.
+    """
+    writing, found = request.writing, tuple[Output, ...]()
+    if targets != ():
+        flat = isinstance(request.synthesis.texels, tuple)
+        found = tuple(parse_outputs(listed(targets), writing, flat=flat))
+        if writing.wavelet is None and request.synthesis.method == "paper":
+            writing = replace(writing, wavelet="haar")
+    return replace(request, writing=writing, outputs=found, largest=largest_chart(found, writing))
 
 
 def check_read(requests: Sequence[Request], files: Outputs) -> None:
@@ -118,8 +147,17 @@ def painted_model(
     models = []
     for number, (each, quilt) in enumerate(zip(requests, quilts, strict=True)):
         with share_of(requests, number):
-            models.append(each.textured(quilt, _density(requests, each, quilt, texels)))
+            models.append(_textured(each, quilt, _density(requests, each, quilt, texels)))
     return joined_model(models)
+
+
+def _textured(request: Request, quilt: Quilt, density: float | None) -> TexturedModel:
+    density = quilt.density if density is None else density
+    texels, others = painted(quilt, request.source, density=density)
+    return TexturedModel(
+        request.surface, texels, request.writing, quilt, request.source, others,
+        file=request.covered.model, field=request.scene.field, name=request.title, density=density,
+    )  # fmt: skip
 
 
 def _density(requests: Sequence[Request], request: Request, quilt: Quilt, texels: int | None) -> float | None:

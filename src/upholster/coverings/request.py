@@ -6,9 +6,11 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from upholster.charts.layout import LONGEST
 from upholster.charts.surface_to_cover import Covered, CoveredLike, as_covered, covered_files, covered_parts
 from upholster.coverings.pins import Pinned, check_pinned
 from upholster.coverings.sample_arguments import check_samples
@@ -30,14 +32,13 @@ from upholster.methods import (
     prepare,
     settled,
 )
-from upholster.notes import notes_before
 from upholster.options import ModelOptions, SynthesisOptions, WriteOptions
-from upholster.outputs import Output, largest_chart, parse_outputs
 from upholster.parallel import quietly
 from upholster.quilt import Chart, Quilt
-from upholster.textured import TexturedModel
 from upholster.types import PixelArray
-from upholster.writing import listed, painted
+
+if TYPE_CHECKING:  # loaded when there are files to write: `synthesize` needs none of it
+    from upholster.outputs import Output
 
 __all__ = ["REST", "Request", "naming_material"]
 
@@ -69,6 +70,8 @@ class Request:
         Regions that stay as they were; None for none.
     outputs
         The files to write.
+    largest
+        Greatest height and width of a chart on patches, in texels, so that each fits its page.
     pattern
         The pattern of the parts that it is for; None: all parts.
     """
@@ -81,22 +84,9 @@ class Request:
     writing: WriteOptions = field(default_factory=WriteOptions)
     seed: int = 0
     pinned: Pinned | None = None
-    outputs: Sequence[Output] = ()
+    outputs: "Sequence[Output]" = ()
+    largest: int = LONGEST
     pattern: str | None = None
-
-    def to(self, targets: Sequence[str | os.PathLike[str]] | str | os.PathLike[str]) -> "Request":
-        """Return the request for writing these files.
-
-        Raises
-        ------
-        InputError
-            If one has an unknown suffix, or an option is given that none of them uses.
-        """
-        flat = isinstance(self.synthesis.texels, tuple)
-        found = parse_outputs(listed(targets), self.writing, flat=flat)
-        coded = self.writing.wavelet is None and self.synthesis.method == "paper"
-        writing = replace(self.writing, wavelet="haar") if coded else self.writing
-        return replace(self, outputs=found, writing=writing)
 
     def files(self) -> list[str]:
         """Return the files that it names.
@@ -205,7 +195,7 @@ class Request:
                 self.exemplar,
                 self.surface,
                 self.settled.options,
-                largest=largest_chart(self.outputs, self.writing),
+                largest=self.largest,
                 model=self.covered.model,
             )
 
@@ -218,12 +208,6 @@ class Request:
     def texels(self) -> int:
         """The number of texels."""
         return sum(chart.height * chart.width for chart in self.charts)
-
-    def work_notes(self, *, in_memory: bool) -> list[str]:
-        """Return warnings about the work ahead; `in_memory` says whether all texels will be in memory."""
-        maps = 1 + len(self.roles) if in_memory else 0
-        found = notes_before(self.surface, self.scene, self.exemplar.parts[0], maps)
-        return [f"{self.name}: {note}" if self.name else note for note in found]
 
     def quilt(self, octaves: int = 0) -> Quilt:
         """Return the quilt; for a quick look one with steps longer by `octaves` powers of two."""
@@ -248,17 +232,9 @@ class Request:
             raise InputError("a pinned region can not stay if the sample changes; allowed: unpin it")
         return own
 
-    def textured(self, quilt: Quilt, density: float | None = None) -> TexturedModel:
-        """Return the model with its texels, painted at `density` texels per step each way."""
-        density = quilt.density if density is None else density
-        texels, others = painted(quilt, self.source, density=density)
-        return TexturedModel(
-            self.surface, texels, self.writing, quilt, self.source, others, file=self.covered.model,
-            field=self.scene.field, name=self._title(), density=density,
-        )  # fmt: skip
-
-    def _title(self) -> str:
-        # The material's name in a file: the name of the sample's file or folder.
+    @property
+    def title(self) -> str:
+        """The material's name in a file: the name of the sample's file or folder; empty if it is alone."""
         if self.pattern is None or self.sample is None:
             return ""
         source: Source = self.sample.source

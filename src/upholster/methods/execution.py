@@ -5,9 +5,10 @@ from dataclasses import replace
 from upholster.geometry import AnySurface, Surface
 from upholster.methods.exemplar import Exemplar
 from upholster.methods.paper.method import PaperOptions, synthesize_paper
+from upholster.methods.patch_scene import PatchScene
 from upholster.methods.pixel.method import synthesize_pixel
 from upholster.methods.quilt.method import laid_quilt, lay_plan
-from upholster.methods.scene import PatchScene, Scene
+from upholster.methods.quilt.scene import Scene
 from upholster.quilt.model import Quilt
 from upholster.stages import stage
 

@@ -14,10 +14,10 @@ from upholster.image.masks import Used, filled, largest_square
 from upholster.methods.exemplar import Exemplar
 from upholster.methods.quilt.method import laid_quilt, lay_plan
 from upholster.methods.quilt.quilt_options import QuiltOptions
+from upholster.methods.quilt.scene import Scene
 from upholster.methods.quilt.sizes import suiting_side
 from upholster.methods.quilt.steering import Steering
 from upholster.methods.quilt.usable import LEAST_ROOM, largest_block, usable_side
-from upholster.methods.scene import Scene
 from upholster.quilt.chart import Chart
 from upholster.quilt.labels import LabelMap, label_shape
 from upholster.quilt.model import Quilt

@@ -33,12 +33,13 @@ from upholster.methods.exemplar import Exemplar
 from upholster.methods.guidance import steering_on
 from upholster.methods.guided import guidance_files
 from upholster.methods.paper.method import PaperOptions
+from upholster.methods.patch_scene import PatchScene
 from upholster.methods.pixel.method import PixelOptions, check_sample
 from upholster.methods.quilt.method import step_level
 from upholster.methods.quilt.quilt_options import QuiltOptions
+from upholster.methods.quilt.scene import Scene
 from upholster.methods.quilt.sizes import block_side, suiting_side, turning_of
 from upholster.methods.quilt.usable import check_level, check_used, largest_block, usable_side
-from upholster.methods.scene import PatchScene, Scene
 from upholster.options import SynthesisOptions, settled_options
 from upholster.quilt.chart import MAX_CHART, Chart
 from upholster.quilt.warp_field import WarpField

@@ -8,7 +8,7 @@ import numpy as np
 
 from upholster.charts.maps import parse_map
 from upholster.charts.surface_to_cover import CoveredLike, covered_files
-from upholster.coverings.joint_work import laid_quilts
+from upholster.coverings.joint_work import for_files, laid_quilts
 from upholster.coverings.pins import Pinned, check_pinned
 from upholster.coverings.request import Request
 from upholster.coverings.sample_arguments import check_not_swapped, check_samples, read_materials
@@ -177,11 +177,11 @@ class Project(Shown):
         """Return another project in which nothing is pinned."""
         return replace(self, pinned=None)
 
-    def request(self, targets: Sequence[str] | str | None = None) -> Request:
+    def request(self, targets: Sequence[str] | str = ()) -> Request:
         """Return the project as a request, for writing files if there are `targets`."""
         how = self.reading, self.synthesis, self.writing, self.seed, self.pinned
         request = Request(self.sample, self.model, self.materials, *how)
-        return request if targets is None else request.to(targets)
+        return for_files(request, targets)
 
     @property
     def samples(self) -> list[Sample]:

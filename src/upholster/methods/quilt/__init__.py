@@ -1,6 +1,6 @@
 """Method "quilt": one texture over a complete charted surface, block by block.
 
-- `method`: the steps; `quilt_options`: their options
+- `scene`: the surface as blocks cover it; `method`: the steps; `quilt_options`: their options
 - `sizes`: the size of blocks; `centres`: their centres; `block_order`: the order in which they are laid
 - `lay_plan`: the parameters of laying; `parcels`: large surfaces in parts; `laying`: lays them
 - `ground`: the surface on which blocks are laid; `steering`: requests of what blocks show where

@@ -10,7 +10,7 @@ from upholster.methods.quilt._block_kernels import LayNumbers, LayWeights, Match
 from upholster.methods.quilt._sheet_kernels import FieldArrays
 from upholster.methods.quilt.ground import PlacedGround, field_arrays, ground_of, whole_ground
 from upholster.methods.quilt.parcels import Parcels
-from upholster.methods.scene import Scene
+from upholster.methods.quilt.scene import Scene
 from upholster.quilt.model import Quilt
 
 __all__ = ["LayPlan"]

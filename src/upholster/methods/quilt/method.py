@@ -24,9 +24,9 @@ from upholster.methods.quilt.lay_plan import LayPlan
 from upholster.methods.quilt.laying import ParcelBlocks, draw_parcel, lay_parcel
 from upholster.methods.quilt.match_pyramid import MatchPyramid, SamplePart, match_pyramid
 from upholster.methods.quilt.parcels import MOST_WHOLE, Parcels
+from upholster.methods.quilt.scene import Scene
 from upholster.methods.quilt.steering import guide_costs, level_guides
 from upholster.methods.quilt.usable import allowed_places, level_with_room, used_level
-from upholster.methods.scene import Scene
 from upholster.parallel import report_progress, run_tasks, running, thread_count
 from upholster.quilt.model import Quilt
 from upholster.stages import stage

@@ -1,4 +1,4 @@
-"""The scene: a surface as methods cover it, laid out in charts, with all options set."""
+"""The scene: a surface as blocks cover it, laid out in charts, with all options set."""
 
 from dataclasses import dataclass, replace
 from dataclasses import field as dataclass_field
@@ -12,8 +12,6 @@ from upholster.charts.mesh_warp_fields import triangle_frames, warp_fields
 from upholster.charts.size_map import SizeField
 from upholster.errors import InputError
 from upholster.methods.exemplar import Exemplar
-from upholster.methods.paper.method import PaperOptions
-from upholster.methods.pixel.method import PixelOptions
 from upholster.methods.quilt.phases import SurfacePhases
 from upholster.methods.quilt.quilt_options import QuiltOptions
 from upholster.methods.quilt.sizes import LARGEST_SIDE
@@ -25,32 +23,7 @@ from upholster.quilt.warp_field import WarpField
 from upholster.stages import stage
 from upholster.types import FloatArray, IntArray
 
-__all__ = ["PatchScene", "Scene", "coarser", "holding"]
-
-
-@dataclass(frozen=True, eq=False)
-class PatchScene:
-    """A surface as methods "paper" and "pixel" cover it, patch by patch.
-
-    Attributes
-    ----------
-    charts
-        The layout, in texels.
-    options
-        The method's options, with all values set.
-    scale, field
-        As in `Scene`: there are none.
-    """
-
-    charts: tuple[Chart, ...]
-    options: PaperOptions | PixelOptions
-    scale: None = None
-    field: None = None
-
-    @property
-    def painted(self) -> tuple[Chart, ...]:
-        """The charts at their painted size, in texels."""
-        return self.charts
+__all__ = ["Scene", "coarser", "holding"]
 
 
 @dataclass(frozen=True, eq=False)
