@@ -40,9 +40,9 @@ from upholster.types import PixelArray
 if TYPE_CHECKING:  # loaded when there are files to write: `synthesize` needs none of it
     from upholster.outputs import Output
 
-__all__ = ["REST", "Request", "naming_material"]
+__all__ = ["Request"]
 
-REST = "the others"
+_REST = "the others"
 """Name in reports for the parts that no pattern fits."""
 
 
@@ -144,7 +144,7 @@ class Request:
     @property
     def name(self) -> str:
         """Its name in reports; empty if it is for all parts."""
-        return "" if self.pattern is None else self.pattern or REST
+        return "" if self.pattern is None else self.pattern or _REST
 
     @cached_property
     def covered(self) -> Covered:
@@ -162,7 +162,7 @@ class Request:
     @cached_property
     def settled(self) -> Settled:
         """The sample and what is asked of it, on its surface; notes include those from reading."""
-        with naming_material(self.name):
+        with _naming_material(self.name):
             assert self.sample is not None  # `check_samples` made sure
             notes, title = list(self.covered.notes), f"{self.name}: " if self.name else ""
             source = read_source(self.sample, notes=notes)
@@ -190,7 +190,7 @@ class Request:
     @cached_property
     def scene(self) -> Scene | PatchScene:
         """The surface as it is covered; InputError if an option is out of range."""
-        with naming_material(self.name):
+        with _naming_material(self.name):
             return prepare(
                 self.exemplar,
                 self.surface,
@@ -212,7 +212,7 @@ class Request:
     def quilt(self, octaves: int = 0) -> Quilt:
         """Return the quilt; for a quick look one with steps longer by `octaves` powers of two."""
         scene, exemplar = self.scene, self.exemplar
-        with naming_material(self.name):
+        with _naming_material(self.name):
             if octaves:
                 assert isinstance(scene, Scene)
                 scene = coarser(scene, exemplar, octaves)
@@ -244,12 +244,12 @@ class Request:
 
 
 @contextmanager
-def naming_material(name: str) -> Iterator[None]:
+def _naming_material(name: str) -> Iterator[None]:
     """Name the material in errors of a block."""
     try:
         yield
     except (FormatError, InputError) as error:
-        called = name if name == REST else repr(name)
+        called = name if name == _REST else repr(name)
         raise type(error)(f"material for {called}: {error}" if name else str(error)) from None
 
 
