@@ -13,6 +13,7 @@ from benchmarks.sheet_cases import EXAMPLES
 from benchmarks.unfolding import unfolded_windows
 from upholster.image import from_linear, write_image
 from upholster.lengths import parse_length
+from upholster.parallel import running
 from upholster.redrawn import redrawn, shown_model
 
 __all__ = ["MODELS", "Model", "broken_on", "cover"]
@@ -78,7 +79,8 @@ def cover(way: Way, sample: Path, name: str, on: str, seed: int) -> Path:
         words += ["--seed", str(seed), "--texture", "png", "-q", "-o", str(out)]
         out.unlink(missing_ok=True)
         subprocess.run([str(way.python), "-m", "upholster", *words], env=way.environment(), check=True)
-        (drawn,) = redrawn(out, [model.view], size=SIZE, threads=1)
+        with running(1):
+            (drawn,) = redrawn(out, [model.view], size=SIZE)
         write_image(picture, from_linear(drawn, np.uint8))
     return out
 

@@ -19,7 +19,7 @@ from benchmarks.tables import Table
 from upholster.elements import Lattice, find_lattice
 from upholster.geometry import plane, surface_from_spec
 from upholster.measure import BrokenElements, broken_elements, mapping
-from upholster.methods import execute, prepare
+from upholster.methods import Exemplar, execute, prepare
 from upholster.options import SynthesisOptions
 from upholster.types import PixelArray
 
@@ -70,8 +70,8 @@ def _covered(
         # Around an axis that the bent vase's neck is not on, rows would cross its rim at an angle.
         rows = "level" if spec == NET else "around:z"
         options = one_pixel_a_texel(surface, exemplar, request.texels or 2**20) | {"direction": rows}
-    prepared = prepare(exemplar, surface, SynthesisOptions(**options))
-    quilt = execute(prepared, exemplar, surface, seed=seed)
+    prepared = prepare(Exemplar(exemplar), surface, SynthesisOptions(**options))
+    quilt = execute(prepared, Exemplar(exemplar), surface, seed=seed)
     scale = None if prepared.scale is None else prepared.scale.scale
     within = 1.0 if spec == FLAT else mapping(surface, quilt, scale=scale).within
     return broken_elements(quilt, lattice, surface), within

@@ -21,7 +21,7 @@ from upholster.formats import MESH_SUFFIXES
 from upholster.geometry import MeshSurface
 from upholster.image import read_exemplar
 from upholster.measure import mesh_mapping, mesh_seams
-from upholster.methods import execute, prepare
+from upholster.methods import Exemplar, execute, prepare
 from upholster.options import SynthesisOptions
 from upholster.quilt import paint
 
@@ -73,8 +73,8 @@ def covered(model: Path, texels: int | None) -> Row:
     try:
         surface = as_covered(model).surface
         assert isinstance(surface, MeshSurface)
-        prepared = prepare(image, surface, SynthesisOptions(texels=texels))
-        quilt = execute(prepared, image, surface)
+        prepared = prepare(Exemplar(image), surface, SynthesisOptions(texels=texels))
+        quilt = execute(prepared, Exemplar(image), surface)
     except UpholsterError as error:
         return Row(model.name, said=str(error))
     assert prepared.scale is not None

@@ -9,7 +9,7 @@ from benchmarks.measure import Request, one_pixel_a_texel, samples
 from benchmarks.tables import Table
 from upholster.geometry import surface_from_spec
 from upholster.measure import Measures, measure_cover
-from upholster.methods import execute, prepare
+from upholster.methods import Exemplar, Scene, execute, prepare
 from upholster.options import SynthesisOptions
 from upholster.types import PixelArray
 
@@ -45,8 +45,11 @@ def measured(request: Request) -> Table:
 
 def _covered(exemplar: PixelArray, spec: str, texels: int) -> Measures:
     surface = surface_from_spec(spec)
-    prepared = prepare(exemplar, surface, SynthesisOptions(**one_pixel_a_texel(surface, exemplar, texels)))
-    quilt = execute(prepared, exemplar, surface, seed=1)
+    prepared = prepare(
+        Exemplar(exemplar), surface, SynthesisOptions(**one_pixel_a_texel(surface, exemplar, texels))
+    )
+    assert isinstance(prepared, Scene)
+    quilt = execute(prepared, Exemplar(exemplar), surface, seed=1)
     painted = upholster.paint(quilt, exemplar, density=1.0)
     scale = None if prepared.scale is None else prepared.scale.scale
     direction, _, _ = prepared.direction.partition(", ")  # the default; then its singular points

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from benchmarks.contact_sheet import Tile, write_sheet
 from benchmarks.sheet_cases import Case
 from upholster.image import from_linear, read_image, resize_image
+from upholster.parallel import running
 from upholster.redrawn import redrawn
 from upholster.types import PixelArray
 
@@ -35,7 +36,8 @@ class Drawn:
 def draw(case: Case, result: Path) -> Drawn:
     """Draw a GLB from the case's side, or show a flat picture as it is, at most SHOT wide."""
     if not case.is_flat:
-        (linear,) = redrawn(result, [case.view], size=(SHOT, SHOT), supersample=2, threads=1)
+        with running(1):
+            (linear,) = redrawn(result, [case.view], size=(SHOT, SHOT), supersample=2)
         return Drawn(from_linear(linear, np.uint8))
     image = read_image(result)
     image = np.repeat(image[:, :, :1], 3, axis=2) if image.shape[2] < 3 else image[:, :, :3]

@@ -21,6 +21,7 @@ from upholster.charts.part_directions import part_direction
 from upholster.errors import InputError
 from upholster.geometry.mesh_files import read_model
 from upholster.occt.process import read_cad
+from upholster.parallel import running
 
 OCP = pytest.importorskip("OCP")
 
@@ -207,7 +208,8 @@ def test_bad_files_are_one_line(files, tmp_path):
 
 def test_progress_is_reported_by_face(files, monkeypatch, tmp_path):
     reported = []
-    read_model(files / "two.step", progress=lambda *one: reported.append(one))
+    with running(progress=lambda *one: reported.append(one)):
+        read_model(files / "two.step")
     assert {("faces", 9, 9), ("mesh", 9, 9)} <= set(reported)
     for stage in ("faces", "mesh"):  # body by body, told now and then: a slow machine tells more
         done = [count for name, count, _ in reported if name == stage]
@@ -215,8 +217,9 @@ def test_progress_is_reported_by_face(files, monkeypatch, tmp_path):
     begun, popen = [], subprocess.Popen
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     monkeypatch.setattr("subprocess.Popen", lambda *a, **k: begun.append(popen(*a, **k)) or begun[-1])
-    with pytest.raises(KeyboardInterrupt):
-        read_model(files / "two.step", progress=lambda *_: (_ for _ in ()).throw(KeyboardInterrupt))
+    stopping = running(progress=lambda *_: (_ for _ in ()).throw(KeyboardInterrupt))
+    with pytest.raises(KeyboardInterrupt), stopping:
+        read_model(files / "two.step")
     assert begun[0].poll() is not None
     assert not list(tmp_path.iterdir())
 

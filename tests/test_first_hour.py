@@ -15,7 +15,8 @@ from upholster.charts.surface_to_cover import as_covered
 from upholster.errors import InputError
 from upholster.geometry import TriangleMesh
 from upholster.image import read_exemplar, write_image
-from upholster.methods.synthesis import prepare
+from upholster.methods import prepare
+from upholster.methods.exemplar import Exemplar
 from upholster.notes import notes_before
 from upholster.options import SynthesisOptions
 from upholster.pipeline import cover
@@ -108,7 +109,7 @@ def test_a_note_says_how_many_texels_an_element_needs(tmp_path, monkeypatch):
     surface = surface_from_spec("plane")
     few = SynthesisOptions(texels=2000, sample_size=0.3125)
     prepared = {
-        name: prepare(read_exemplar(tmp_path / name), surface, few)
+        name: prepare(Exemplar(read_exemplar(tmp_path / name)), surface, few)
         for name in ("tiles.png", "small.png", "noise.png")
     }
 
@@ -134,7 +135,7 @@ def test_a_sample_wider_than_the_model_is_noted(tmp_path):
     surface = surface_from_spec("plane:width=2,height=0.5")
 
     def run(size):
-        prepared = prepare(exemplar, surface, SynthesisOptions(sample_size=size, texels=4000))
+        prepared = prepare(Exemplar(exemplar), surface, SynthesisOptions(sample_size=size, texels=4000))
         return [note for note in notes_before(surface, prepared, exemplar, 1) if "part of it shows" in note]
 
     assert run(2) == []
@@ -148,7 +149,8 @@ def test_faces_that_point_inward_are_noted():
     for inward in (False, True):
         triangles = BOX_TRIANGLES[:, ::-1] if inward else BOX_TRIANGLES
         surface = as_covered(TriangleMesh(BOX.astype(float), triangles, parts=("Box",))).surface
-        found = notes_before(surface, prepare(exemplar, surface, SynthesisOptions(texels=8000)), exemplar, 1)
+        scene = prepare(Exemplar(exemplar), surface, SynthesisOptions(texels=8000))
+        found = notes_before(surface, scene, exemplar, 1)
         assert [note for note in found if "the faces of Box point inward" in note] == found
         assert len(found) == inward
 

@@ -13,7 +13,7 @@ from benchmarks.nets import write_nets
 
 import upholster
 from upholster import cli, codec, pipeline, writing
-from upholster.coverings import covering
+from upholster.coverings import request
 from upholster.errors import InputError
 from upholster.image import Material, write_image
 from upholster.image.source import source_files
@@ -123,7 +123,7 @@ def test_an_output_that_is_an_input_is_refused(
         raise AssertionError("work began")
 
     for module, name in (
-        (covering, "prepare"), (covering, "execute"), (writing, "paint"), (writing, "paint_material")
+        (request, "prepare"), (request, "execute"), (writing, "paint"), (writing, "paint_material")
     ):  # fmt: skip
         monkeypatch.setattr(module, name, work)
     before = contents(folder)

@@ -18,6 +18,7 @@ from upholster.cli.stream import refine
 from upholster.errors import InputError
 from upholster.geometry import plane, sphere
 from upholster.methods import prepare
+from upholster.methods.exemplar import Exemplar
 from upholster.methods.paper import PaperOptions
 from upholster.methods.quilt import QuiltOptions
 from upholster.options import (
@@ -74,7 +75,7 @@ def test_defaults_of_commands_are_those_of_the_fields():
 
 
 def run(command, monkeypatch, target, *arguments):
-    """Run a command with its work replaced; return the options that the work is given."""
+    """Run a command with its work replaced; return the options that the work is given, and its request."""
     from upholster.cli import app
 
     class StoppedError(Exception):
@@ -82,8 +83,8 @@ def run(command, monkeypatch, target, *arguments):
 
     given = {}
 
-    def work(*_, **keywords):
-        given.update(keywords)
+    def work(request, *_, **keywords):
+        given.update(keywords, request=request)
         raise StoppedError
 
     monkeypatch.setattr(target, work)
@@ -94,15 +95,14 @@ def run(command, monkeypatch, target, *arguments):
 
 def test_what_is_written_arrives_as_options(monkeypatch):
     given = run(
-        "cover", monkeypatch, "upholster.project.project.cover", "a.png", "--on", "plane", "-o", "b.png",
+        "cover", monkeypatch, "upholster.project.project.carry_out", "a.png", "--on", "plane", "-o", "b.uph",
         "--texels", "512x400", "--tileable", "--tolerance", "1.5", "--shortlist", "8", "--size", "20x30",
         "--view", "10,-5.5", "--wavelet", "haar", "--sample-quality", "lossless", "--bytes", "8k",
         "--texture", "webp",
     )  # fmt: skip
-    assert given["synthesis"] == SynthesisOptions(
-        texels=(512, 400), tileable=True, tolerance=1.5, shortlist=8
-    )
-    assert given["options"] == WriteOptions(
+    request = given["request"]
+    assert request.synthesis == SynthesisOptions(texels=(512, 400), tileable=True, tolerance=1.5, shortlist=8)
+    assert request.writing == WriteOptions(
         texture="webp",
         size=(20, 30),
         view=(10.0, -5.5),
@@ -110,13 +110,13 @@ def test_what_is_written_arrives_as_options(monkeypatch):
         sample_quality="lossless",
         stream_bytes=8000,
     )
-    assert given["options"].stream_choices == ["wavelet", "sample_quality", "bytes"]
+    assert request.writing.stream_choices == ["wavelet", "sample_quality", "bytes"]
     paper = run(
-        "cover", monkeypatch, "upholster.project.project.cover", "a.png", "--on", "plane", "-o", "b.png",
+        "cover", monkeypatch, "upholster.project.project.carry_out", "a.png", "--on", "plane", "-o", "b.png",
         "--method", "paper", "--no-seams", "--chart", "64",
     )  # fmt: skip
-    assert paper["synthesis"] == SynthesisOptions(method="paper", seams=False, chart=64)
-    assert paper["options"] == WriteOptions()
+    assert paper["request"].synthesis == SynthesisOptions(method="paper", seams=False, chart=64)
+    assert paper["request"].writing == WriteOptions(wavelet="haar")  # the paper's
     given = run(
         "refine", monkeypatch, "upholster.pipeline.refine", "a.uph", "-o", "b.glb", "--normal-scale", "2",
         "--bytes", "1000",
@@ -197,7 +197,8 @@ def test_methods_get_all_options_settled():
     with pytest.raises(InputError, match=r"edge_block is 16; allowed: more than two overlaps \(16\)"):
         settled_options(SynthesisOptions(method="paper", edge_block=16), PaperOptions)
     exemplar = np.random.default_rng(1).integers(0, 256, (64, 64, 3), dtype=np.uint8)
-    prepared = prepare(exemplar, plane(), SynthesisOptions(texels=(64, 48), tileable=True, tolerance=1.5))
+    options = SynthesisOptions(texels=(64, 48), tileable=True, tolerance=1.5)
+    prepared = prepare(Exemplar(exemplar), plane(), options)
     assert isinstance(prepared.options, QuiltOptions)
     assert prepared.options.tileable
     assert prepared.options.tolerance == 1.5

@@ -14,7 +14,7 @@ import upholster
 from upholster.charts.layout import uniform_layout
 from upholster.charts.mesh_layout import mesh_charts
 from upholster.charts.unwrap import unwrap
-from upholster.coverings import covering
+from upholster.coverings import request
 from upholster.errors import InputError
 from upholster.files import outputs
 from upholster.geometry.mesh_files import read_model
@@ -227,7 +227,7 @@ def test_names_of_pages_are_checked_before_work(
     def work(*_: object, **__: object) -> None:
         raise AssertionError("work began")
 
-    monkeypatch.setattr(covering, "execute", work)
+    monkeypatch.setattr(request, "execute", work)
     monkeypatch.chdir(tmp_path)
     write_image("x_2.png", sample())
     Path("x_texture_2.png").symlink_to("x_2.png")

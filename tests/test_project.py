@@ -18,11 +18,10 @@ MOST_PARAMETERS = 8
 """Of a function, ``self`` not counted."""
 MANY_PARAMETERS = {
     "pipeline.py: cover": "public: keywords with defaults, as the README shows them",
-    "pipeline.py: write": "public: keywords with defaults",
+    "writing.py: write": "public: keywords with defaults",
     "refining.py: refine": "public: keywords with defaults",
     "stream/writer.py: encode_stream": "public: keywords with defaults",
     "render/picture.py: render": "a scene and its view: keywords with defaults",
-    "methods/quilt/method.py: planned": "all that was settled before a quilt is laid",
 }
 """Functions that take more, and why."""
 

@@ -3,6 +3,7 @@
 import json
 import struct
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -10,12 +11,13 @@ import pytest
 from gltf_models import Glb
 
 from upholster.charts.surface_to_cover import covered_parts
-from upholster.coverings.joint_work import progress_of_each
-from upholster.coverings.request import read_materials
+from upholster.coverings.joint_work import share_of
+from upholster.coverings.sample_arguments import read_materials
 from upholster.errors import InputError
 from upholster.geometry import MeshSurface
 from upholster.image import read_image, write_image
 from upholster.options import ModelOptions, WriteOptions
+from upholster.parallel import report_progress, running
 from upholster.pipeline import CoverReport, cover
 
 RED, GREEN = (200, 40, 30), (30, 160, 50)
@@ -170,13 +172,12 @@ def test_islands_of_several_share_no_triangle(folder: Path) -> None:
 
 def test_progress_goes_on_over_all_of_them() -> None:
     seen: list[tuple[str, int, int]] = []
-    one, two = progress_of_each(lambda *at: seen.append(at), [100, 300])
-    assert one is not None
-    assert two is not None
-    one("blocks", 5, 10)
-    one("blocks", 10, 10)
-    two("blocks", 1, 3)
-    two("blocks", 3, 3)
+    requests = [SimpleNamespace(texels=100), SimpleNamespace(texels=300)]
+    with running(progress=lambda *at: seen.append(at)):
+        for number, done in ((0, ((5, 10), (10, 10))), (1, ((1, 3), (3, 3)))):
+            with share_of(requests, number):  # type: ignore[arg-type]
+                for at in done:
+                    report_progress("blocks", *at)
     assert seen == [("blocks", 50, 400), ("blocks", 100, 400), ("blocks", 200, 400), ("blocks", 400, 400)]
 
 

@@ -23,8 +23,8 @@ from gallery_tools.method import (
 from gallery_tools.shots import Exemplars, charted, read, take
 from gallery_tools.surfaces import TINTS
 from upholster.codec import decode, encode
+from upholster.coverings.synthesis import synthesize
 from upholster.geometry import ring_cyclide
-from upholster.methods import synthesize
 from upholster.quilt import Quilt, paint
 from upholster.types import PixelArray
 

@@ -8,8 +8,8 @@ from PIL import Image, ImageDraw
 
 from gallery_tools.drawing import PAPER, Panel, compose, enlarged, heat, text, text_width
 from gallery_tools.shots import Exemplars, read
+from upholster.coverings.synthesis import synthesize
 from upholster.geometry import plane
-from upholster.methods import synthesize
 from upholster.quilt import Quilt, paint
 from upholster.quilt.labels import nearest_labels
 from upholster.types import FloatArray, PixelArray

@@ -11,8 +11,8 @@ from PIL import Image, ImageDraw
 from gallery_tools.drawing import Panel, compose, enlarged
 from gallery_tools.method import BLOCK, LEVELS, OVERLAP, RED, YELLOW, first_pixel
 from gallery_tools.shots import Exemplars, charted, read, take
+from upholster.coverings.synthesis import synthesize
 from upholster.geometry import ring_cyclide
-from upholster.methods import synthesize
 from upholster.methods.paper.layers import edge_placements
 from upholster.methods.paper.strips import Strip, strip_along
 from upholster.quilt import Chart, Quilt, Texels, paint

@@ -10,10 +10,10 @@ from numpy.typing import ArrayLike, NDArray
 from PIL import Image
 
 from gallery_tools.overlay import Overlay
+from upholster.coverings.synthesis import synthesize
 from upholster.errors import InputError
 from upholster.geometry import AnySurface, Surface
 from upholster.image import from_linear, read_exemplar, to_linear
-from upholster.methods import synthesize
 from upholster.model import tessellate
 from upholster.options import WriteOptions
 from upholster.quilt import Chart, Texels, paint

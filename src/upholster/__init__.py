@@ -16,6 +16,7 @@ from upholster.errors import FormatError, InputError, UpholsterError
 
 if TYPE_CHECKING:
     from upholster import measure
+    from upholster.coverings.synthesis import synthesize
     from upholster.filling import fill
     from upholster.geometry import (
         RationalPatch,
@@ -29,7 +30,6 @@ if TYPE_CHECKING:
     )
     from upholster.image import Material, read_exemplar, read_material
     from upholster.limits import Limits
-    from upholster.methods import synthesize
     from upholster.notebook import view
     from upholster.options import ModelOptions, SynthesisOptions, WriteOptions
     from upholster.pipeline import cover, refine, write
@@ -96,7 +96,7 @@ _HOMES = {
     "upholster.project": ("Project", "read_project", "save_project"),
     "upholster.stream": ("StreamDecoder", "encode_stream"),
     "upholster.quilt": ("Quilt", "Texels", "paint", "paint_material"),
-    "upholster.methods": ("synthesize",),
+    "upholster.coverings.synthesis": ("synthesize",),
     "upholster.notebook": ("view",),
 }
 _HOME = {name: home for home, names in _HOMES.items() for name in names}

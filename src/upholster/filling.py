@@ -25,9 +25,10 @@ from upholster.image.read import check_exemplar
 from upholster.image.roles import COLORS
 from upholster.image.source import Sample, Source, as_exemplar, read_source
 from upholster.included import sample_path
-from upholster.methods import settled_seed
-from upholster.methods.holes import LARGEST_BLOCK, HoleExemplar, check_room, hole_places
-from upholster.parallel import check_running
+from upholster.methods.exemplar import Exemplar, Guidance
+from upholster.methods.holes import LARGEST_BLOCK, check_room, hole_places
+from upholster.options import settled_seed
+from upholster.parallel import running
 from upholster.types import PixelArray, Progress
 
 __all__ = ["Filling", "Hole", "fill", "is_alpha"]
@@ -95,10 +96,9 @@ def fill(
         If something cannot be read or does not fit, the hole is nothing or everything, or there are too few
         pixels to fill it from.
     """
-    seed = settled_seed(seed)
-    check_running(threads, progress)
-    filling = Filling.of(photo, hole, sample, block, None)
-    maps = filling.filled(seed, threads, progress)
+    with running(threads, progress):
+        filling = Filling.of(photo, hole, sample, block, None)
+        maps = filling.filled(settled_seed(seed))
     if isinstance(filling.photo, Material):
         return Material(maps, filling.photo.notes, filling.photo.used)
     return maps["albedo"]
@@ -189,18 +189,18 @@ class Filling:
             )
         return cls(found, maps, missing, used, other, block, tiles)
 
-    def filled(self, seed: int, threads: int | None = None, progress: Progress | None = None) -> Maps:
+    def filled(self, seed: int) -> Maps:
         """Return all maps without the hole; parameters as for `fill`."""
         maps = {role: pixels.copy() for role, pixels in self.maps.items()}
         missing, left = self.hole.copy(), list(self.tiles)
         while left:
             # Next is the tile with the most known pixels around it.
             tile = left.pop(int(np.argmin([missing[one.laid].mean() for one in left])))
-            self._fill_tile(tile, maps, missing, seed=seed, threads=threads, progress=progress)
+            self._fill_tile(tile, maps, missing, seed)
             missing[tile.own] = False
         return maps
 
-    def _fill_tile(self, tile: _Tile, maps: Maps, missing: NDArray[np.bool_], **running: Any) -> None:
+    def _fill_tile(self, tile: _Tile, maps: Maps, missing: NDArray[np.bool_], seed: int) -> None:
         known = ~missing
         if isinstance(self.photo, Material) and self.photo.used is not None:
             known &= self.photo.used
@@ -210,9 +210,9 @@ class Filling:
         exemplar = self._exemplar(round_it, self.used[tile.window])
         corner = tile.laid[0].start - tile.window[0].start, tile.laid[1].start - tile.window[1].start
         hole = missing[tile.laid]
-        places = hole_places(exemplar, hole, corner, block=self.block, **running)
-        if exemplar.sample is not None:
-            places = places - exemplar.sample[:2]
+        places = hole_places(exemplar, hole, corner, block=self.block, seed=seed)
+        if exemplar.guidance.rectangles:
+            places = places - exemplar.guidance.rectangles[1][:2]
         reach = _EVENED if self.sample is None else _EVENED_BESIDE
         for role, pixels in maps.items():
             source = pixels[tile.window] if self.sample is None else self.sample.maps[role]
@@ -226,17 +226,16 @@ class Filling:
             )
             pixels[tile.own][here] = new[inner][here]
 
-    def _exemplar(self, round_it: Material, used: Used) -> HoleExemplar:
-        height, width = round_it.shape
+    def _exemplar(self, round_it: Material, used: Used) -> Exemplar:
         if self.sample is None:
-            return HoleExemplar(round_it.matched(), used, (0, 0, height, width))
+            return Exemplar(round_it.matched(), used)
         other = Material(_coded(self.sample.maps), used=self.sample.used)
-        whole, (photo, sample) = combined([round_it, other])
+        whole, rectangles = combined([round_it, other])
         shown = np.ones(whole.shape, np.bool_) if whole.used is None else whole.used.copy()
-        row, column, height, width = photo
+        row, column, height, width = rectangles[0]
         # Blocks show none of the photo; their largest size follows from every zone.
         shown[row : row + height, column : column + width] = True
-        return HoleExemplar(whole.matched(), shown, photo, sample)
+        return Exemplar(whole.matched(), shown, Guidance(rectangles=rectangles))
 
 
 def _read_photo(photo: Source | Sample, notes: list[str] | None) -> PixelArray | Material:

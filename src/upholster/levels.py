@@ -11,11 +11,12 @@ from upholster.image import from_linear
 from upholster.image.drawing import Drawing
 from upholster.limits import Limits
 from upholster.options import WriteOptions
+from upholster.parallel import quietly, report_progress
 from upholster.quilt import Texels, paint
 from upholster.stream import StreamDecoder
 from upholster.stream.prefix import Limit, feed_until
 from upholster.textured import TexturedModel
-from upholster.types import PixelArray, Progress
+from upholster.types import PixelArray
 
 __all__ = ["SHARES", "Step", "curve_picture", "levels_picture", "refine_steps", "share_text", "texels_psnr"]
 
@@ -51,9 +52,7 @@ class Step:
     psnr: float
 
 
-def refine_steps(
-    data: bytes, wanted: Sequence[Limit], *, threads: int | None = None, limits: Limits | None = None
-) -> list[Step]:
+def refine_steps(data: bytes, wanted: Sequence[Limit], *, limits: Limits | None = None) -> list[Step]:
     """Decode a stream up to each of several limits.
 
     Parameters
@@ -62,8 +61,8 @@ def refine_steps(
         The stream, or its start.
     wanted
         Limits of the bytes used, rising.
-    threads, limits
-        As for `upholster.quilt.paint` and `upholster.stream.StreamDecoder`.
+    limits
+        As for `upholster.stream.StreamDecoder`.
 
     Returns
     -------
@@ -86,9 +85,9 @@ def refine_steps(
         known, count = decoder.coefficients_known
         charts = decoder.charts_known / len(decoder.charts)
         # The stream states its own density only after the first view.
-        texels = paint(decoder.quilt(), decoder.exemplar(), density=full.density, threads=threads)
+        texels = paint(decoder.quilt(), decoder.exemplar(), density=full.density)
         found.append((decoder.used, decoder.complete, known / count, charts, texels))
-    best = full.texels(threads=threads)
+    best = full.texels()
     return [Step(*entry, texels_psnr(entry[4], best)) for entry in found]
 
 
@@ -109,11 +108,11 @@ def levels_picture(
     *,
     options: WriteOptions | None = None,
     shares: Sequence[float] = SHARES,
-    threads: int | None = None,
-    progress: Progress | None = None,
     limits: Limits | None = None,
 ) -> PixelArray:
     """Show the model at rising shares of its coefficients, side by side (the paper's figure 13).
+
+    Progress has the stage "levels".
 
     Parameters
     ----------
@@ -123,8 +122,8 @@ def levels_picture(
         Options of the pictures; `size` is that of a single one.
     shares
         Shares of significant coefficients.
-    threads, progress, limits
-        As for `upholster.quilt.paint` and `upholster.stream.StreamDecoder`.
+    limits
+        As for `upholster.stream.StreamDecoder`.
 
     Returns
     -------
@@ -137,18 +136,19 @@ def levels_picture(
     gap = 12
     drawing = Drawing(len(shares) * (width + gap) + gap, height + 2 * gap + 48)
     wanted = [Limit(coefficients=share) for share in shares]
-    steps = refine_steps(data, wanted, threads=threads, limits=limits)
+    with quietly():
+        steps = refine_steps(data, wanted, limits=limits)
     for index, step in enumerate(steps):
-        model = TexturedModel(surface, step.texels, options, threads)
+        model = TexturedModel(surface, step.texels, options)
         left = gap + index * (width + gap)
-        drawing.paste(left, gap, from_linear(model.picture(), "uint8", dither=True))
+        with quietly():
+            drawing.paste(left, gap, from_linear(model.picture(), "uint8", dither=True))
         middle, below = left + width // 2, gap + height
         state = "complete, " if step.complete else ""
         drawing.text(middle, below + 22, f"{state}{share_text(step.coefficients)} of the coefficients")
         quality = "" if step.psnr == float("inf") else f", {step.psnr:.1f} dB"
         drawing.text(middle, below + 44, f"{step.length:,} bytes{quality}")
-        if progress is not None:
-            progress("levels", index + 1, len(shares))
+        report_progress("levels", index + 1, len(shares))
     return drawing.pixels()
 
 
@@ -158,9 +158,7 @@ def share_text(share: float) -> str:
     return f"{percent:.2g} %" if percent < 99.5 else f"{min(percent, 100 if percent >= 100 else 99.9):.3g} %"
 
 
-def curve_picture(
-    data: bytes, *, threads: int | None = None, limits: Limits | None = None
-) -> tuple[PixelArray, list[Step]]:
+def curve_picture(data: bytes, *, limits: Limits | None = None) -> tuple[PixelArray, list[Step]]:
     """Plot the texels' PSNR over the bytes of the stream: the best so far, and thin the measured one.
 
     It hardly ever falls: a longer prefix rarely shows anything worse. A chart without placements shows the
@@ -179,7 +177,7 @@ def curve_picture(
         raise InputError(f"stream is cut; needs {first.needed} more bytes")
     lengths = sorted({int(length) for length in np.geomspace(first.received, len(data), 24)})
     wanted = [Limit(most_bytes=length) for length in lengths]
-    steps = refine_steps(data, wanted, threads=threads, limits=limits)
+    steps = refine_steps(data, wanted, limits=limits)
     return _plot(steps), steps
 
 

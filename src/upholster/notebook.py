@@ -148,7 +148,7 @@ class LiveView:
     def _make_widgets(self) -> None:
         from ipywidgets import HTML, FloatLogSlider, FloatSlider, HBox, IntSlider, VBox
 
-        scale = self.project.coverings()[0].prepared.scale
+        scale = self.project.request().read()[0].scene.scale
         sliders = [IntSlider(self.project.seed, 0, max(99, self.project.seed), description="seed")]
         names = ["seed"]
         if scale is not None:

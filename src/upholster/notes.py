@@ -5,16 +5,17 @@ import math
 import numpy as np
 
 from upholster.charts.layout import MOST_TEXELS, TextureScale
-from upholster.elements import find_joints
+from upholster.elements import element_of, find_joints
 from upholster.geometry import AnySurface, MeshSurface, Surface
 from upholster.geometry.mesh_state import inside_out_parts
 from upholster.image.even_light import UNEVEN, light_range
 from upholster.image.sameness import differing_region
-from upholster.methods import Prepared
+from upholster.methods import PatchScene, Scene
 from upholster.methods.quilt.phases import better_tile, stretched_by
+from upholster.quilt import Chart
 from upholster.reports import covering, painted_texels
 from upholster.shown import texels_in_words
-from upholster.types import PixelArray
+from upholster.types import FloatArray, PixelArray
 
 __all__ = ["notes_before", "sample_notes"]
 
@@ -63,35 +64,39 @@ def sample_notes(sample: PixelArray) -> list[str]:
     return found
 
 
-def notes_before(surface: AnySurface, prepared: Prepared, sample: PixelArray, maps: int) -> list[str]:
+def notes_before(surface: AnySurface, scene: Scene | PatchScene, sample: PixelArray, maps: int) -> list[str]:
     """Return notes before the work begins; `maps` are those whose texels are kept."""
     found = _mesh_notes(surface) if isinstance(surface, MeshSurface) else _patch_notes(surface)
     found += sample_notes(sample)
-    if prepared.scale is not None:
-        found += _size_notes(surface, prepared.scale)
-        found += _resolution_notes(prepared, prepared.scale, sample)
-    if prepared.sizes is not None and prepared.sizes.smoothed >= _SMOOTHED:
-        share = f"{100 * prepared.sizes.smoothed:.0f} %"
+    if isinstance(scene, Scene) and scene.scale is not None:
+        found += _size_notes(surface, scene.scale)
+        found += _resolution_notes(scene, scene.scale, sample)
+    if isinstance(scene, Scene) and scene.sizes is not None and scene.sizes.smoothed >= _SMOOTHED:
+        share = f"{100 * scene.sizes.smoothed:.0f} %"
         found.append(f"size changes faster than blocks can follow on {share} of the surface: smoothed")
-    painted = painted_texels(prepared.painted)
+    painted = painted_texels(scene.painted)
     if painted > _MANY_TEXELS and maps:
         size = painted * sample.itemsize * 3 * maps
-        texels = texels_in_words(covering(surface, prepared.painted), painted)
+        texels = texels_in_words(covering(surface, scene.painted), painted)
         found.append(
             f"{texels}: {size / 1e9:.1f} GB of texels in memory, and images of about half of that; "
             "fewer by --texels or --density"
         )
-    if prepared.phases is not None and prepared.options.tileable:
-        chart, waves = prepared.charts[0], prepared.phases.lattice.waves
-        stretched = stretched_by(waves, chart.height, chart.width)
-        height, width = better_tile(waves, chart.height, chart.width)
-        less = stretched_by(waves, height, width)
-        if stretched > _STRETCHED and less < 0.5 * stretched:
-            found.append(
-                f"the sample's rows or columns are stretched by {stretched:.1%}, so that the tile has whole "
-                f"periods of them; {width}x{height} texels would do with {less:.1%}"
-            )
+    if isinstance(scene, Scene) and scene.waves is not None and scene.options.tileable:
+        found += _tile_notes(scene.charts[0], scene.waves)
     return found
+
+
+def _tile_notes(chart: Chart, waves: FloatArray) -> list[str]:
+    stretched = stretched_by(waves, chart.height, chart.width)
+    height, width = better_tile(waves, chart.height, chart.width)
+    less = stretched_by(waves, height, width)
+    if stretched <= _STRETCHED or less >= 0.5 * stretched:
+        return []
+    return [
+        f"the sample's rows or columns are stretched by {stretched:.1%}, so that the tile has whole "
+        f"periods of them; {width}x{height} texels would do with {less:.1%}"
+    ]
 
 
 def _patch_notes(surface: Surface) -> list[str]:
@@ -129,7 +134,7 @@ def _size_notes(surface: AnySurface, scale: TextureScale) -> list[str]:
     ]
 
 
-def _resolution_notes(prepared: Prepared, scale: TextureScale, sample: PixelArray) -> list[str]:
+def _resolution_notes(scene: Scene, scale: TextureScale, sample: PixelArray) -> list[str]:
     """Return a note if texels are much smaller or larger than the sample's pixels; at most one."""
     wide = scale.scale / scale.density  # of a texel, in pixels of the sample
     if wide < _SOFT:
@@ -137,7 +142,7 @@ def _resolution_notes(prepared: Prepared, scale: TextureScale, sample: PixelArra
             f"the sample has {wide:.2g} pixels to a texel, so the texture will be soft: a larger sample, a "
             "smaller --sample-size or fewer texels make it sharp"
         ]
-    element = _element_pixels(prepared, sample)
+    element = _element_pixels(scene, sample)
     most = _TEXEL_PIXELS if element is None else element / _ELEMENT_TEXELS
     if wide > max(most, _BLURRED):
         most = max(most, 1.0)
@@ -160,10 +165,10 @@ def _resolution_notes(prepared: Prepared, scale: TextureScale, sample: PixelArra
     return []
 
 
-def _element_pixels(prepared: Prepared, sample: PixelArray) -> float | None:
+def _element_pixels(scene: Scene, sample: PixelArray) -> float | None:
     """Return the shorter side of the sample's elements, in pixels; None if they are not known."""
-    if prepared.phases is not None:
-        return float(min(prepared.phases.lattice.element))
+    if scene.waves is not None:
+        return float(min(element_of(scene.waves)))
     joints = find_joints(sample)
     return None if joints is None else max(sample.shape[:2]) / max(joints.across, 1.0)
 

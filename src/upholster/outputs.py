@@ -19,10 +19,11 @@ from upholster.image import alpha_channel, from_linear, write_image
 from upholster.image.roles import MAP_ROLES
 from upholster.model.packing import GUTTER
 from upholster.options import WriteOptions
+from upholster.parallel import quietly
 from upholster.redrawn import redrawn
 from upholster.render.directions import directions_picture
 from upholster.textured import TexturedModel
-from upholster.types import FloatArray, IntArray, PixelArray, Progress
+from upholster.types import FloatArray, IntArray, PixelArray
 
 __all__ = ["Output", "largest_chart", "parse_output", "parse_outputs", "write_output"]
 
@@ -192,9 +193,7 @@ def parse_output(target: str | os.PathLike[str], *, flat: bool = False, displace
     return Output(kind, path)
 
 
-def write_output(
-    output: Output, model: TexturedModel, files: Outputs, *, progress: Progress | None = None
-) -> tuple[Path, ...]:
+def write_output(output: Output, model: TexturedModel, files: Outputs) -> tuple[Path, ...]:
     """Write one output to the temporary places that `files` gives it; return its files.
 
     Raises
@@ -206,7 +205,7 @@ def write_output(
     targets = output.files(model.maps, pages)
     places, own = [files.path(target) for target in targets], len(output.own)
     named = None if output.tiles is None else output.tile_names(model.maps)
-    to = _Places(output.path, places[:own], places[own : own + pages], places[own + pages :], progress, named)
+    to = _Places(output.path, places[:own], places[own : own + pages], places[own + pages :], named)
     _WRITERS[output.kind.name](model, to)
     return targets
 
@@ -225,7 +224,6 @@ class _Places(NamedTuple):
     own: Sequence[Path]
     pages: Sequence[Path]
     maps: Sequence[Path]
-    progress: Progress | None
     tiles: Mapping[str, str] | None
 
 
@@ -272,7 +270,8 @@ def _write_directions(model: TexturedModel, to: _Places) -> None:
     options = model.options
     if model.field is None:
         raise InputError(f"{to.path} shows the directions of a mesh; allowed: for a model just covered")
-    shown = directions_picture(model.field, size=options.size, view=options.view, threads=model.threads)
+    with quietly():
+        shown = directions_picture(model.field, size=options.size, view=options.view)
     write_image(to.own[0], shown, quality=options.quality)
 
 
@@ -280,15 +279,15 @@ def _write_picture(model: TexturedModel, to: _Places) -> None:
     """Write a picture of everything in a model's file, including uncovered parts and copies."""
     file, options = model.file, model.options
     if file is None or file.gltf is None or not (file.left or any(part.instances > 1 for part in file.parts)):
-        picture = model.picture(progress=to.progress)
+        picture = model.picture()
     else:
         with TemporaryDirectory(prefix="upholster-") as folder:
             glb = Path(folder, "model.glb")
             _write_glb(glb, replace(model, options=replace(options, texture="png"), notes=[]))
-            how: dict[str, Any] = {"size": options.size, "supersample": options.supersample}
             notes: list[str] = []
-            how |= {"threads": model.threads, "progress": to.progress, "notes": notes}
-            (picture,) = redrawn(glb, [options.view], **how)
+            (picture,) = redrawn(
+                glb, [options.view], size=options.size, supersample=options.supersample, notes=notes
+            )
             _note(model, notes)
     linear = to.path.suffix.lower() == ".exr"
     pixels = picture if linear else from_linear(picture, "uint8", dither=True)

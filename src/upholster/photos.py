@@ -19,10 +19,9 @@ from upholster.image.read import read_photo
 from upholster.image.source import Sample, Source
 from upholster.image.write import write_image
 from upholster.included import sample_path
-from upholster.methods import settled_seed
 from upholster.notes import sample_notes
-from upholster.options import SampleOptions
-from upholster.parallel import check_running
+from upholster.options import SampleOptions, settled_seed
+from upholster.parallel import running
 from upholster.types import PixelArray, Progress
 
 __all__ = ["FilledReport", "PreparedReport", "fill_files", "prepare_sample"]
@@ -152,16 +151,15 @@ def fill_files(
     if Path(path_text(target, "output")).suffix.lower() not in IMAGE_SUFFIXES:
         raise InputError(f"output {os.fspath(target)!r} is no image; allowed: {', '.join(IMAGE_SUFFIXES)}")
     seed = settled_seed(seed)
-    check_running(None, progress)
     read = [*Sample.of(photo).files, *([] if sample is None else Sample.of(sample).files)]
     if isinstance(hole, (str, os.PathLike)) and not is_alpha(hole):
         read.append(os.fspath(hole))
     notes: list[str] = []
-    with outputs([target], inputs=read) as files:
+    with running(progress=progress), outputs([target], inputs=read) as files:
         filling = Filling.of(photo, hole, sample, block, notes)
         places = {role: map_companion(target, role) for role in filling.maps} | {"albedo": Path(target)}
         files.add(place for role, place in places.items() if role != "albedo")
-        maps = filling.filled(seed, progress=progress)
+        maps = filling.filled(seed)
         for role, pixels in maps.items():
             write_map(files.path(places[role]), role, pixels, quality=95)
         written = {os.fspath(place): files.path(place).stat().st_size for place in places.values()}

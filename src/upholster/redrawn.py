@@ -19,7 +19,7 @@ from upholster.image.read import read_image_data
 from upholster.image.roles import MAP_ROLES
 from upholster.render import render
 from upholster.shown import number_of
-from upholster.types import FloatArray, PixelArray, Progress
+from upholster.types import FloatArray, PixelArray
 
 __all__ = ["SHEET", "ShownModel", "redrawn", "shown_model"]
 
@@ -74,8 +74,6 @@ def redrawn(
     *,
     size: tuple[int, int] = (1024, 768),
     supersample: int = 2,
-    threads: int | None = None,
-    progress: Progress | None = None,
     notes: list[str] | None = None,
 ) -> list[NDArray[np.float32]]:
     """Draw a GLB or glTF file from several sides.
@@ -91,7 +89,7 @@ def redrawn(
         Azimuth and elevation of each picture, in degrees.
     size
         (width, height) of each picture in pixels.
-    supersample, threads, progress
+    supersample
         As for `upholster.render.render`.
     notes
         A list that gets what a user should know.
@@ -124,8 +122,6 @@ def redrawn(
             size=size,
             view=view,
             supersample=supersample,
-            threads=threads,
-            progress=progress,
         )
         for view in views
     ]

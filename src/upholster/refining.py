@@ -5,7 +5,6 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
 
 import numpy as np
 
@@ -29,7 +28,7 @@ from upholster.model.packing import PAGE_LIMIT
 from upholster.options import WriteOptions, chosen
 from upholster.outputs import Output, parse_outputs
 from upholster.paging import PagedAtlas, write_page
-from upholster.parallel import check_running, run_tasks
+from upholster.parallel import run_tasks, running
 from upholster.quilt.chart import MAX_TEXELS
 from upholster.quilt.materials import WindowPainter
 from upholster.quilt.painting import PAINTED_DENSITIES, painted_charts
@@ -116,7 +115,6 @@ def refine(
         names the first edge that does not.
     """
     options = chosen(WriteOptions, options)
-    check_running(threads, progress)
     stream = path_text(stream, "stream")
     if not isinstance(limit, Limit | None):
         raise InputError(f"limit is a {type(limit).__name__}; allowed: a Limit")
@@ -126,7 +124,7 @@ def refine(
         if output.url:
             name = f"{output.url}/{output.path}"
             raise InputError(f"output {name!r} is a URL; allowed for a stream: a folder of this machine")
-    with outputs(files_of(wanted), inputs=[stream, *other]) as files:
+    with running(threads, progress), outputs(files_of(wanted), inputs=[stream, *other]) as files:
         data = read_bytes(stream)
         one_by_one = len(wanted) == 1 and wanted[0].in_tiles
         most = Limits(texels=MAX_TEXELS) if limits is None and one_by_one else limits
@@ -156,15 +154,14 @@ def refine(
             assert isinstance(surface, Surface)  # one_by_one implies it
             atlas, maps = PagedAtlas.of(surface, charts, options), source_parts(exemplar)
             painters = {role: WindowPainter(quilt, role, maps[role], density=density) for role in maps}
-            how: dict[str, Any] = {"quality": options.quality, "threads": threads, "progress": progress}
-            return _report(decoder, _write_pages(wanted[0], atlas, painters, files, **how), None)
-        base, others = painted(quilt, exemplar, threads, progress, density=density)
+            written = _write_pages(wanted[0], atlas, painters, files, quality=options.quality)
+            return _report(decoder, written, None)
+        base, others = painted(quilt, exemplar, density=density)
         options = _as_coded(decoder, options)
         model = TexturedModel(
             surface,
             base,
             options,
-            threads,
             quilt,
             exemplar,
             others,
@@ -172,7 +169,7 @@ def refine(
             density=density,
             packed=layout,
         )
-        written = written_to(wanted, model, files, {}, progress)
+        written = written_to(wanted, model, files, {})
     return _report(decoder, written, model)
 
 
@@ -224,8 +221,6 @@ def _write_pages(
     files: Outputs,
     *,
     quality: int,
-    threads: int | None,
-    progress: Progress | None,
 ) -> dict[str, int]:
     """Paint and write the pages of an atlas one by one, one on each thread; return the bytes of each file."""
     pages = atlas.layout.pages
@@ -240,7 +235,7 @@ def _write_pages(
     tasks = [partial(write, page) for page in range(len(pages))]
     # If charts are larger than a page, only one should be in memory at a time: a stream may come from anyone.
     large = any(page.height * page.width > PAGE_LIMIT**2 for page in pages)
-    run_tasks(tasks, threads=1 if large else threads, progress=progress, stage="paint")
+    run_tasks(tasks, threads=1 if large else None, stage="paint")
     return {str(target): files.path(target).stat().st_size for target in targets}
 
 
@@ -260,15 +255,13 @@ def _other_surface(on: SurfaceLike, before: AnySurface) -> Surface:
     return surface
 
 
-def decoded_model(decoder: StreamDecoder, *, threads: int | None = None) -> TexturedModel:
+def decoded_model(decoder: StreamDecoder) -> TexturedModel:
     """Return the model in the received part of a stream.
 
     Parameters
     ----------
     decoder
         A decoder that has received enough to show something.
-    threads
-        As for `refine`.
 
     Raises
     ------
@@ -276,10 +269,10 @@ def decoded_model(decoder: StreamDecoder, *, threads: int | None = None) -> Text
         If bytes are still needed.
     """
     quilt, exemplar = decoder.quilt(), received_exemplar(decoder)
-    texels, maps = painted(quilt, exemplar, threads, None)
+    texels, maps = painted(quilt, exemplar)
     assert quilt.surface is not None  # it comes before all that a quilt needs
     options = _as_coded(decoder, WriteOptions())
-    return TexturedModel(quilt.surface, texels, options, threads, quilt, exemplar, maps)
+    return TexturedModel(quilt.surface, texels, options, quilt, exemplar, maps)
 
 
 def _as_coded(decoder: StreamDecoder, options: WriteOptions) -> WriteOptions:

@@ -9,16 +9,18 @@ from typing import Any
 
 import numpy as np
 
+from upholster.charts.layout import TextureScale
+from upholster.elements import element_of
 from upholster.geometry import AnySurface, MeshSurface, Surface
-from upholster.methods import Prepared
+from upholster.methods import PatchScene, Scene
 from upholster.methods.paper.method import PaperOptions
 from upholster.methods.pixel.method import PixelOptions
-from upholster.methods.quilt.quilt_options import QuiltOptions
 from upholster.options import SynthesisOptions
+from upholster.parallel import report_progress
 from upholster.quilt import Chart, Quilt, Texels
 from upholster.shown import Shown, on_a_line
 from upholster.textured import TexturedModel
-from upholster.types import FloatArray, PixelArray, Progress
+from upholster.types import FloatArray, PixelArray
 
 __all__ = [
     "CoverReport",
@@ -87,14 +89,14 @@ class CoverReport(Shown):
 
 
 @contextmanager
-def timed(stage: str, seconds: dict[str, float], progress: Progress | None = None) -> Iterator[None]:
-    """Add the time of a block to `seconds`; report the stage to `progress`."""
+def timed(stage: str, seconds: dict[str, float], *, reported: bool = False) -> Iterator[None]:
+    """Add the time of a block to `seconds`; `reported`: report it as a stage of progress."""
     start = time.perf_counter()
-    if progress is not None:
-        progress(stage, 0, 1)
+    if reported:
+        report_progress(stage, 0, 1)
     yield
-    if progress is not None:
-        progress(stage, 1, 1)
+    if reported:
+        report_progress(stage, 1, 1)
     seconds[stage] = time.perf_counter() - start
 
 
@@ -104,33 +106,39 @@ def totalled(seconds: dict[str, float]) -> dict[str, float]:
 
 
 def settled_words(
-    prepared: Prepared, surface: AnySurface, asked: SynthesisOptions, roles: Sequence[str]
+    scene: Scene | PatchScene, surface: AnySurface, asked: SynthesisOptions, roles: Sequence[str]
 ) -> dict[str, str]:
     """Return automatic choices in words."""
     found: dict[str, str] = {}
-    if isinstance(prepared.options, QuiltOptions):
-        found["block"] = f"{prepared.options.block} pixels"
-    if isinstance(prepared.options, PaperOptions) and isinstance(surface, Surface):
-        found |= _settled_by_paper(prepared.options, surface)
-    if isinstance(prepared.options, PixelOptions):
-        found["search"] = prepared.options.search
-    if prepared.phases is not None:
-        found["lattice"] = _lattice_words(prepared.phases.lattice.waves)
-    if prepared.scale is not None:
-        size = prepared.scale.sample_size
-        found["sample"] = f"{size:.4g} units wide on a model of {surface.size:.4g}"
-        if prepared.phases is not None:
-            pixels = prepared.phases.lattice.element
-            sides = " x ".join(f"{side / prepared.scale.scale:.3g}" for side in pixels)
-            found["element"] = f"{sides} units ({' x '.join(f'{side:.3g}' for side in pixels)} pixels)"
-        if asked.sample_size is None and asked.element_size is None:
-            found["sample"] += f" (--sample-size {2 * size:.3g} makes it twice as large)"
-        if prepared.sizes is not None:
-            found["sizes"] = f"{prepared.sizes.least:.3g} to {prepared.sizes.most:.3g} times that"
-        found["direction"] = prepared.direction
+    if isinstance(scene, Scene):
+        found["block"] = f"{scene.options.block} pixels"
+        if scene.waves is not None:
+            found["lattice"] = _lattice_words(scene.waves)
+        if scene.scale is not None:
+            found |= _settled_sizes(scene, scene.scale, surface, asked)
+    elif isinstance(scene.options, PixelOptions):
+        found["search"] = scene.options.search
+    elif isinstance(surface, Surface):
+        found |= _settled_by_paper(scene.options, surface)
     if roles:
         found["maps"] = ", ".join(("albedo", *roles))
     return found
+
+
+def _settled_sizes(
+    scene: Scene, scale: TextureScale, surface: AnySurface, asked: SynthesisOptions
+) -> dict[str, str]:
+    size = scale.sample_size
+    found = {"sample": f"{size:.4g} units wide on a model of {surface.size:.4g}"}
+    if scene.waves is not None:
+        pixels = element_of(scene.waves)
+        sides = " x ".join(f"{side / scale.scale:.3g}" for side in pixels)
+        found["element"] = f"{sides} units ({' x '.join(f'{side:.3g}' for side in pixels)} pixels)"
+    if asked.sample_size is None and asked.element_size is None:
+        found["sample"] += f" (--sample-size {2 * size:.3g} makes it twice as large)"
+    if scene.sizes is not None:
+        found["sizes"] = f"{scene.sizes.least:.3g} to {scene.sizes.most:.3g} times that"
+    return found | {"direction": scene.direction}
 
 
 def _lattice_words(waves: FloatArray) -> str:

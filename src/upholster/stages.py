@@ -30,9 +30,6 @@ __all__ = ["Ran", "Stages", "file_stage", "keeping", "stage"]
 Parameters = ParamSpec("Parameters")
 Value = TypeVar("Value")
 
-_RUNNING = frozenset(("threads", "progress"))
-"""Parameters that do not change the result of a stage."""
-
 _TOLD = 1000
 """Number of recently run stages that are listed."""
 
@@ -44,7 +41,7 @@ _nested: "ContextVar[_Nested | None]" = ContextVar("nested", default=None)
 
 
 def stage(function: Callable[Parameters, Value]) -> Callable[Parameters, Value]:
-    """Mark a function as a stage: its result follows from its arguments, except `threads` and `progress`.
+    """Mark a function as a stage: its result follows from its arguments.
 
     A stage has no arguments for output, such as a list of notes: it returns all of its results.
     """
@@ -81,7 +78,7 @@ def _as_stage(
             return function(*args, **kwargs)
         bound = signature.bind(*args, **kwargs)
         bound.apply_defaults()
-        inputs = tuple(_compared(value) for name, value in bound.arguments.items() if name not in _RUNNING)
+        inputs = tuple(_compared(value) for value in bound.arguments.values())
         if files is not None:
             inputs = (*inputs, os.getcwd())  # names of files may be relative
         own = None if files is None else lambda made: files(made, *args, **kwargs)

@@ -39,12 +39,13 @@ from upholster.model import (
 )
 from upholster.model.packing import GUTTER
 from upholster.options import WriteOptions
+from upholster.parallel import quietly
 from upholster.quilt import Chart, Quilt, Texels
 from upholster.render import render
 from upholster.render.material_maps import SHOWN
 from upholster.shown import Shown, number_of, on_a_line
 from upholster.stream import encode_stream
-from upholster.types import FloatArray, PixelArray, Progress
+from upholster.types import FloatArray, PixelArray
 
 __all__ = ["TexturedModel", "check_displacement", "metres_of", "textured_model"]
 
@@ -84,7 +85,7 @@ class TexturedModel(Shown):
     ----------
     surface, texels
         The surface, and the base colour on it.
-    options, threads
+    options
         How it is written.
     quilt, exemplar
         The quilt, and the image or material, that the texels were painted from.
@@ -115,7 +116,6 @@ class TexturedModel(Shown):
     surface: AnySurface
     texels: Texels
     options: WriteOptions = dataclass_field(default_factory=WriteOptions)
-    threads: int | None = None
     quilt: Quilt | None = None
     exemplar: PixelArray | Material | None = None
     maps: Mapping[str, Texels] = dataclass_field(default_factory=dict)
@@ -166,7 +166,7 @@ class TexturedModel(Shown):
     def _atlas_of(self, texels: Texels) -> Atlas:
         cuts = self.layout.cuts
         shown = texels if cuts is None else cuts.texels(texels)
-        return build_atlas(shown, self.seams, self.layout, threads=self.threads)
+        return build_atlas(shown, self.seams, self.layout)
 
     @cached_property
     def layout(self) -> AtlasLayout:
@@ -208,7 +208,7 @@ class TexturedModel(Shown):
         """Return the atlas of one of `maps`, packed like that of the base colour."""
         texels = self.maps[role]
         if role == "normal" and not isinstance(self.surface, MeshSurface):
-            return build_normal_atlas(self.surface, texels, self.seams, self.layout, threads=self.threads)
+            return build_normal_atlas(self.surface, texels, self.seams, self.layout)
         return self._atlas_of(texels)
 
     @cached_property
@@ -277,10 +277,11 @@ class TexturedModel(Shown):
     def poster(self) -> bytes:
         """Return a small picture, as WebP: a page shows it before its viewer has loaded."""
         options = replace(self.options, size=_POSTER_SIZE, view=_POSTER_VIEW, quads=_POSTER_QUADS)
-        picture = replace(self, options=options).picture()
+        with quietly():
+            picture = replace(self, options=options).picture()
         return encode_image(from_linear(picture, "uint8"), "webp", quality=_POSTER_QUALITY)
 
-    def picture(self, *, progress: Progress | None = None) -> NDArray[np.float32]:
+    def picture(self) -> NDArray[np.float32]:
         """Return a picture of the model, as the options say: (height, width, 3), linear light."""
         own, fitting = self.options.packing, {"gutter": GUTTER, "size": None, "powers": False}
         if own["gutter"] is None and not isinstance(self.surface, MeshSurface):
@@ -288,7 +289,7 @@ class TexturedModel(Shown):
         if own != fitting:
             # The renderer's mip levels need gutters of 16 texels, and no free room between the charts.
             options = replace(self.options, padding=GUTTER, atlas_size=None, pot=False)
-            return replace(self, options=options, packed=None).picture(progress=progress)
+            return replace(self, options=options, packed=None).picture()
         return render(
             self.atlas_mesh.positions,
             self.atlas_mesh.normals,
@@ -301,8 +302,6 @@ class TexturedModel(Shown):
             size=self.options.size,
             view=self.options.view,
             supersample=self.options.supersample,
-            threads=self.threads,
-            progress=progress,
         )
 
 
@@ -313,7 +312,6 @@ def textured_model(
     quilt: Quilt | None = None,
     exemplar: PixelArray | Material | None = None,
     options: WriteOptions | None = None,
-    threads: int | None = None,
 ) -> TexturedModel:
     """Build a model from its texels and the surface, quilt and exemplar that they refer to.
 
@@ -323,7 +321,7 @@ def textured_model(
         As from `upholster.paint`, or a material's by role, from `upholster.paint_material`.
     surface, quilt, exemplar
         By default those that the texels refer to.
-    options, threads
+    options
         How it is written.
 
     Raises
@@ -356,7 +354,7 @@ def textured_model(
         exemplar = _painted_from(maps)
     density = 1.0 if quilt is None else float(np.sqrt(base.count / quilt.steps))
     options = options or WriteOptions()
-    return TexturedModel(surface, base, options, threads, quilt, exemplar, others, density=density)
+    return TexturedModel(surface, base, options, quilt, exemplar, others, density=density)
 
 
 def _resized(chart: Chart) -> Chart:

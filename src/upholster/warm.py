@@ -207,7 +207,7 @@ class Compiler:
 
 
 @contextmanager
-def compiling(uses: Iterable[str] | None = None, threads: int | None = None) -> Iterator[Compiler | None]:
+def compiling(uses: Iterable[str] | None = None) -> Iterator[Compiler | None]:
     """Compile the kernels of some uses that are not on disk, in the background; None if all are there."""
     from upholster.kernel_cache import KernelCache
 
@@ -215,7 +215,7 @@ def compiling(uses: Iterable[str] | None = None, threads: int | None = None) -> 
     if not jobs:
         yield None
         return
-    compiler = Compiler(jobs, thread_count(threads))
+    compiler = Compiler(jobs, thread_count())
     KernelCache.waiting = compiler.wait
     try:
         yield compiler

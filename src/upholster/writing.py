@@ -1,30 +1,32 @@
-"""Functions that `cover`, `refine` and `write` share: painting, and writing all outputs."""
+"""Writing: `write`, and functions that it shares with `cover` and `refine`: painting, and all outputs."""
 
 import math
 import os
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
+from upholster.charts.surface_to_cover import CoveredLike, as_covered
 from upholster.codec import check_image
 from upholster.errors import InputError
-from upholster.files import Outputs
+from upholster.files import Outputs, outputs
 from upholster.formats import OUTPUTS, suffixes_of
-from upholster.geometry import AnySurface, MeshSurface
+from upholster.geometry import AnySurface, MeshSurface, Surface
 from upholster.image import Material
+from upholster.image.source import Source, as_exemplar
 from upholster.joined import joined_model
 from upholster.model import AtlasLayout
 from upholster.model.packing import GUTTER
-from upholster.options import WriteOptions
-from upholster.outputs import Output, write_output
+from upholster.options import WriteOptions, chosen
+from upholster.outputs import Output, parse_outputs, write_output
+from upholster.parallel import quietly, running
 from upholster.quilt import Quilt, Texels, paint, paint_material
 from upholster.quilt.painting import PAINTED_DENSITIES
 from upholster.reports import timed
 from upholster.shown import on_a_line
 from upholster.stages import stage
 from upholster.stream import fitting_side
-from upholster.textured import TexturedModel
+from upholster.textured import TexturedModel, textured_model
 from upholster.types import PixelArray, Progress
 
 __all__ = [
@@ -37,6 +39,7 @@ __all__ = [
     "notes_after",
     "painted",
     "quality_words",
+    "write",
     "written_to",
 ]
 
@@ -125,18 +128,14 @@ def quality_words(wanted: Sequence[Output], model: TexturedModel | None) -> dict
 
 
 def written_to(
-    wanted: Sequence[Output],
-    model: TexturedModel,
-    files: Outputs,
-    seconds: dict[str, float],
-    progress: Progress | None,
+    wanted: Sequence[Output], model: TexturedModel, files: Outputs, seconds: dict[str, float]
 ) -> dict[str, int]:
     """Write all outputs; return the bytes of each file, and add the time of each output to `seconds`."""
     written: dict[str, int] = {}
     for output in wanted:
         with timed(f"write {output.path.name}", seconds):
             shown = _coarser(model, output.lod) if output.lod else model
-            own = write_output(output, shown, files, progress=progress)
+            own = write_output(output, shown, files)
         written |= {str(file): files.path(file).stat().st_size for file in own}
     return written
 
@@ -150,20 +149,73 @@ def notes_after(wanted: Sequence[Output], model: TexturedModel, seconds: dict[st
     return notes
 
 
-@stage
-def painted(
-    quilt: Quilt,
-    exemplar: PixelArray | Material,
+def write(
+    target: str | os.PathLike[str],
+    surface: CoveredLike,
+    texels: Texels | Mapping[str, Texels],
+    *,
+    quilt: Quilt | None = None,
+    exemplar: PixelArray | Material | Source | None = None,
+    flat: bool = False,
+    options: WriteOptions | None = None,
     threads: int | None = None,
     progress: Progress | None = None,
-    *,
-    density: float | None = None,
+) -> None:
+    """Write a textured surface to one file, a model, stream or picture by its suffix.
+
+    Parameters
+    ----------
+    target
+        The file; ``atlas:`` before an image's path writes the atlas instead of a picture.
+    surface
+        The surface; or its text form, or the path of its file.
+    texels
+        Its texels, from `upholster.paint`; or a material's by role, from `upholster.paint_material`.
+    quilt, exemplar
+        The quilt and the exemplar, or material, that the texels were painted from: streams hold them instead.
+        By default those that the texels refer to.
+    flat
+        Whether an image is the texels of the only chart, not a picture of the model.
+    options
+        Mesh, texture format and picture, see `upholster.WriteOptions`.
+    threads, progress
+        As for `upholster.synthesize`; stage "render" for pictures.
+
+    Raises
+    ------
+    InputError
+        For an unknown suffix, a place that cannot be written, texels of another surface, or without the role
+        "albedo".
+    """
+    options = chosen(WriteOptions, options)
+    wanted = parse_outputs([target], options, flat=flat)
+    with running(threads, progress):
+        found = None if exemplar is None else as_exemplar(exemplar)
+        model = textured_model(
+            texels,
+            surface=as_covered(surface, patches=_are_on_patches(texels)).surface,
+            quilt=quilt,
+            exemplar=found,
+            options=options,
+        )
+        layout = model.layout if any(output.kind.atlas for output in wanted) else None
+        with outputs(files_of(wanted, tuple(model.maps), layout)) as files:
+            written_to(wanted, model, files, {})
+
+
+def _are_on_patches(texels: Texels | Mapping[str, Texels]) -> bool:
+    base = texels.get("albedo") if isinstance(texels, Mapping) else texels
+    return isinstance(base, Texels) and isinstance(base.surface, Surface)
+
+
+@stage
+def painted(
+    quilt: Quilt, exemplar: PixelArray | Material, *, density: float | None = None
 ) -> tuple[Texels, dict[str, Texels]]:
     """Return texels of the base colour, and of a material's other maps by role."""
-    how: dict[str, Any] = {"density": density, "threads": threads, "progress": progress}
     if not isinstance(exemplar, Material):
-        return paint(quilt, exemplar, **how), {}
-    maps = paint_material(quilt, exemplar, **how)
+        return paint(quilt, exemplar, density=density), {}
+    maps = paint_material(quilt, exemplar, density=density)
     return maps.pop("albedo"), maps
 
 
@@ -174,7 +226,8 @@ def _coarser(model: TexturedModel, halvings: int) -> TexturedModel:
     if model.quilt is None or model.exemplar is None:
         raise InputError("lods need a quilt and its sample, not only texels")
     density, size = max(PAINTED_DENSITIES[0], model.density / 2**halvings), model.options.atlas_size
-    texels, maps = painted(model.quilt, model.exemplar, model.threads, density=density)
+    with quietly():
+        texels, maps = painted(model.quilt, model.exemplar, density=density)
     padding = model.options.padding
     if padding is None and not isinstance(model.surface, MeshSurface):
         padding = GUTTER  # on a mesh it goes with the texels

@@ -150,7 +150,7 @@ def test_islands_do_not_depend_on_units(scale: float) -> None:
 
 def test_threads_do_not_change_the_result(monkeypatch: pytest.MonkeyPatch) -> None:
     first, _ = unwrap(torus())
-    monkeypatch.setattr("upholster.parallel.thread_count", lambda threads: 1)
+    monkeypatch.setattr("upholster.parallel.thread_count", lambda: 1)
     second, _ = unwrap(torus())
     np.testing.assert_array_equal(first.island, second.island)
     np.testing.assert_array_equal(first.parameters, second.parameters)

@@ -5,6 +5,7 @@ import pytest
 from measured import grains, quilt_of, quilt_of_nearest, tiles
 
 from upholster.charts.charted import charted_surface
+from upholster.coverings.synthesis import synthesize
 from upholster.elements import Lattice, find_lattice
 from upholster.errors import InputError
 from upholster.geometry import MeshSurface, TriangleMesh, plane, surface_from_spec
@@ -14,7 +15,6 @@ from upholster.measure.places import SeamPlaces
 from upholster.measure.samples import Window
 from upholster.measure.source_cuts import SourceCuts, cuts_inside
 from upholster.measure.trace import Trace
-from upholster.methods import synthesize
 from upholster.quilt import Chart
 from upholster.quilt.placement import PLACEMENT
 

@@ -1,9 +1,9 @@
 import numpy as np
 
 from upholster.charts.layout import density_layout
+from upholster.coverings.synthesis import synthesize
 from upholster.geometry import surface_from_spec
 from upholster.measure.crossings import crossings
-from upholster.methods import synthesize
 from upholster.quilt import Chart, Quilt
 from upholster.quilt.labels import LabelMap, label_shape
 from upholster.quilt.placement import PLACEMENT

@@ -7,12 +7,12 @@ import pytest
 from measured import grains, quilt_of, quilt_of_nearest, tiles, warped
 
 from upholster.charts.charted import charted_plane, charted_surface
+from upholster.coverings.synthesis import synthesize
 from upholster.errors import InputError
 from upholster.geometry import plane, surface_from_spec
 from upholster.measure import cut_seam_ratio, matched_cut_ratio, mesh_seams
 from upholster.measure.places import SeamPlaces
 from upholster.measure.trace import Trace, quilt_windows
-from upholster.methods import synthesize
 from upholster.quilt import Texels, paint
 from upholster.quilt.chart import Chart
 from upholster.quilt.placement import PLACEMENT

@@ -5,10 +5,10 @@ import pytest
 from measured import grains, tiles, warped
 from tests.measure.test_measure_broken import sheet
 
+from upholster.coverings.synthesis import synthesize
 from upholster.errors import InputError
 from upholster.geometry import plane, surface_from_spec
 from upholster.measure import measure_cover, patch_distance, undistorted_views
-from upholster.methods import synthesize
 from upholster.quilt import Texels, paint
 
 

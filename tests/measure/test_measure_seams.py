@@ -9,10 +9,10 @@ from measured import grains
 from tests.charts.on_patches import laid
 
 from upholster.charts.layout import density_layout, uniform_layout
+from upholster.coverings.synthesis import synthesize
 from upholster.errors import InputError
 from upholster.geometry import plane, surface_from_spec
 from upholster.measure import edge_seam_ratio, wrap_seams
-from upholster.methods import synthesize
 from upholster.quilt import Texels, paint
 from upholster.quilt.chart import Chart
 

@@ -8,19 +8,22 @@ from plain_laying import SYMMETRIES
 from warp_fields import quantised
 
 from upholster.charts.charted import ChartedSurface
+from upholster.charts.layout import TextureScale
 from upholster.charts.subdivision import subdivided
 from upholster.charts.surface_to_cover import as_covered
 from upholster.geometry import MeshSurface, TriangleMesh
-from upholster.methods import lay_plan, prepare
+from upholster.methods import Scene, lay_plan, prepare
+from upholster.methods.exemplar import Exemplar
 from upholster.methods.quilt._block_kernels import LayNumbers
 from upholster.methods.quilt._lay_kernels import Ground
 from upholster.methods.quilt.emit import emitted_quilt, label_pieces
 from upholster.methods.quilt.ground import PlacedGround, field_arrays, ground_of
 from upholster.methods.quilt.lay_plan import LayPlan
 from upholster.methods.quilt.laying import Drawn, lay_parcel
-from upholster.methods.quilt.method import planned
+from upholster.methods.quilt.method import laid_quilt
 from upholster.methods.quilt.quilt_options import QuiltOptions
 from upholster.options import SynthesisOptions
+from upholster.parallel import running
 from upholster.quilt import Chart, Quilt
 from upholster.quilt.warp_field import WarpField
 
@@ -75,8 +78,10 @@ class Folded:
 
     def plan(self, exemplar: np.ndarray, *, seed: int = 0, **options: Any) -> LayPlan:
         """Return what it is laid by."""
-        own = QuiltOptions(**options)
-        return planned(exemplar, self.charted, self.fields, self.vectors, self.scale, options=own, seed=seed)
+        turns = np.zeros(len(self.charted.chart), np.int32)
+        scale = TextureScale(self.scale, self.scale, exemplar.shape[1] / self.scale, 0)
+        scene = Scene(self.charted, self.vectors, self.fields, QuiltOptions(**options), turns, scale=scale)
+        return lay_plan(scene, Exemplar(exemplar), seed=seed)
 
     def laid(self, exemplar: np.ndarray, *, threads: int | None = 1, **choices: Any) -> "Run":
         """Cover it with a quilt."""
@@ -177,7 +182,8 @@ class Run:
     @classmethod
     def of(cls, plan: LayPlan, threads: int | None = 1) -> "Run":
         """Lay a surface that is one parcel."""
-        _, drawn = lay_parcel(plan, 0, (), threads=threads)
+        with running(threads):
+            _, drawn = lay_parcel(plan, 0, ())
         assert drawn is not None
         assert not drawn.placed.corners.any()  # places in windows are those on charts
         return cls(emitted_quilt(plan, label_pieces(plan, drawn)), plan.numbers, drawn)
@@ -211,8 +217,16 @@ def covered(exemplar: Any, surface: Any, *, seed: int = 0, threads: int | None =
     """Cover a surface, or what its text form tells."""
     if not isinstance(surface, MeshSurface):
         surface = as_covered(surface).surface
-    prepared = prepare(exemplar, surface, SynthesisOptions(**choices))
-    return Run.of(lay_plan(prepared, exemplar, seed=seed), threads)
+    sample = Exemplar(exemplar)
+    scene = prepare(sample, surface, SynthesisOptions(**choices))
+    assert isinstance(scene, Scene)
+    return Run.of(lay_plan(scene, sample, seed=seed), threads)
+
+
+def quilt_on(threads: int, plan: LayPlan) -> Quilt:
+    """Return the quilt of a plan, laid on this many threads."""
+    with running(threads):
+        return laid_quilt(plan)
 
 
 def alike(a: Quilt, b: Quilt) -> bool:

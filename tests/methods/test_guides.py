@@ -1,5 +1,6 @@
 """What a surface is asked for: guides, labels and zones, on every kind of surface."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,9 +12,10 @@ from upholster import InputError, paint, synthesize
 from upholster.charts.maps import MapGround, parse_map
 from upholster.image import Material, read_exemplar, write_image
 from upholster.measure.trace import charted_of
-from upholster.methods import coarser, execute, prepare, read_guidance
-from upholster.methods.guidance import ZoneMaps, zones_on
-from upholster.methods.quilt.guides import EITHER, Guide, Steering, as_guide, guide_costs
+from upholster.methods import Scene, coarser, execute, prepare, read_guidance
+from upholster.methods.exemplar import Exemplar, Guidance, Guide
+from upholster.methods.guidance import zones_on
+from upholster.methods.quilt.steering import EITHER, as_guide, guide_costs
 from upholster.options import SampleOptions, SynthesisOptions
 from upholster.quilt import Quilt
 
@@ -96,10 +98,11 @@ def test_without_anything_asked_not_a_texel_changes(folder: Path) -> None:
         asked = SynthesisOptions(**options)
         quilt = synthesize(exemplar, on, options=asked, seed=2)
         assert quilt.surface is not None
-        prepared = prepare(exemplar, quilt.surface, asked)
-        assert prepared.steering is None
-        object.__setattr__(prepared, "steering", Steering())
-        assert same(execute(prepared, exemplar, quilt.surface, seed=2), quilt)
+        scene = prepare(Exemplar(exemplar), quilt.surface, asked)
+        assert isinstance(scene, Scene)
+        nothing = tuple(np.zeros((0, chart.height, chart.width), np.uint8) for chart in scene.charts)
+        scene = replace(scene, steering=replace(scene.steering, wanted=nothing))
+        assert same(execute(scene, Exemplar(exemplar), quilt.surface, seed=2), quilt)
 
 
 def test_threads_do_not_change_what_is_guided(folder: Path) -> None:
@@ -132,9 +135,7 @@ def test_each_zone_shows_its_own_sample(folder: Path, name: str) -> None:
     asked = SynthesisOptions(zone=(zone,), **options)
     source, guidance = read_guidance(asked, Material({"albedo": texture(128, 128)}), SampleOptions(), None)
     assert isinstance(source, Material)
-    assert guidance is not None
-    assert guidance.zones is not None
-    assert guidance.zones.rectangles == ((0, 0, 128, 128), (0, 128, 96, 128))
+    assert guidance.rectangles == ((0, 0, 128, 128), (0, 128, 96, 128))
     quilt = synthesize(texture(128, 128), on, options=asked, seed=2)
     second = np.zeros(source.shape)
     second[:96, 128:] = 1
@@ -143,10 +144,9 @@ def test_each_zone_shows_its_own_sample(folder: Path, name: str) -> None:
     charted = charted_of(quilt)
     assert charted is not None
     assert quilt.surface is not None
-    prepared = prepare(source.color(), quilt.surface, asked, used=source.used, guidance=guidance)
-    assert prepared.steering is not None
-    assert prepared.steering.zones is not None
-    wanted = prepared.steering.zones.wanted
+    scene = prepare(Exemplar(source.color(), source.used, guidance), quilt.surface, asked)
+    assert isinstance(scene, Scene)
+    wanted = scene.steering.zones
     arrays = paint(quilt, np.stack([second, gap], axis=2).astype(np.float32), density=1).arrays
     wrong, count = 0, 0
     for index, (own, zones) in enumerate(zip(arrays, wanted, strict=True)):
@@ -184,7 +184,7 @@ def test_steps_near_another_zone_may_show_either(folder: Path) -> None:
     assert charted is not None
     assert quilt.surface is not None
     ground = MapGround(charted, None, quilt.surface, True)
-    maps = ZoneMaps(((0, 0, 9, 9), (0, 9, 9, 9)), (parse_map(f"{folder}/up.png"),))
+    maps = Guidance((), ((0, 0, 9, 9), (0, 9, 9, 9)), (parse_map(f"{folder}/up.png"),))
     (zones,) = zones_on(maps, ground, 40.0)
     assert set(np.unique(zones)) == {1, 2, 1 + EITHER, 2 + EITHER}
     border = np.abs(np.arange(100) - 49.5) < 10
@@ -201,14 +201,12 @@ def test_a_quick_look_is_asked_the_same(folder: Path) -> None:
     assert isinstance(source, Material)
     quilt = synthesize(texture(128, 128), "torus", options=asked)
     assert quilt.surface is not None
-    prepared = prepare(source.color(), quilt.surface, asked, used=source.used, guidance=guidance)
-    quick = coarser(prepared, source.color(), 1)
-    assert quick.steering is not None
-    assert quick.steering.zones is not None
-    assert [zones.shape for zones in quick.steering.zones.wanted] == [
-        (c.height, c.width) for c in quick.charts
-    ]
-    look = execute(quick, source.color(), quilt.surface, seed=0)
+    exemplar = Exemplar(source.color(), source.used, guidance)
+    scene = prepare(exemplar, quilt.surface, asked)
+    assert isinstance(scene, Scene)
+    quick = coarser(scene, exemplar, 1)
+    assert [zones.shape for zones in quick.steering.zones] == [(c.height, c.width) for c in quick.charts]
+    look = execute(quick, exemplar, quilt.surface, seed=0)
     second = np.zeros(look.exemplar_shape)
     second[:96, 128:] = 1
     share, final = (float((share_on(one, second) > 0.5).mean()) for one in (look, quilt))
@@ -218,7 +216,8 @@ def test_a_quick_look_is_asked_the_same(folder: Path) -> None:
 def test_numbers_of_guides_keep_order_and_what_is_not_asked() -> None:
     found = as_guide(np.array([0.0, 0.5, 1.0, np.nan, 2.0]))
     assert found.tolist() == [1, 128, 255, 0, 255]
-    value, label = (Guide(found[None], (), 2.0, is_label=kind) for kind in (False, True))
+    asked = parse_map("height")
+    value, label = (Guide("", found[None], asked, 2.0, labels) for labels in (None, np.arange(3)))
     costs = guide_costs((value, label), 100.0)
     assert costs.shape == (2, 256)
     assert costs[:, 0].tolist() == [0, 0]

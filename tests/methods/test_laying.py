@@ -12,16 +12,19 @@ from tests.charts.meshes import box, sphere
 
 from upholster.charts.surface_to_cover import as_covered
 from upholster.charts.unwrap import unwrap
+from upholster.coverings.synthesis import synthesize
+from upholster.elements import find_lattice
 from upholster.errors import CancelledError, InputError
 from upholster.geometry import MeshSurface, TriangleMesh
 from upholster.measure.cuts import cut_seam_ratio
-from upholster.methods import lay_plan, prepare, synthesize
+from upholster.methods import Scene, lay_plan, prepare
+from upholster.methods.exemplar import Exemplar
 from upholster.methods.quilt import laying
 from upholster.methods.quilt.match_pyramid import SamplePart, match_pyramid
-from upholster.methods.quilt.method import laid_quilt, planned
+from upholster.methods.quilt.method import laid_quilt
 from upholster.methods.quilt.quilt_options import QuiltOptions
 from upholster.options import SynthesisOptions
-from upholster.parallel import Stop, cancelled_by
+from upholster.parallel import Stop, cancelled_by, running
 from upholster.quilt import Quilt, paint
 
 EXEMPLAR = texture(64, 72, passes=8)
@@ -128,11 +131,13 @@ def test_the_seed_alone_decides(name: str) -> None:
 
 def test_blocks_do_not_cross_creases() -> None:
     surface = unwrap(box((1.0, 1.0, 1.0)))[0]
-    prepared = prepare(EXEMPLAR, surface, SynthesisOptions(texels=12_000, block=20, sample_size=0.8))
+    options = SynthesisOptions(texels=12_000, block=20, sample_size=0.8)
+    scene = prepare(Exemplar(EXEMPLAR), surface, options)
+    assert isinstance(scene, Scene)
     shown = {}
     for crease in (None, 30.0):
-        options = replace(prepared.options, crease=crease)
-        run = Run.of(lay_plan(replace(prepared, options=options), EXEMPLAR))
+        bent = replace(scene, options=replace(scene.options, crease=crease))
+        run = Run.of(lay_plan(bent, Exemplar(EXEMPLAR)))
         canvases, mesh = run.ground.canvases, run.ground.mesh
         on = canvases.owners >= 0
         normals = np.rint(mesh.normals[canvases.triangles[on]]).astype(int) @ (1, 2, 4)
@@ -211,12 +216,11 @@ def test_a_lattice_keeps_its_phases(surface: str) -> None:
 
     def misfit(phase: float) -> float:
         options = SynthesisOptions(texels=15_000, sample_size=3.0, block=32, phase=phase)
-        prepared = prepare(exemplar, as_covered(surface).surface, options)
-        assert prepared.phases is not None
-        run = Run.of(lay_plan(prepared, exemplar))
-        pyramid = match_pyramid(
-            exemplar, run.numbers.level, [SamplePart.whole(exemplar, prepared.phases.lattice)]
-        )
+        prepared = prepare(Exemplar(exemplar), as_covered(surface).surface, options)
+        lattice = find_lattice(exemplar)
+        assert lattice is not None
+        run = Run.of(lay_plan(prepared, Exemplar(exemplar)))
+        pyramid = match_pyramid(exemplar, run.numbers.level, [SamplePart.whole(exemplar, lattice)])
         level = pyramid.levels[run.numbers.level]
         laid = run.laid.records[run.laid.records[:, 3] > 0]
         own = level.match.phases[:, laid[:, 0] * level.width + laid[:, 1]].astype(int)
@@ -307,10 +311,8 @@ def test_what_is_all_in_bits_is_covered() -> None:
 def test_progress_counts_blocks() -> None:
     calls: list[tuple[str, int, int]] = []
     surface = plane(100, 100)
-    plan = planned(
-        EXEMPLAR, surface.charted, surface.fields, surface.vectors, 1.0, options=QuiltOptions(block=20)
-    )
-    laid_quilt(plan, 2, lambda *call: calls.append(call))
+    with running(2, lambda *call: calls.append(call)):
+        laid_quilt(surface.plan(EXEMPLAR, block=20))
     assert {stage for stage, _, _ in calls} == {"blocks"}
     assert all(0 < done <= total for _, done, total in calls)
     assert any(done == total for _, done, total in calls)
@@ -326,11 +328,8 @@ def test_a_region_under_way_ends_when_work_is_cancelled(monkeypatch: pytest.Monk
 
     monkeypatch.setattr(laying, "lay_blocks", cancelled)
     surface = plane(100, 100)
-    plan = planned(
-        EXEMPLAR, surface.charted, surface.fields, surface.vectors, 1.0, options=QuiltOptions(block=20)
-    )
-    with cancelled_by(stop), pytest.raises(CancelledError):
-        laid_quilt(plan, 1)
+    with cancelled_by(stop), running(1), pytest.raises(CancelledError):
+        laid_quilt(surface.plan(EXEMPLAR, block=20))
     assert shown == [False]
 
 

@@ -11,7 +11,8 @@ from repeating import repeating
 from upholster import InputError, paint, surface_from_spec, synthesize
 from upholster.image import Material
 from upholster.measure.trace import charted_of
-from upholster.methods import coarser, kept_sample, prepare
+from upholster.methods import coarser, kept_sample, lay_plan, prepare
+from upholster.methods.exemplar import Exemplar
 from upholster.methods.quilt.usable import (
     allowed_places,
     check_level,
@@ -84,9 +85,9 @@ def test_no_texel_of_a_repeating_sample_reads_there_either() -> None:
     used = window(150, 150)
     material = Material({"albedo": photo}, used=used)
     prepared = prepare(
-        material.color(), surface_from_spec("torus"), SynthesisOptions(texels=40_000), used=used
+        Exemplar(material.color(), used), surface_from_spec("torus"), SynthesisOptions(texels=40_000)
     )
-    assert prepared.phases is not None
+    assert prepared.phases[0] is not None
     for on, options in (("plane", {"texels": (190, 160)}), ("torus", {"texels": 40_000, "sample_size": 7.0})):
         assert shares(synthesize(material, on, **options), used).max() == 0
 
@@ -161,8 +162,9 @@ def test_texels_that_are_too_coarse_for_what_is_left_are_refused() -> None:
         synthesize(Material({"albedo": PHOTO}, used=used), "torus", texels=20_000, sample_size=1.2)
     # A quick look takes what there is.
     wanted = SynthesisOptions(texels=40_000, sample_size=7.0)
-    prepared = prepare(PHOTO, surface_from_spec("torus"), wanted, used=used)
-    assert coarser(prepared, PHOTO, 3).used is used
+    exemplar = Exemplar(PHOTO, used)
+    quick = coarser(prepare(exemplar, surface_from_spec("torus"), wanted), exemplar, 3)
+    assert len(lay_plan(quick, exemplar).match.places)
 
 
 def test_a_sample_without_small_coefficients_keeps_its_mask() -> None:

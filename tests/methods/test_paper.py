@@ -7,9 +7,9 @@ import pytest
 from plain_cut import FREE, NEW, OLD, plain_cut
 
 from upholster.charts import uniform_layout
+from upholster.coverings.synthesis import synthesize
 from upholster.errors import InputError
 from upholster.geometry import RationalPatch, Surface, plane, ring_cyclide, sphere
-from upholster.methods import synthesize
 from upholster.methods.paper import PaperOptions, synthesize_paper
 from upholster.methods.paper.strips import color_classes, strip_along
 from upholster.methods.working_form import working_form

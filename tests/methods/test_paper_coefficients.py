@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
+from upholster.coverings.synthesis import synthesize
 from upholster.errors import InputError
 from upholster.geometry import ring_cyclide, surface_from_spec
 from upholster.image import Material, write_image
-from upholster.methods import kept_sample, synthesize
+from upholster.methods import kept_sample
 from upholster.methods.paper import keep_coefficients
 from upholster.options import SynthesisOptions, WriteOptions
 from upholster.pipeline import cover, refine, write

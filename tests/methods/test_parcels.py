@@ -1,18 +1,20 @@
 """Parcels: a surface laid cube by cube is as good as one laid as a whole, and one parcel is the whole."""
 
+import pickle
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
 import pytest
-from laying import alike
+from laying import alike, quilt_on
 
 from upholster import read_exemplar
 from upholster.charts.subdivision import subdivided, subdivided_in
 from upholster.charts.surface_to_cover import as_covered
 from upholster.measure.cuts import cut_seam_ratio
-from upholster.methods import lay_plan, prepare
+from upholster.methods import Scene, lay_plan, prepare
+from upholster.methods.exemplar import Exemplar
 from upholster.methods.quilt import parcels
 from upholster.methods.quilt.emit import emitted_quilt, label_pieces
 from upholster.methods.quilt.lay_plan import LayPlan
@@ -43,7 +45,10 @@ def small_parcels() -> Iterator[None]:
 
 def plan_on(surface: str, **wanted: object) -> LayPlan:
     options = SynthesisOptions(**{"texels": 120_000, "block": 20, **wanted})  # type: ignore[arg-type]
-    return lay_plan(prepare(SAMPLE, as_covered(surface).surface, options), SAMPLE, seed=5)
+    sample = Exemplar(SAMPLE)
+    scene = prepare(sample, as_covered(surface).surface, options)
+    assert isinstance(scene, Scene)
+    return lay_plan(scene, sample, seed=5)
 
 
 @pytest.fixture(scope="module")
@@ -69,10 +74,18 @@ def sized_cut() -> LayPlan:
         return plan_on(SPHERE, size_map="height=0.6,1.5")
 
 
+def test_tasks_can_have_a_plan_of_any_direction() -> None:
+    # They get vectors in place of the function, which can not be pickled.
+    plan = plan_on("torus", texels=20_000, direction=lambda points: points[:, ::-1])
+    found = pickle.loads(pickle.dumps(plan))
+    np.testing.assert_array_equal(found.scene.vectors, plan.scene.vectors)
+    assert found.scene.field is None
+
+
 def test_parcels_tile_the_surface(cut: LayPlan) -> None:
     found = cut.parcels
     assert len(found) > 8
-    fine = subdivided(cut.surface, cut.vectors, 0.4 * found.block).surface
+    fine = subdivided(cut.scene.charted, cut.scene.vectors, 0.4 * found.block).surface
     middles = fine.mesh.corners.mean(axis=1)
     own = found.of_points(middles)
     assert own.min() == 0
@@ -95,16 +108,16 @@ def test_parcels_tile_the_surface(cut: LayPlan) -> None:
 
 def test_triangles_in_a_box_are_those_of_the_whole(cut: LayPlan) -> None:
     longest = 0.4 * cut.parcels.block
-    all_of_it = subdivided(cut.surface, cut.vectors, longest)
+    all_of_it = subdivided(cut.scene.charted, cut.scene.vectors, longest)
     box = cut.parcels.box(0, 1)
     assert box is not None
-    part = subdivided_in(cut.surface, cut.vectors, longest, box)
+    part = subdivided_in(cut.scene.charted, cut.scene.vectors, longest, box)
     assert part is not None
     corners = all_of_it.surface.mesh.corners
     met = ((corners.min(axis=1) <= box[1]) & (corners.max(axis=1) >= box[0])).all(axis=1)
     assert np.array_equal(corners[met], part.surface.mesh.corners)
     assert np.array_equal(all_of_it.surface.places[met], part.surface.places)
-    assert subdivided_in(cut.surface, cut.vectors, longest, box + 100) is None
+    assert subdivided_in(cut.scene.charted, cut.scene.vectors, longest, box + 100) is None
 
 
 @pytest.mark.parametrize("plan", ["whole", "sized"])
@@ -124,14 +137,14 @@ def test_one_parcel_drawn_again_is_as_it_was_laid(plan: str, request: pytest.Fix
 @pytest.mark.parametrize("plan", ["cut", "sized_cut"])
 def test_threads_do_not_change_a_quilt_of_parcels(plan: str, request: pytest.FixtureRequest) -> None:
     found = request.getfixturevalue(plan)
-    assert alike(laid_quilt(found, threads=1), laid_quilt(found, threads=3))
+    assert alike(quilt_on(1, found), quilt_on(3, found))
 
 
 @pytest.mark.slow(reason="lays whole quilts on several surfaces")
 @pytest.mark.parametrize(("one", "many"), [("whole", "cut"), ("sized", "sized_cut")])
 def test_seams_of_parcels_do_not_show(one: str, many: str, request: pytest.FixtureRequest) -> None:
     whole, cut = request.getfixturevalue(one), request.getfixturevalue(many)
-    quilts = [laid_quilt(plan, threads=1) for plan in (whole, cut)]
+    quilts = [laid_quilt(plan) for plan in (whole, cut)]
     counts = [len(quilt.placements) for quilt in quilts]
     assert counts[1] == pytest.approx(counts[0], rel=0.03)
     surface = as_covered(SPHERE).surface
@@ -143,4 +156,4 @@ def test_seams_of_parcels_do_not_show(one: str, many: str, request: pytest.Fixtu
 def test_a_tile_is_one_parcel_and_the_same_on_threads(small_parcels: None, shape: tuple[int, int]) -> None:
     plan = plan_on("plane", texels=shape, tileable=True)
     assert len(plan.parcels) == 1
-    assert alike(laid_quilt(plan, threads=1), laid_quilt(plan, threads=3))
+    assert alike(quilt_on(1, plan), quilt_on(3, plan))

@@ -5,11 +5,11 @@ import pytest
 from plain_pixel import PlainSurface, plain_levels, plain_pixel
 
 from upholster.charts import uniform_layout
+from upholster.coverings.synthesis import synthesize
 from upholster.errors import InputError
 from upholster.geometry import RationalPatch, Surface, plane, ring_cyclide, sphere
 from upholster.image import write_image
 from upholster.measure.mesh_seams import mesh_seams
-from upholster.methods import synthesize
 from upholster.methods.pixel import PixelOptions, synthesize_pixel
 from upholster.methods.pixel.method import PASSES, SIMILAR
 from upholster.methods.pixel.surface_levels import SurfaceLevel

@@ -7,9 +7,11 @@ import pytest
 from repeating import repeating
 from tests.charts.test_mesh_layout import sheet
 
+from upholster.coverings.synthesis import synthesize
 from upholster.errors import InputError
 from upholster.geometry import plane, torus
-from upholster.methods import prepare, synthesize
+from upholster.methods import prepare
+from upholster.methods.exemplar import Exemplar
 from upholster.methods.quilt.phases import (
     better_tile,
     level_phases,
@@ -89,20 +91,19 @@ def test_a_tile_that_stretches_rows_is_offered_a_better_size():
     height, width = better_tile(lattice.waves, 64, 64)
     assert stretched_by(lattice.waves, height, width) < 0.003 < 0.01 < stretched_by(lattice.waves, 64, 64)
     options = SynthesisOptions(texels=(64, 64), tileable=True)
-    prepared = prepare(exemplar, plane(), options)
-    height, width = better_tile(prepared.phases.lattice.waves, 64, 64)
+    prepared = prepare(Exemplar(exemplar), plane(), options)
+    height, width = better_tile(prepared.waves, 64, 64)
     (note,) = notes_before(plane(), prepared, exemplar, 1)
     assert f"{width}x{height} texels" in note
     assert "repeats every" in settled_words(prepared, plane(), options, ())["lattice"]
     better = replace(options, texels=(width, height))
-    assert not notes_before(plane(), prepare(exemplar, plane(), better), exemplar, 1)
+    assert not notes_before(plane(), prepare(Exemplar(exemplar), plane(), better), exemplar, 1)
 
 
 def test_phases_are_left_out_where_they_are_not_wanted():
     exemplar, _ = repeating(96, 96, [(1 / 12.4, 0), (0, 1 / 10.7)])
-    assert prepare(exemplar, plane(), SynthesisOptions(texels=(64, 64), phase=0)).phases is None
+    assert prepare(Exemplar(exemplar), plane(), SynthesisOptions(texels=(64, 64), phase=0)).waves is None
     with pytest.raises(InputError, match="phase is 11; allowed: 0 to 10"):
         SynthesisOptions(phase=11)
-    prepared = prepare(exemplar, torus(2, 0.8), SynthesisOptions(texels=40000, sample_size=3))
-    assert prepared.phases.weight == 2
-    assert prepared.phases.surface.waves is prepared.phases.lattice.waves
+    prepared = prepare(Exemplar(exemplar), torus(2, 0.8), SynthesisOptions(texels=40000, sample_size=3))
+    assert prepared.options.phase == 2

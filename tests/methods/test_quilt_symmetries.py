@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from laying import texture
 
+from upholster.coverings.synthesis import synthesize
 from upholster.errors import InputError
 from upholster.geometry import MeshSurface, TriangleMesh
 from upholster.image import Material
-from upholster.methods import synthesize
 from upholster.quilt import paint_material
 
 ALL = {"mirror": True, "rotate": True}

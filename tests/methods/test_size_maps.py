@@ -13,6 +13,7 @@ from upholster.measure.places import surface_samples
 from upholster.measure.samples import Window
 from upholster.measure.trace import Trace
 from upholster.methods import coarser, lay_plan, prepare
+from upholster.methods.exemplar import Exemplar
 from upholster.methods.quilt.method import laid_quilt
 from upholster.notes import notes_before
 from upholster.options import SynthesisOptions
@@ -42,7 +43,7 @@ def shown(surface, quilt):
 def prepared(**wanted):
     """Return what is done on the plane."""
     options = SynthesisOptions(**{"texels": 90_000, "block": 40, "sample_size": SIZE, **wanted})
-    return prepare(SAMPLE, PLANE, options)
+    return prepare(Exemplar(SAMPLE), PLANE, options)
 
 
 @pytest.mark.slow(reason="lays whole quilts on several surfaces")
@@ -68,7 +69,7 @@ def test_one_size_is_that_of_a_larger_sample():
     larger = prepared(sample_size=2 * SIZE, texels=30_000)
     for one, other in zip(twice.fields, larger.fields, strict=True):
         np.testing.assert_array_equal(one.nodes, other.nodes)
-    quilts = [laid_quilt(lay_plan(each, SAMPLE, seed=1), threads=1) for each in (twice, larger)]
+    quilts = [laid_quilt(lay_plan(each, Exemplar(SAMPLE), seed=1)) for each in (twice, larger)]
     counts = [len(quilt.placements) for quilt in quilts]
     assert counts[0] == pytest.approx(counts[1], rel=0.15)
     assert mapping(PLANE, quilts[0].on(PLANE), scale=SCALE / 2).within > 0.98
@@ -76,7 +77,7 @@ def test_one_size_is_that_of_a_larger_sample():
 
 def test_once_everywhere_is_as_without_a_map():
     without, once = prepared(), prepared(size_map="height=1,1")
-    assert alike(*(laid_quilt(lay_plan(each, SAMPLE, seed=1), threads=1) for each in (without, once)))
+    assert alike(*(laid_quilt(lay_plan(each, Exemplar(SAMPLE), seed=1)) for each in (without, once)))
 
 
 def test_what_blocks_cannot_follow_is_reported():
@@ -92,6 +93,6 @@ def test_what_blocks_cannot_follow_is_reported():
 
 def test_a_quick_look_has_the_same_sizes():
     fine = prepared(size_map="facing:z=1.5,1.5", texels=200_000)
-    quick = coarser(fine, SAMPLE, 2)
-    quilt = laid_quilt(lay_plan(quick, SAMPLE, seed=1), threads=1)
+    quick = coarser(fine, Exemplar(SAMPLE), 2)
+    quilt = laid_quilt(lay_plan(quick, Exemplar(SAMPLE), seed=1))
     assert mapping(PLANE, quilt.on(PLANE), scale=SCALE / 1.5).within > 0.98

@@ -11,6 +11,7 @@ from upholster.charts.layout import density_layout
 from upholster.charts.surface_to_cover import as_covered
 from upholster.geometry import surface_from_spec
 from upholster.methods import coarser, prepare
+from upholster.methods.exemplar import Exemplar
 from upholster.methods.quilt.sizes import LARGEST_SIDE, block_side, suiting_side, turning_of
 from upholster.options import SynthesisOptions
 
@@ -66,7 +67,7 @@ def test_directions_turn_on_a_sphere_as_its_parallels_do() -> None:
 
 def test_a_quick_look_has_blocks_twice_as_wide_and_never_too_wide():
     sample = np.random.default_rng(1).integers(0, 256, (1000, 1000, 1), dtype=np.uint8)
-    surface, sides = as_covered("sphere").surface, []
+    sample, surface, sides = Exemplar(sample), as_covered("sphere").surface, []
     for block in (100, 400):
         options = SynthesisOptions(texels=40_000, sample_size=8.0, block=block, phase=0)
         sides.append(coarser(prepare(sample, surface, options), sample, 2).options.block)

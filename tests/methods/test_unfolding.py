@@ -14,6 +14,7 @@ from upholster.charts.subdivision import subdivided
 from upholster.charts.surface_to_cover import as_covered
 from upholster.geometry import MeshSurface
 from upholster.methods import prepare
+from upholster.methods.exemplar import Exemplar
 from upholster.methods.quilt._lay_kernels import Ground
 from upholster.methods.quilt._sheet_kernels import FIT, MOST_SHEETS, SheetScratch
 from upholster.methods.quilt._unfold_kernels import Footprint, UnfoldScratch
@@ -166,9 +167,8 @@ def test_on_a_sphere_a_block_keeps_size_and_direction() -> None:
     rng = np.random.default_rng(1)
     exemplar = rng.integers(0, 256, (64, 64, 1), dtype=np.uint8)
     prepared = prepare(
-        exemplar, cube_laid_out(16), SynthesisOptions(texels=80_000, sample_size=0.8, block=24)
+        Exemplar(exemplar), cube_laid_out(16), SynthesisOptions(texels=80_000, sample_size=0.8, block=24)
     )
-    assert prepared.charted is not None
     assert prepared.field is not None
     assert prepared.scale is not None
     scale = prepared.scale.scale
@@ -243,7 +243,6 @@ def test_text_forms_have_grounds_without_gaps() -> None:
     # Each edge of a closed surface of patches has a neighbour, however charts are tessellated.
     surface = as_covered("sphere").surface
     image = np.zeros((64, 64, 1), np.uint8)
-    prepared = prepare(image, surface, SynthesisOptions(texels=5000, sample_size=1.0))
-    assert prepared.charted is not None
+    prepared = prepare(Exemplar(image), surface, SynthesisOptions(texels=5000, sample_size=1.0))
     assert (prepared.charted.mesh.neighbours >= 0).all()
     assert prepared.charted.is_seam.any()

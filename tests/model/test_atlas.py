@@ -30,6 +30,7 @@ from upholster.model import (
     page_windows,
     tessellate,
 )
+from upholster.parallel import running
 from upholster.quilt.chart import Chart
 from upholster.quilt.model import Texels
 
@@ -44,9 +45,9 @@ def painted(surface: Surface, charts: Sequence[Chart]) -> Texels:
     return Texels(tuple(charts), tuple(arrays))
 
 
-def packed(surface: Surface, texels: Texels, *, threads: int | None = None, **options: Any) -> Atlas:
+def packed(surface: Surface, texels: Texels, **options: Any) -> Atlas:
     layout = pack_charts(texels.charts, **options)
-    return build_atlas(texels, find_seams(surface, texels.charts), layout, threads=threads)
+    return build_atlas(texels, find_seams(surface, texels.charts), layout)
 
 
 def noisy(surface: Surface, height: int, width: int, channels: int = 3) -> Texels:
@@ -209,7 +210,8 @@ def test_one_color_everywhere(threads: int) -> None:
     charts = patch_charts(surface, rng.integers(8, 70, (17, 2)).tolist())
     color = np.array([10, 200, 77, 255], np.uint8)
     arrays = tuple(np.broadcast_to(color, (chart.height, chart.width, 4)) for chart in charts)
-    atlas = packed(surface, Texels(charts, arrays), threads=threads)
+    with running(threads):
+        atlas = packed(surface, Texels(charts, arrays))
     assert (atlas.pixels == color).all()
     assert not atlas.pixels.flags.writeable
 

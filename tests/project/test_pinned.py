@@ -11,6 +11,7 @@ from upholster.charts.maps import MapGround, parse_map, region
 from upholster.coverings.pins import MOST_PINNED
 from upholster.errors import FormatError
 from upholster.image import write_image
+from upholster.methods import Scene
 from upholster.quilt import Quilt
 
 HERE, THERE = "2.5,0,0.5:1.4", "-2.5,0,0.5:1.4"
@@ -34,9 +35,9 @@ def changed(
     project: Project, sample: np.ndarray, before: Quilt, after: Quilt, text: str
 ) -> tuple[float, float]:
     """Return which part of the texels differs in a region, and which outside."""
-    covering = project.coverings()[0]
-    assert covering.prepared.charted is not None
-    ground = MapGround(covering.prepared.charted, None, covering.surface, False)
+    request = project.request().read()[0]
+    assert isinstance(request.scene, Scene)
+    ground = MapGround(request.scene.charted, None, request.surface, False)
     inside = np.concatenate([own.ravel() for own in region(parse_map(text), ground)])
     pairs = zip(*(paint(quilt, sample, density=1).arrays for quilt in (before, after)), strict=True)
     differs = np.concatenate([(one != other).any(axis=2).ravel() for one, other in pairs])
@@ -91,11 +92,24 @@ def test_nothing_can_stay_where_the_size_or_the_sample_changes(torus: Project, s
         torus.pin("here")
     with pytest.raises(InputError, match="map is 'here'"):
         torus.again("here")
+    with pytest.raises(InputError, match="pinned with method 'paper'; allowed: with method 'quilt'"):
+        Project("sphere", sample, synthesis={"method": "paper", "chart": 64}).pin(HERE)
     project = torus
     for seed in range(1, MOST_PINNED + 1):
         project = project.pin(HERE).change(seed=seed)
     with pytest.raises(InputError, match=f"at {MOST_PINNED + 1} states; allowed: {MOST_PINNED}"):
         project.pin(HERE)
+
+
+def test_another_seed_needs_no_new_scene_where_something_is_pinned(torus: Project) -> None:
+    pinned = torus.pin(HERE).change(seed=5)
+    ran = pinned.previews.stages.ran
+    pinned.quilts()
+    ran.clear()
+    pinned.change(seed=6).quilts()
+    names = {each.name for each in ran}
+    assert "execute" in names
+    assert "prepare" not in names
 
 
 def test_a_file_holds_what_is_pinned(torus: Project, sample: np.ndarray, tmp_path: Path) -> None:

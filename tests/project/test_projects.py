@@ -109,7 +109,7 @@ def test_the_last_look_is_what_is_exported(chair, tmp_path):
     assert report.model.quilt is not None
     for name in quilt.placements.dtype.names:
         np.testing.assert_array_equal(quilt.placements[name], report.model.quilt.placements[name])
-    texels = paint(quilt, chair.coverings()[0].source)
+    texels = paint(quilt, chair.request().read()[0].source)
     for one, other in zip(texels.arrays, report.model.texels.arrays, strict=True):
         np.testing.assert_array_equal(one, other)
     for look in looks:  # as many texels as are asked for, whatever the steps
@@ -132,12 +132,11 @@ def test_the_next_preview_cancels_the_one_before(chair):
 def test_progress_over_all_stages_and_looks_only_grows():
     said = []
     for total in (0, 4):  # a pass over nothing, too
-        preview = JointProgress(lambda *one: said.append(one))
+        preview = JointProgress()
         for start, end in ((0.2, 0.4), (0.4, 1.0)):
             preview.begin(start, end)
             for stage, count in (("blocks", 9), ("blocks", 3), ("paint", total), ("blocks", 9)):
-                for done in range(1, count + 1):
-                    preview(stage, done, count)
+                said += [preview(stage, done, count) for done in range(1, count + 1)]
         shares = [done for _, done, _ in said]
         assert shares == sorted(shares)
         assert len(set(shares)) > 30
@@ -320,8 +319,8 @@ def test_a_preview_ends_however_often_it_is_asked(chair):
 @pytest.mark.slow(reason="covers a model again and again")
 def test_what_is_said_last_of_the_samples_size_counts(chair):
     sized = chair.change(sample=Sample(WEAVE, "40cm"))
-    assert sized.coverings()[0].asked.sample_size == "40cm"
-    assert sized.change(sample_size="30cm").coverings()[0].asked.sample_size == "30cm"
+    assert sized.request().read()[0].settled.options.sample_size == "40cm"
+    assert sized.change(sample_size="30cm").request().read()[0].settled.options.sample_size == "30cm"
 
 
 def test_pixels_that_change_later_are_not_those_of_the_project():
@@ -338,10 +337,10 @@ def test_a_file_of_strokes_counts_as_it_is_and_lies_in_the_folder(tmp_path, chai
     strokes = tmp_path / "strokes.json"
     strokes.write_text("[[[0, 0, 0.5], [0, 1, 0]]]")
     project = chair.change(stroke=(str(strokes),))
-    assert project.coverings()[0].asked.stroke == ("0.0,0.0,0.5:0.0,1.0,0.0",)
+    assert project.request().read()[0].settled.options.stroke == ("0.0,0.0,0.5:0.0,1.0,0.0",)
     save_project(project, tmp_path / "a" / "x.upholster.json")
     strokes.write_text("[[[0, 0, 0.5], [1, 0, 0]]]")
-    assert project.coverings()[0].asked.stroke == ("0.0,0.0,0.5:1.0,0.0,0.0",)
+    assert project.request().read()[0].settled.options.stroke == ("0.0,0.0,0.5:1.0,0.0,0.0",)
     saved_one = tmp_path / "a" / "x.upholster.json"
     assert read_project(saved_one).synthesis.stroke == ("0.0,0.0,0.5:0.0,1.0,0.0",)
     reported = json.loads(saved_one.read_text())
@@ -360,7 +359,7 @@ def test_an_image_of_directions_counts_as_it_is_and_lies_in_the_folder(tmp_path)
 
     def rows():
         with project.previews.stages.active():
-            return project.coverings()[0].prepared.vectors[:, 0]
+            return project.request().read()[0].scene.vectors[:, 0]
 
     np.testing.assert_allclose(rows(), np.broadcast_to((1, 0, 0), rows().shape), atol=0.01)
     write_image(image, np.full((8, 4, 3), (128, 255, 255), np.uint8))
@@ -387,7 +386,7 @@ def test_an_image_of_sizes_counts_as_it_is_and_lies_in_the_folder(tmp_path):
 
     def most():
         with project.previews.stages.active():
-            return project.coverings()[0].prepared.sizes.most
+            return project.request().read()[0].scene.sizes.most
 
     assert most() == 2
     write_image(image, np.full((8, 4, 1), 255, np.uint8))

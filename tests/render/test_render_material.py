@@ -176,7 +176,7 @@ def test_a_place_shines_as_its_twin_does() -> None:
         maps = {"normal": coded, "emission": values["emission"]}
         maps |= {role: [values[role]] for role in ("roughness", "metallic", "ao")}
         arrays = {role: np.array(part, np.float32).reshape(1, 1, -1) for role, part in maps.items()}
-        built = build_maps(arrays, np.zeros((1, 3), np.float32), AXES, first=0, last=0, threads=1)
+        built = build_maps(arrays, np.zeros((1, 3), np.float32), AXES, first=0, last=0)
         color = (*values["color"], 1.0)
         found = material_light(
             built, (0.5, 0.5), (0.1, 0.0), (0.0, 0.1), color,

@@ -6,6 +6,7 @@ import pytest
 from render_shapes import Model, checker, joined, sheet, sphere
 
 from upholster.errors import InputError
+from upholster.parallel import running
 from upholster.render import Camera, render
 from upholster.render._kernels import resolve, shade
 from upholster.render.texture import MipPyramid, build_mip_pyramid
@@ -143,9 +144,9 @@ def test_levels_finer_than_needed_are_not_missed(monkeypatch: pytest.MonkeyPatch
     image = render(*model, texture, **options)
     built: list[int] = []
 
-    def whole(texture: Any, *, first: int, last: int, threads: int | None) -> MipPyramid:
+    def whole(texture: Any, *, first: int, last: int) -> MipPyramid:
         built.append(first)
-        return build_mip_pyramid(texture, last=last, threads=threads)
+        return build_mip_pyramid(texture, last=last)
 
     monkeypatch.setattr("upholster.render.picture.build_mip_pyramid", whole)
     np.testing.assert_array_equal(render(*model, texture, **options), image)
@@ -155,7 +156,11 @@ def test_levels_finer_than_needed_are_not_missed(monkeypatch: pytest.MonkeyPatch
 def test_picture_does_not_depend_on_threads() -> None:
     texture = np.random.default_rng(9).integers(0, 256, (256, 256, 4), np.uint8)
     options: dict[str, Any] = {"size": (200, 330), "supersample": 2}
-    one, four = (render(*sphere(), texture, **options, threads=threads) for threads in (1, 4))
+    pictures = []
+    for threads in (1, 4):
+        with running(threads):
+            pictures.append(render(*sphere(), texture, **options))
+    one, four = pictures
     np.testing.assert_array_equal(one, four)
 
 
@@ -289,7 +294,8 @@ def test_background_is_kept_and_may_be_a_gradient() -> None:
 
 def test_progress_counts_to_the_end() -> None:
     seen: list[tuple[str, int, int]] = []
-    render(*sphere(), None, size=(20, 300), threads=1, progress=lambda *step: seen.append(step))
+    with running(1, lambda *step: seen.append(step)):
+        render(*sphere(), None, size=(20, 300))
     assert [done for _, done, _ in seen] == list(range(1, seen[-1][2] + 1))
     assert {stage for stage, _, _ in seen} == {"render"}
 
@@ -298,8 +304,8 @@ def test_an_interrupt_ends_the_picture() -> None:
     def stop(stage: str, done: int, total: int) -> None:
         raise KeyboardInterrupt
 
-    with pytest.raises(KeyboardInterrupt):
-        render(*sphere(), None, size=(20, 1000), threads=2, progress=stop)
+    with pytest.raises(KeyboardInterrupt), running(2, stop):
+        render(*sphere(), None, size=(20, 1000))
 
 
 @pytest.mark.parametrize("size", [(1, 1), (1, 50), (50, 1), (2, 3)])
@@ -334,7 +340,6 @@ def test_tiny_pictures(size: tuple[int, int]) -> None:
         ({"background": (1, 2, math.nan)}, "background"),
         ({"background": (-1, 0, 0)}, "background"),
         ({"depth": np.zeros((4, 4), np.float32)}, "depth"),
-        ({"threads": 0}, "threads"),
     ],
 )
 def test_bad_input_is_one_line(change: dict[str, Any], message: str) -> None:

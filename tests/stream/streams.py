@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
+from upholster.coverings.synthesis import synthesize
 from upholster.geometry import surface_from_spec
-from upholster.methods import synthesize
 from upholster.quilt import Chart, Quilt
 from upholster.quilt.labels import LabelMap, cell_centres, label_shape, nearest_labels
 from upholster.quilt.placement import PLACEMENT

@@ -168,8 +168,8 @@ def _stopping(after: int, names: list[tuple[str, int]]) -> Iterator[Callable[...
             return getattr(self.pool, name)
 
     @contextmanager
-    def make(threads: int | None) -> Iterator[Pool]:
-        with thread_pool(threads) as pool:
+    def make() -> Iterator[Pool]:
+        with thread_pool() as pool:
             yield Pool(pool)
 
     with pytest.MonkeyPatch.context() as patch:

@@ -17,9 +17,9 @@ from benchmarks.browser import ARGUMENTS, find_chromium
 from playwright.sync_api import sync_playwright
 from scipy.ndimage import binary_erosion, gaussian_filter
 
+from upholster.coverings.synthesis import synthesize
 from upholster.geometry import ring_cyclide, surface_from_spec
 from upholster.image import from_linear, read_exemplar, read_image
-from upholster.methods import synthesize
 from upholster.render import render
 from upholster.server.serving import serving as serving_app
 from upholster.stream import StreamDecoder, encode_stream

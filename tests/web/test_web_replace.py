@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from browser import BRICKS
 
+from upholster.coverings.synthesis import synthesize
 from upholster.geometry import ring_cyclide
 from upholster.image import read_exemplar
-from upholster.methods import synthesize
 from upholster.server import Catalogue, make_app
 from upholster.stream import encode_stream
 

@@ -9,8 +9,8 @@ from browser import likeness, pixels, rendered, wait_until
 from command_line import run_cli
 from scipy.ndimage import gaussian_filter
 
+from upholster.coverings.synthesis import synthesize
 from upholster.geometry import surface_from_spec
-from upholster.methods import synthesize
 from upholster.stream import StreamDecoder, describe, encode_stream
 from upholster.stream.prefix import Limit, feed_until
 

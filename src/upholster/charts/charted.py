@@ -29,6 +29,7 @@ __all__ = [
     "charted_plane",
     "charted_surface",
     "on_longer_steps",
+    "steps_per_unit",
 ]
 
 _ASIDE = (0.00071, 0.00131)
@@ -213,3 +214,12 @@ def on_longer_steps(surface: ChartedSurface, octaves: int) -> ChartedSurface:
     )
     before, after = (np.array([(one.height, one.width) for one in of]) for of in (surface.charts, charts))
     return replace(surface, charts=charts, places=surface.places * (after / before)[surface.chart][:, None])
+
+
+@stage
+def steps_per_unit(surface: ChartedSurface) -> float:
+    """Return the mean number of steps per model unit over the charts."""
+    flat = surface.places[:, 1:] - surface.places[:, :1]
+    steps = 0.5 * np.abs(flat[:, 0, 0] * flat[:, 1, 1] - flat[:, 0, 1] * flat[:, 1, 0])
+    kept = surface.chart >= 0
+    return float(np.sqrt(steps[kept].sum() / surface.mesh.areas[kept].sum()))

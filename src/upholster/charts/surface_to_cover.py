@@ -26,7 +26,6 @@ from upholster.geometry.patch_mesh import can_be_mesh, patch_mesh
 from upholster.included import model_path
 from upholster.options import ModelOptions, differing
 from upholster.stages import file_stage, stage
-from upholster.types import Progress
 
 __all__ = ["Covered", "CoveredLike", "as_covered", "covered_files", "covered_parts"]
 
@@ -71,9 +70,11 @@ def as_covered(
     *,
     biquadratic: bool = False,
     patches: bool = False,
-    progress: Progress | None = None,
 ) -> Covered:
     """Return the surface that `on` stands for, meshes flattened.
+
+    Progress has the stages "faces" and "mesh" while a CAD model is read, and "unwrap" while a mesh is
+    flattened.
 
     A patch list (``.bpt``) with poles becomes a mesh: charts over its patches' own parameters would have
     texels of very uneven size.
@@ -89,9 +90,6 @@ def as_covered(
         As for `as_surface`.
     patches
         Whether patch lists stay patches in any case.
-    progress
-        Called with stages "faces" and "mesh" while a CAD model is read, and with "unwrap" while a mesh is
-        flattened.
 
     Raises
     ------
@@ -101,9 +99,9 @@ def as_covered(
     """
     on, options = model_path(on), options or ModelOptions()
     if _is_model(on):
-        return _covered_model(os.fspath(on), options, progress=progress)
+        return _covered_model(os.fspath(on), options)
     if isinstance(on, TriangleMesh):
-        return _covered_mesh(on, options.uv == "keep", progress=progress)
+        return _covered_mesh(on, options.uv == "keep")
     if options != ModelOptions():
         given = ", ".join(differing(options))
         raise InputError(
@@ -116,7 +114,7 @@ def as_covered(
     listed = kind is not None and kind.name == "patch list"
     if patches or not listed or not of_patches.degenerate or not can_be_mesh(of_patches):
         return Covered(of_patches, None, tuple(_far_notes(of_patches)))
-    return _without_poles(of_patches, progress=progress)
+    return _without_poles(of_patches)
 
 
 def _surface_inputs(_: Surface, on: SurfaceLike, *__: object) -> list[str]:
@@ -129,9 +127,9 @@ def _of_patches(on: SurfaceLike, biquadratic: bool) -> Surface:
 
 
 @stage
-def _without_poles(surface: Surface, *, progress: Progress | None) -> Covered:
+def _without_poles(surface: Surface) -> Covered:
     mesh = patch_mesh(surface)
-    flat, report = unwrap(mesh, progress=progress)
+    flat, report = unwrap(mesh)
     note = f"its patches have poles: covered as a mesh of {len(mesh.triangles):,} triangles on them"
     return Covered(flat, None, (note, *_far_notes(surface), *report.notes))
 
@@ -152,7 +150,6 @@ def covered_parts(
     options: ModelOptions | None = None,
     *,
     rest: bool = False,
-    progress: Progress | None = None,
 ) -> dict[str, Covered]:
     """Return what each of several patterns covers on one model, each flattened separately.
 
@@ -167,8 +164,6 @@ def covered_parts(
         How to read the model; `part` names the rest, by default all parts that no pattern fits.
     rest
         Whether to cover the rest as well.
-    progress
-        As for `as_covered`, without "unwrap".
 
     Returns
     -------
@@ -188,7 +183,7 @@ def covered_parts(
     if options.part is not None and not rest:
         raise InputError("part says what the sample covers, and there is none; allowed: with a sample")
     wanted = (*options.part, *patterns) if options.part else None if rest else patterns
-    model = _model(on, options, wanted, progress)
+    model = _model(on, options, wanted)
     owner = np.full(len(model.parts), -1)
     for number, pattern in reversed(list(enumerate(patterns))):
         owner[model.fitting([pattern])] = number
@@ -215,9 +210,7 @@ def covered_parts(
     return out
 
 
-def _model(
-    on: str | os.PathLike[str], options: ModelOptions, parts: Sequence[str] | None, progress: Progress | None
-) -> ModelFile:
+def _model(on: str | os.PathLike[str], options: ModelOptions, parts: Sequence[str] | None) -> ModelFile:
     return read_model(
         on,
         parts=parts,
@@ -225,7 +218,6 @@ def _model(
         up=options.up,
         deviation=options.deviation,
         unique=options.unique,
-        progress=progress,
     )
 
 
@@ -234,19 +226,19 @@ def _inputs(found: Covered, on: str, *_: object, **__: object) -> list[str]:
 
 
 @file_stage(_inputs)
-def _covered_model(on: str, options: ModelOptions, *, progress: Progress | None) -> Covered:
+def _covered_model(on: str, options: ModelOptions) -> Covered:
     # Flattening a large mesh takes seconds, and so does reading a CAD model.
     def read() -> Covered:
-        model = _model(on, options, options.part, progress)
-        surface, report = unwrap(model.mesh, keep_uv=options.uv == "keep", progress=progress)
+        model = _model(on, options, options.part)
+        surface, report = unwrap(model.mesh, keep_uv=options.uv == "keep")
         return Covered(surface, model, (*model.notes, *report.notes))
 
     return kept_on_disk(("covered", on, options), read, file=on, files=lambda found: _inputs(found, on))
 
 
 @stage
-def _covered_mesh(mesh: TriangleMesh, keep_uv: bool, *, progress: Progress | None) -> Covered:
-    surface, report = unwrap(mesh, keep_uv=keep_uv, progress=progress)
+def _covered_mesh(mesh: TriangleMesh, keep_uv: bool) -> Covered:
+    surface, report = unwrap(mesh, keep_uv=keep_uv)
     return Covered(surface, None, tuple(report.notes))
 
 

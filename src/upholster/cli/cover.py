@@ -204,7 +204,7 @@ def cover(
 
 def asked_project(given: "Mapping[str, Any]") -> "Project":
     """Return the project that `cover`'s parameters describe: a given file's, changed by other options."""
-    from upholster.coverings.request import read_materials, read_sample
+    from upholster.coverings.sample_arguments import read_materials, read_sample
     from upholster.image.source import Sample
     from upholster.project import Project, read_project
 

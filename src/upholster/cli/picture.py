@@ -34,6 +34,7 @@ def picture(
 
     from upholster.files import outputs
     from upholster.image import from_linear, write_image
+    from upholster.parallel import running
     from upholster.redrawn import SHEET, redrawn
 
     check_suffix("output", output, PICTURES)
@@ -42,12 +43,13 @@ def picture(
     views = SHEET if is_sheet else (view_angles(view),)
     each = (width // 2, height // 2) if is_sheet else (width, height)
     notes: list[str] = []
-    how: dict[str, Any] = {"size": each, "supersample": supersample, "threads": threads, "notes": notes}
+    how: dict[str, Any] = {"size": each, "supersample": supersample, "notes": notes}
     with (
         progress_bars(quiet, ["picture"]) as progress,
+        running(threads, progress),
         outputs([output], inputs=[model]) as files,
     ):
-        found = redrawn(model, views, progress=progress, **how)
+        found = redrawn(model, views, **how)
         linear = np.vstack([np.hstack(found[:2]), np.hstack(found[2:])]) if is_sheet else found[0]
         is_linear = Path(output).suffix.lower() == ".exr"
         write_image(files.path(output), linear if is_linear else from_linear(linear, "uint8", dither=True))

@@ -203,19 +203,21 @@ def levels(
     from upholster.files import outputs, read_bytes
     from upholster.image import write_image
     from upholster.levels import curve_picture, levels_picture
+    from upholster.parallel import running
 
     check_suffix("output", output, LDR_PICTURES)
     options = WriteOptions(size=numbers("size", size, "x", 2, int), view=view_angles(view), supersample=3)
     with (
         naming(stream),
         progress_bars(quiet, ["levels"]) as progress,
+        running(threads, progress),
         outputs([output], inputs=[stream]) as files,
     ):
         data, limits = read_bytes(stream), limits_of(most_texels)
         if curve:
-            picture, _ = curve_picture(data, threads=threads, limits=limits)
+            picture, _ = curve_picture(data, limits=limits)
         else:
-            picture = levels_picture(data, options=options, threads=threads, progress=progress, limits=limits)
+            picture = levels_picture(data, options=options, limits=limits)
         write_image(files.path(output), picture)
     if not quiet:
         say(f"wrote {output}")

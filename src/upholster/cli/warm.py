@@ -19,6 +19,7 @@ def warm(
     """Compile all kernels for this machine now, for images and CI, instead of at their first use."""
     start = time.perf_counter()
     from upholster.kernel_cache import KernelCache
+    from upholster.parallel import running
     from upholster.warm import compiling, jobs_for, missing
 
     jobs = jobs_for()
@@ -26,7 +27,7 @@ def warm(
     folders = {str(cache.cache_path) for cache in caches if isinstance(cache, KernelCache)}
     if not folders:
         raise InputError("no folder for kernels is writable and your own; set NUMBA_CACHE_DIR to one that is")
-    with compiling(threads=threads) as compiler, bars(quiet, compiler):
+    with running(threads), compiling() as compiler, bars(quiet, compiler):
         if compiler is not None:
             compiler.wait()
     left = len(missing(jobs))

@@ -7,11 +7,12 @@ import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 from upholster._version import __version__
 from upholster.errors import InputError, UpholsterError
-from upholster.parallel import Key, TaskPool
+from upholster.parallel import Key, TaskPool, run_alone
 
 __all__ = ["CALM", "Outcome", "Run", "cluster_pool", "run_jobs"]
 
@@ -164,7 +165,7 @@ class _Pool:
         """Send all waiting tasks: those of one function in one message."""
         for (task, priority), waiting in self._unsent.items():
             futures = self._client.map(
-                task,
+                partial(run_alone, task),
                 *zip(*(arguments for _, arguments in waiting), strict=True),
                 key=[f"{kind}-{number}-{self._mark}" for (kind, number), _ in waiting],
                 priority=priority,

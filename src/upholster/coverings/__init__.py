@@ -1,8 +1,7 @@
-"""Coverings: each is a sample and the surface that it covers, all of a model or some of its parts.
+"""Requests: what is to be covered, with which samples, how, and with which results.
 
-- `request`: what is to be covered, with which samples, and how; checked before any file is read
-- `pins`: regions that stay as they were
-- `request_reading`: a request's files, read as coverings
-- `covering`: one covering: its prepared synthesis, its quilt and its texels
-- `joint_work`: the work over all coverings of a model, and the report's facts about them
+- `request`: the request, and everything that follows from it: surface, sample, scene, quilt, model
+- `sample_arguments`: its samples, as a caller gives them; `pins`: regions that stay as they were
+- `synthesis`: `synthesize`, a request's quilt in one call
+- `joint_work`: the work over the requests of all samples; `cover_report`: the report about it
 """

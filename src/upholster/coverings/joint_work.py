@@ -1,126 +1,194 @@
-"""The work over all coverings of a model: quilts, the painted model, notes, automatic choices, counts."""
+"""The work over the requests of all samples: quilts, the painted model, notes, automatic choices, counts."""
 
 import math
-from collections.abc import Sequence
-from functools import partial
+import os
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
 
-from upholster.coverings.covering import Covering
+from upholster.coverings.request import Request
+from upholster.files import Outputs
+from upholster.geometry import Surface
 from upholster.image.roles import ROLES
-from upholster.joined import joined_model
-from upholster.options import WriteOptions
+from upholster.image.source import source_parts
+from upholster.joined import joined_model, joined_surface
+from upholster.model import AtlasLayout, pack_atlas
+from upholster.notes import notes_before
+from upholster.outputs import Output, largest_chart, parse_outputs
+from upholster.parallel import reporting
 from upholster.quilt import Quilt
 from upholster.quilt.painting import PAINTED_DENSITIES
-from upholster.reports import counts_of, settled_words
-from upholster.textured import TexturedModel
-from upholster.types import Progress
+from upholster.reports import counts_of, page_counts, settled_words
+from upholster.stream import check_layout
+from upholster.stream.plan import refuse_pixel
+from upholster.textured import TexturedModel, check_displacement, metres_of
+from upholster.writing import check_coded, check_directions, files_of, has_stream, listed, painted
 
 __all__ = [
+    "atlas_layout",
+    "check_read",
     "counted",
+    "for_files",
+    "laid_quilts",
     "painted_model",
-    "progress_of_each",
     "read_notes",
     "roles_of",
     "settled_values",
-    "synthesized",
+    "share_of",
     "work_notes",
 ]
 
 
-def read_notes(coverings: Sequence[Covering]) -> list[str]:
+def read_notes(requests: Sequence[Request]) -> list[str]:
     """Return all warnings from reading."""
-    return [note for each in coverings for note in each.notes]
+    return [note for each in requests for note in each.settled.notes]
 
 
-def work_notes(coverings: Sequence[Covering], *, in_memory: bool = True) -> list[str]:
-    """Return all warnings about the work ahead; see `Covering.work_notes`."""
-    return [note for each in coverings for note in each.work_notes(in_memory=in_memory)]
+def work_notes(requests: Sequence[Request], *, in_memory: bool = True) -> list[str]:
+    """Return all warnings about the work ahead; `in_memory` says whether all texels will be in memory."""
+    found = []
+    for each in requests:
+        maps, title = 1 + len(each.roles) if in_memory else 0, f"{each.name}: " if each.name else ""
+        notes = notes_before(each.surface, each.scene, each.exemplar.parts[0], maps)
+        found += [title + note for note in notes]
+    return found
 
 
-def roles_of(coverings: Sequence[Covering], *, all_have: bool = False) -> tuple[str, ...]:
-    """Return the maps, other than the base colour, that at least one covering has, or that all have."""
+def roles_of(requests: Sequence[Request], *, all_have: bool = False) -> tuple[str, ...]:
+    """Return the maps, other than the base colour, that at least one request has, or that all have."""
     has = all if all_have else any
-    return tuple(role for role in ROLES if has(role in each.roles for each in coverings))
+    return tuple(role for role in ROLES if has(role in each.roles for each in requests))
 
 
-def progress_of_each(progress: Progress | None, sizes: Sequence[int]) -> list[Progress | None]:
-    """Return, for each of several tasks of given sizes, a function that reports their joint progress."""
-    if progress is None or len(sizes) == 1:
-        return [progress] * len(sizes)
-    before = [sum(sizes[:number]) for number in range(len(sizes))]
+def for_files(
+    request: Request, targets: Sequence[str | os.PathLike[str]] | str | os.PathLike[str] = ()
+) -> Request:
+    """Return a request for writing these files; without any, for a model like that in files.
 
-    def report(start: int, size: int, stage: str, done: int, total: int) -> None:
-        assert progress is not None
-        progress(stage, start + size * done // max(1, total), sum(sizes))
+    Raises
+    ------
+    InputError
+        If one has an unknown suffix, or an option is given that none of them uses.
+    """
+    writing, found = request.writing, tuple[Output, ...]()
+    if targets != ():
+        flat = isinstance(request.synthesis.texels, tuple)
+        found = tuple(parse_outputs(listed(targets), writing, flat=flat))
+        if writing.wavelet is None and request.synthesis.method == "paper":
+            writing = replace(writing, wavelet="haar")
+    return replace(request, writing=writing, outputs=found, largest=largest_chart(found, writing))
 
-    return [partial(report, start, size) for start, size in zip(before, sizes, strict=True)]
+
+def check_read(requests: Sequence[Request], files: Outputs) -> None:
+    """Check what is asked against the model and samples that were read, and keep the model's files.
+
+    Raises
+    ------
+    InputError
+        If an output can not hold it, or would replace one of its files.
+    """
+    first = requests[0]
+    wanted, writing, surface = first.outputs, first.writing, first.surface
+    if first.covered.model is not None:
+        files.keep(first.covered.model.inputs)
+    if isinstance(surface, Surface):
+        _ = surface.shared  # find edges that are claimed twice now, not after the work
+    check_directions(wanted, surface)
+    files.add(files_of(wanted, roles_of(requests), after=()))
+    check_coded(wanted, source_parts(first.source), writing)
+    check_displacement(writing, roles=roles_of(requests, all_have=True), metres=metres_of(surface))
 
 
-def synthesized(
-    coverings: Sequence[Covering], *, seed: int, threads: int | None, progress: Progress | None
-) -> list[Quilt]:
-    """Return the quilt of each covering."""
-    shares = progress_of_each(progress, [each.texels for each in coverings])
-    return [
-        each.synthesized(seed=seed, threads=threads, progress=share)
-        for each, share in zip(coverings, shares, strict=True)
-    ]
+def atlas_layout(requests: Sequence[Request]) -> AtlasLayout | None:
+    """Return the places of the charts of all requests in one atlas; None if no output has an atlas.
+
+    Raises
+    ------
+    InputError
+        If an option is out of range, or a stream can not hold a surface with this layout, or this method.
+    """
+    first = requests[0]
+    if has_stream(first.outputs) and isinstance(first.surface, Surface):
+        if first.synthesis.method == "pixel":
+            refuse_pixel(first.texels, first.exemplar.shape)
+        check_layout(first.surface, first.scene.charts, first.exemplar.shape)
+    if not any(output.kind.atlas for output in first.outputs):
+        return None
+    surface = joined_surface([each.surface for each in requests])
+    charts = [chart for each in requests for chart in each.charts]
+    return pack_atlas(surface, charts, **first.writing.packing)
+
+
+@contextmanager
+def share_of(requests: Sequence[Request], number: int) -> Iterator[None]:
+    """Report the progress of one of several requests, by their texels, as a share of that of all."""
+    sizes = [each.texels for each in requests]
+    if len(sizes) == 1:
+        yield
+        return
+    start, size, total = sum(sizes[:number]), sizes[number], sum(sizes)
+    with reporting(lambda stage, done, of: (stage, start + size * done // max(1, of), total)):
+        yield
+
+
+def laid_quilts(requests: Sequence[Request]) -> list[Quilt]:
+    """Return the quilt of each request."""
+    quilts = []
+    for number, each in enumerate(requests):
+        with share_of(requests, number):
+            quilts.append(each.quilt())
+    return quilts
 
 
 def painted_model(
-    coverings: Sequence[Covering],
-    quilts: Sequence[Quilt],
-    options: WriteOptions,
-    *,
-    texels: int | None = None,
-    threads: int | None,
-    progress: Progress | None,
+    requests: Sequence[Request], quilts: Sequence[Quilt], *, texels: int | None = None
 ) -> TexturedModel:
-    """Return the model with the texels of all coverings; at most `texels` of them, if given."""
-    shares = progress_of_each(progress, [each.texels for each in coverings])
-    return joined_model(
-        [
-            each.textured(
-                quilt,
-                options,
-                density=_density(coverings, each, quilt, texels),
-                threads=threads,
-                progress=share,
-            )
-            for each, quilt, share in zip(coverings, quilts, shares, strict=True)
-        ]
-    )
+    """Return the model with the texels of all requests; at most `texels` of them, if given."""
+    models = []
+    for number, (each, quilt) in enumerate(zip(requests, quilts, strict=True)):
+        with share_of(requests, number):
+            models.append(_textured(each, quilt, _density(requests, each, quilt, texels)))
+    return joined_model(models)
 
 
-def _density(
-    coverings: Sequence[Covering], covering: Covering, quilt: Quilt, texels: int | None
-) -> float | None:
+def _textured(request: Request, quilt: Quilt, density: float | None) -> TexturedModel:
+    density = quilt.density if density is None else density
+    texels, others = painted(quilt, request.source, density=density)
+    return TexturedModel(
+        request.surface, texels, request.writing, quilt, request.source, others,
+        file=request.covered.model, field=request.scene.field, name=request.title, density=density,
+    )  # fmt: skip
+
+
+def _density(requests: Sequence[Request], request: Request, quilt: Quilt, texels: int | None) -> float | None:
     """Return the texels per step with which a quilt has its share of `texels`; None: as exported."""
-    all_texels = sum(each.texels for each in coverings)
+    all_texels = sum(each.texels for each in requests)
     if texels is None or texels >= all_texels:
         return None
     steps = sum(chart.height * chart.width for chart in quilt.charts)
-    density = math.sqrt(texels * covering.texels / all_texels / steps)
+    density = math.sqrt(texels * request.texels / all_texels / steps)
     return min(max(density, PAINTED_DENSITIES[0]), PAINTED_DENSITIES[1])
 
 
-def settled_values(coverings: Sequence[Covering]) -> dict[str, str]:
+def settled_values(requests: Sequence[Request]) -> dict[str, str]:
     """Return automatic choices in words; for several materials, one line for each."""
     found = {
-        each.name: settled_words(each.prepared, each.surface, each.asked, each.roles) for each in coverings
+        each.name: settled_words(each.scene, each.surface, each.settled.options, each.roles)
+        for each in requests
     }
-    if len(coverings) == 1 and not coverings[0].name:
+    if len(requests) == 1 and not requests[0].name:
         return found[""]
     return {
         name: "; ".join(f"{key} {value}" for key, value in words.items()) for name, words in found.items()
     }
 
 
-def counted(coverings: Sequence[Covering], quilts: Sequence[Quilt], model: TexturedModel) -> dict[str, int]:
-    """Return counts of charts, texels and the like, over all coverings."""
+def counted(requests: Sequence[Request], quilts: Sequence[Quilt], model: TexturedModel) -> dict[str, int]:
+    """Return counts of charts, texels and the like, over all requests."""
     counts = [counts_of(model.surface, quilt, model.texels) for quilt in quilts]
     summed = {name: sum(each[name] for each in counts) for name in _SUMMED}
-    materials = {"materials": len(coverings)} if len(coverings) > 1 else {}
-    return counts[0] | summed | {"maps": 1 + len(model.maps)} | materials
+    materials = {"materials": len(requests)} if len(requests) > 1 else {}
+    return counts[0] | summed | {"maps": 1 + len(model.maps)} | materials | page_counts(model)
 
 
 _SUMMED = ("charts", "texels", "painted texels", "placements", "edge blocks")

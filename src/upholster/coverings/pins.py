@@ -53,7 +53,11 @@ class Pinned:
         return [*own, *asked_files(self.synthesis), *([] if self.before is None else self.before.files)]
 
 
-def check_pinned(pinned: object) -> None:
-    """Raise InputError unless `pinned` is None or comes from `upholster.Project.pin`."""
-    if not (pinned is None or isinstance(pinned, Pinned)):
+def check_pinned(pinned: object, method: str) -> None:
+    """Raise InputError unless `pinned` is None, or from `upholster.Project.pin` and with method "quilt"."""
+    if pinned is None:
+        return
+    if not isinstance(pinned, Pinned):
         raise InputError(f"pinned is {on_a_line(pinned)}; allowed: a result of `Project.pin`")
+    if method != "quilt":
+        raise InputError(f"a region is pinned with method {method!r}; allowed: with method 'quilt'")

@@ -1,26 +1,57 @@
-"""What is to be covered, with which samples, and how: checked before any file is read."""
+"""A request: what is to be covered, with which samples, how, and with which results; and all that follows."""
 
 import os
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from upholster.charts.surface_to_cover import CoveredLike, covered_files
+import numpy as np
+
+from upholster.charts.layout import LONGEST
+from upholster.charts.surface_to_cover import Covered, CoveredLike, as_covered, covered_files, covered_parts
 from upholster.coverings.pins import Pinned, check_pinned
-from upholster.errors import InputError
-from upholster.formats import is_model_name
-from upholster.image import IMAGE_SUFFIXES
-from upholster.image.source import Sample, Source
-from upholster.methods import asked_files, sized_sample
-from upholster.options import ModelOptions, SampleOptions, SynthesisOptions
-from upholster.shown import on_a_line
+from upholster.coverings.sample_arguments import check_samples
+from upholster.errors import FormatError, InputError
+from upholster.geometry import AnySurface, MeshSurface
+from upholster.image import Material
+from upholster.image.source import Sample, Source, read_source, source_parts
+from upholster.methods import (
+    Exemplar,
+    PatchScene,
+    Scene,
+    Settled,
+    asked_files,
+    coarser,
+    execute,
+    given_guidance,
+    holding,
+    needs_patches,
+    prepare,
+    settled,
+)
+from upholster.options import ModelOptions, SynthesisOptions, WriteOptions
+from upholster.parallel import quietly
+from upholster.quilt import Chart, Quilt
+from upholster.types import PixelArray
 
-__all__ = ["Request", "check_not_swapped", "check_samples", "read_materials", "read_sample"]
+if TYPE_CHECKING:  # loaded when there are files to write: `synthesize` needs none of it
+    from upholster.outputs import Output
+
+__all__ = ["Request"]
+
+_REST = "the others"
+"""Name in reports for the parts that no pattern fits."""
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False)
 class Request:
-    """What is to be covered, with which samples, and how.
+    """What is to be covered, with which samples, how, and with which results.
+
+    Everything that follows is made when it is first needed: the surface, the sample, the scene, the quilt.
+    With several materials, `read` gives the request of each.
 
     Attributes
     ----------
@@ -30,20 +61,34 @@ class Request:
         The surface; with materials, a model's file.
     materials
         Other samples, each for parts of the model.
-    reading, synthesis
-        How the model is read, and how it is covered. A number of texels is the total of all materials.
+    reading, synthesis, writing
+        How the model is read, how it is covered, how files are written. A number of texels is the total of
+        all materials.
+    seed
+        0 to 2^63 − 1.
     pinned
         Regions that stay as they were; None for none.
+    outputs
+        The files to write.
+    largest
+        Greatest height and width of a chart on patches, in texels, so that each fits its page.
+    pattern
+        The pattern of the parts that it is for; None: all parts.
     """
 
     sample: Sample | None
-    on: CoveredLike
-    materials: Mapping[str, Sample]
-    reading: ModelOptions
-    synthesis: SynthesisOptions
+    on: CoveredLike | Covered
+    materials: Mapping[str, Sample] = field(default_factory=dict)
+    reading: ModelOptions = field(default_factory=ModelOptions)
+    synthesis: SynthesisOptions = field(default_factory=SynthesisOptions)
+    writing: WriteOptions = field(default_factory=WriteOptions)
+    seed: int = 0
     pinned: Pinned | None = None
+    outputs: "Sequence[Output]" = ()
+    largest: int = LONGEST
+    pattern: str | None = None
 
-    def checked_files(self) -> list[str]:
+    def files(self) -> list[str]:
         """Return the files that it names.
 
         Raises
@@ -52,82 +97,169 @@ class Request:
             If there is no sample at all, a text that names a file is malformed, or `pinned` has another type.
         """
         found = check_samples(self.sample, self.materials)
+        assert not isinstance(self.on, Covered)  # it is not read yet
         found += [*covered_files(self.on), *asked_files(self.synthesis)]
-        check_pinned(self.pinned)
+        check_pinned(self.pinned, self.synthesis.method)
         return found if self.pinned is None else found + self.pinned.files
 
+    def read(self) -> "list[Request]":
+        """Return the request of each sample, with its surface; all files are read.
 
-def check_not_swapped(exemplar: Source | None, on: CoveredLike) -> None:
-    """Raise InputError if the sample is a model and the surface an image."""
-    named = exemplar if isinstance(exemplar, (list, tuple)) else [exemplar]
-    texts = [os.fspath(one) for one in (*named, on) if isinstance(one, (str, os.PathLike))]
-    models = [text for text in texts[:-1] if is_model_name(text)]
-    if len(texts) == len(named) + 1 and models and Path(texts[-1]).suffix.lower() in IMAGE_SUFFIXES:
-        raise InputError(
-            f"sample {models[0]!r} is a model, and the surface {texts[-1]!r} is an image; "
-            f"allowed: the other way round, {texts[-1]} --on {models[0]}"
-        )
+        Raises
+        ------
+        InputError, FormatError
+            As for `covered_parts` and `read_source`, with the material's pattern; if an option does not fit
+            the surface or the sample.
+        """
+        requests = self._by_material() if self.materials else [self]
+        for each in requests:
+            _ = each.settled
+        return requests
 
-
-def check_samples(sample: Sample | None, materials: Mapping[str, Sample]) -> list[str]:
-    """Return the files that all samples are read from.
-
-    Raises
-    ------
-    InputError
-        If there is no sample at all.
-    """
-    if sample is None and not materials:
-        raise InputError("no SAMPLE is given; allowed: one, or --material for parts of a model")
-    return [file for each in (*([sample] if sample else []), *materials.values()) for file in each.files]
-
-
-def read_sample(source: Source | Sample | None, options: SampleOptions) -> Sample | None:
-    """Return a sample with the options that are given separately.
-
-    Raises
-    ------
-    InputError
-        If options are given without a sample, or with one that has options of its own.
-    """
-    if options == SampleOptions():
-        return None if source is None else Sample.of(source)
-    names = ", ".join(name for name, value in asdict(options).items() if value)
-    if source is None:
-        raise InputError(
-            f"{names} is for SAMPLE, and none is given; allowed: with one, or `upholster prepare` for "
-            "other samples"
-        )
-    found = Sample.of(source)
-    if found.options != SampleOptions():
-        raise InputError(f"{names} is given for a sample that has options of its own; allowed: one of both")
-    return replace(found, options=options)
-
-
-def read_materials(materials: Mapping[str, Source | Sample] | None) -> dict[str, Sample]:
-    """Read samples by their parts, optionally with widths after an @: ``{"Seat": "oak.jpg@30cm"}``.
-
-    Raises
-    ------
-    InputError
-        If it is not a mapping, a pattern is empty or given twice in other letters, or a size is not a length.
-    """
-    if materials is None:
-        return {}
-    if not isinstance(materials, Mapping) or not all(isinstance(name, str) for name in materials):
-        raise InputError(f"materials are {on_a_line(materials)}; allowed: samples by the name of a part")
-    known: set[str] = set()
-    for pattern in materials:
-        if not pattern or pattern.lower() in known:
+    def _by_material(self) -> "list[Request]":
+        given = given_guidance(self.synthesis) or ([] if self.pinned is None else ["a pinned region"])
+        if given:
+            raise InputError(f"{given[0]} is given with several materials; allowed: with one sample")
+        if self.synthesis.method != "quilt":
             raise InputError(
-                f"material for {pattern!r} is given twice, or for no name; allowed: each name once"
+                f"method is {self.synthesis.method!r} with several materials; allowed there: 'quilt'"
             )
-        known.add(pattern.lower())
-    return {pattern: _material(pattern, source) for pattern, source in materials.items()}
+        assert not isinstance(self.on, Covered)
+        parts = covered_parts(self.on, list(self.materials), self.reading, rest=self.sample is not None)
+        areas = {pattern: _area(covered) for pattern, covered in parts.items()}
+        return [
+            replace(
+                self,
+                sample=self.materials.get(pattern, self.sample),
+                on=covered,
+                materials={},
+                synthesis=_share(self.synthesis, areas[pattern] / sum(areas.values())),
+                pattern=pattern,
+            )
+            for pattern, covered in parts.items()
+        ]
+
+    # ---------------------------------------------------- what follows, for a request with a single sample
+
+    @property
+    def name(self) -> str:
+        """Its name in reports; empty if it is for all parts."""
+        return "" if self.pattern is None else self.pattern or _REST
+
+    @cached_property
+    def covered(self) -> Covered:
+        """The surface, in the form that the method covers, and the file that it is from."""
+        if isinstance(self.on, Covered):
+            return self.on
+        paper, patches = self.synthesis.method == "paper", needs_patches(self.synthesis)
+        return as_covered(self.on, self.reading, biquadratic=paper, patches=patches)
+
+    @property
+    def surface(self) -> AnySurface:
+        """The surface."""
+        return self.covered.surface
+
+    @cached_property
+    def settled(self) -> Settled:
+        """The sample and what is asked of it, on its surface; notes include those from reading."""
+        with _naming_material(self.name):
+            assert self.sample is not None  # `check_samples` made sure
+            notes, title = list(self.covered.notes), f"{self.name}: " if self.name else ""
+            source = read_source(self.sample, notes=notes)
+            if isinstance(source, Material):
+                notes += [title + note for note in source.notes]
+            held = () if self.pinned is None else self.pinned.regions
+            found = settled(self.sample, source, self.covered, self.synthesis, held)
+            return replace(found, notes=(*notes, *found.notes))
+
+    @property
+    def source(self) -> PixelArray | Material:
+        """The sample or material to paint, with the samples of zones."""
+        return self.settled.source
+
+    @property
+    def exemplar(self) -> Exemplar:
+        """The same as blocks are compared by it."""
+        return self.settled.exemplar
+
+    @property
+    def roles(self) -> tuple[str, ...]:
+        """The maps of the sample other than the base colour."""
+        return tuple(source_parts(self.source))[1:]
+
+    @cached_property
+    def scene(self) -> Scene | PatchScene:
+        """The surface as it is covered; InputError if an option is out of range."""
+        with _naming_material(self.name):
+            return prepare(
+                self.exemplar,
+                self.surface,
+                self.settled.options,
+                largest=self.largest,
+                model=self.covered.model,
+            )
+
+    @property
+    def charts(self) -> tuple[Chart, ...]:
+        """The layout for painting, in texels."""
+        return self.scene.painted
+
+    @property
+    def texels(self) -> int:
+        """The number of texels."""
+        return sum(chart.height * chart.width for chart in self.charts)
+
+    def quilt(self, octaves: int = 0) -> Quilt:
+        """Return the quilt; for a quick look one with steps longer by `octaves` powers of two."""
+        scene, exemplar = self.scene, self.exemplar
+        with _naming_material(self.name):
+            if octaves:
+                assert isinstance(scene, Scene)
+                scene = coarser(scene, exemplar, octaves)
+            if self.pinned is not None:
+                assert isinstance(scene, Scene)
+                with quietly():
+                    before = self._before(self.pinned).quilt(octaves)
+                scene = holding(scene, before)
+            return execute(scene, exemplar, self.surface, seed=self.seed)
+
+    def _before(self, pinned: Pinned) -> "Request":
+        # The request whose regions stay.
+        own = replace(
+            self, on=self.covered, synthesis=pinned.synthesis, seed=pinned.seed, pinned=pinned.before
+        )
+        if not np.array_equal(own.exemplar.pixels, self.exemplar.pixels):
+            raise InputError("a pinned region can not stay if the sample changes; allowed: unpin it")
+        return own
+
+    @property
+    def title(self) -> str:
+        """The material's name in a file: the name of the sample's file or folder; empty if it is alone."""
+        if self.pattern is None or self.sample is None:
+            return ""
+        source: Source = self.sample.source
+        if isinstance(source, Sequence) and not isinstance(source, str) and len(source) == 1:
+            source = source[0]
+        return Path(source).stem if isinstance(source, (str, os.PathLike)) else self.pattern
 
 
-def _material(pattern: str, source: Source | Sample) -> Sample:
-    if not isinstance(source, (str, os.PathLike)):
-        return Sample.of(source)
-    text = os.fspath(source)
-    return sized_sample(text, f"material for {pattern!r}")
+@contextmanager
+def _naming_material(name: str) -> Iterator[None]:
+    """Name the material in errors of a block."""
+    try:
+        yield
+    except (FormatError, InputError) as error:
+        called = name if name == _REST else repr(name)
+        raise type(error)(f"material for {called}: {error}" if name else str(error)) from None
+
+
+def _share(asked: SynthesisOptions, share: float) -> SynthesisOptions:
+    """Return options with the share of the texels that falls to one surface of several."""
+    if not isinstance(asked.texels, int):
+        return asked
+    return replace(asked, texels=max(64, round(asked.texels * share)))
+
+
+def _area(covered: Covered) -> float:
+    assert isinstance(covered.surface, MeshSurface)  # a model's
+    return float(covered.surface.mesh.areas[covered.surface.island >= 0].sum())

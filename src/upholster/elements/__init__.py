@@ -8,6 +8,6 @@ and the distance of each pixel from the nearest (`find_joints`).
 """
 
 from upholster.elements.joints import Joints, find_joints
-from upholster.elements.lattice import Lattice, find_lattice
+from upholster.elements.lattice import Lattice, element_of, find_lattice
 
-__all__ = ["Joints", "Lattice", "find_joints", "find_lattice"]
+__all__ = ["Joints", "Lattice", "element_of", "find_joints", "find_lattice"]

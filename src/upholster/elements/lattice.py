@@ -15,7 +15,7 @@ from upholster.elements.translations import two_translations
 from upholster.stages import stage
 from upholster.types import FloatArray, PixelArray, frozen_array
 
-__all__ = ["Lattice", "find_lattice"]
+__all__ = ["Lattice", "element_of", "find_lattice"]
 
 _LOOKED_AT, _LONGEST = 256, 512
 """The most pixels of the shorter side, to which larger samples are reduced, and of the longer one."""
@@ -79,22 +79,8 @@ class Lattice:
 
     @property
     def element(self) -> tuple[float, ...]:
-        """Width and height, in pixels, of the repeating element, such as a brick; for one wave, its period.
-
-        The width is the shortest way along the rows after which both phases are as before; cells of this
-        width tile the plane at this height.
-        """
-        if len(self.waves) == 1:
-            return (1.0 / float(np.hypot(*self.waves[0])),)
-        (a, b), (c, d) = self.waves.tolist()
-        area = a * d - b * c
-        one, other = np.array([d, -c]) / area, np.array([-b, a]) / area
-        steps = np.arange(-_MOST_STEPS, _MOST_STEPS + 1)
-        ways = (steps[:, None, None] * one + steps[:, None] * other).reshape(-1, 2)
-        level = np.abs(ways[:, 0]) <= _LEVEL * np.abs(ways[:, 1])
-        ways = ways[level & (ways[:, 1] > 0)]
-        width = float(np.hypot(*ways.T).min()) if len(ways) else float(min(np.hypot(*one), np.hypot(*other)))
-        return width, 1.0 / (abs(area) * width)
+        """Width and height, in pixels, of the repeating element: see `element_of`."""
+        return element_of(self.waves)
 
     @property
     def cell(self) -> float:
@@ -106,6 +92,25 @@ class Lattice:
         # The shortest two shifts that keep both phases.
         short, long = np.abs(shortest_pair((d / area, -c / area), (-b / area, a / area)))
         return float((short + long).max())
+
+
+def element_of(waves: FloatArray) -> tuple[float, ...]:
+    """Return the width and height, in pixels, of the element that repeats, a brick; of one wave its period.
+
+    The width is the shortest way along the rows after which both phases are as before; cells of this width
+    tile the plane at this height.
+    """
+    if len(waves) == 1:
+        return (1.0 / float(np.hypot(*waves[0])),)
+    (a, b), (c, d) = waves.tolist()
+    area = a * d - b * c
+    one, other = np.array([d, -c]) / area, np.array([-b, a]) / area
+    steps = np.arange(-_MOST_STEPS, _MOST_STEPS + 1)
+    ways = (steps[:, None, None] * one + steps[:, None] * other).reshape(-1, 2)
+    level = np.abs(ways[:, 0]) <= _LEVEL * np.abs(ways[:, 1])
+    ways = ways[level & (ways[:, 1] > 0)]
+    width = float(np.hypot(*ways.T).min()) if len(ways) else float(min(np.hypot(*one), np.hypot(*other)))
+    return width, 1.0 / (abs(area) * width)
 
 
 @stage

@@ -321,7 +321,7 @@ def _in_parts(length: int, points: int, work: Callable[[int, int], None]) -> Non
     if points < MANY:
         work(0, length)
         return
-    parts = min(length, thread_count(None))
+    parts = min(length, thread_count())
     cuts = [length * k // parts for k in range(parts + 1)]
     run_tasks([partial(work, a, b) for a, b in pairwise(cuts)])
 

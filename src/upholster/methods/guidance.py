@@ -1,7 +1,6 @@
-"""Placement requests of a user, independent of charts (guides, zones, regions, pieces); moved onto charts."""
+"""What the user asks of places (guides, zones, regions, pieces), moved onto charts."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,32 +9,18 @@ from upholster.charts.directions._kernels import nearest_triangles
 from upholster.charts.maps import MapGround, SurfaceMap, parse_map, region, softened
 from upholster.charts.maps.map_ground import triangles_at_steps
 from upholster.errors import InputError
-from upholster.image.masks import Used
-from upholster.methods.quilt.guides import EITHER, Again, Guide, Rectangle, as_guide
+from upholster.methods.exemplar import Guidance, Guide, Put
 from upholster.methods.quilt.putting import PutPiece
+from upholster.methods.quilt.steering import EITHER, Steering, as_guide
 from upholster.stages import stage
-from upholster.types import IntArray
 
-__all__ = [
-    "Guidance",
-    "GuidePair",
-    "Put",
-    "SampleMap",
-    "ZoneMaps",
-    "guides_on",
-    "put_on",
-    "region_again",
-    "regions_held",
-    "zones_on",
-]
+__all__ = ["region_again", "steering_on", "zones_on"]
 
 _FARTHEST = 0.1
 """Maximum distance of a piece's place from the surface, as a fraction of the model's size."""
 
 _LISTED = 6
 """Maximum number of labels that an error lists."""
-
-_MOST_LABELS = 254
 
 _BLENDED = 3
 """Steps over which blocks are blended. A region that is laid again shrinks by this margin, and a region that
@@ -51,138 +36,44 @@ _BAND = 4
 """Where zones meet, blocks of either zone may reach into the other by their side divided by this number."""
 
 
-SampleMap = NDArray[np.float32] | IntArray
-"""A map of the sample's pixels, (H, W): values 0…1, or labels."""
-
-
-@dataclass(frozen=True, eq=False)
-class GuidePair:
-    """A map of the sample paired with a map of the surface.
-
-    Attributes
-    ----------
-    text
-        The guide as the user wrote it.
-    shown
-        (H, W) the map of the sample's pixels: values 0…1, or labels 0xRRGGBB.
-    wanted
-        The map of the surface: the requested values.
-    weight
-        The guide's weight; 1 is usual.
-    is_label
-        Whether values are labels, which are either equal or different.
-    """
-
-    text: str
-    shown: SampleMap
-    wanted: SurfaceMap
-    weight: float = 1.0
-    is_label: bool = False
-
-
-@dataclass(frozen=True, eq=False)
-class ZoneMaps:
-    """Several samples in one image, and the part of the surface that each covers.
-
-    Attributes
-    ----------
-    rectangles
-        Each sample's rectangle in the image; the first sample covers all places that no map requests.
-    wanted
-        For each of the other samples, the map of its places. Where several maps overlap, the last one counts.
-    blend
-        Width in model units over which the zones' borders fray; None: borders are exactly as in the maps.
-    """
-
-    rectangles: tuple[Rectangle, ...]
-    wanted: tuple[SurfaceMap, ...]
-    blend: float | None = None
-
-
-@dataclass(frozen=True, eq=False)
-class Put:
-    """A piece of the sample, and the place where the user puts it.
-
-    Attributes
-    ----------
-    text
-        The option as the user wrote it.
-    rectangle
-        The piece's rectangle in the sample.
-    place
-        In model units; (column, row) on a flat texture.
-    size, degrees, used
-        As in `PutPiece`.
-    """
-
-    text: str
-    rectangle: Rectangle
-    place: tuple[float, ...]
-    size: float = 1.0
-    degrees: float = 0.0
-    used: Used | None = None
-
-
-@dataclass(frozen=True, eq=False)
-class Guidance:
-    """All placement requests, for one sample or several.
-
-    Attributes
-    ----------
-    guides, zones
-        See `GuidePair` and `ZoneMaps`; no zones (None): there is one sample.
-    again
-        Regions that are laid again, one after another, and their seeds.
-    put
-        Pieces at places that the user chose.
-    held
-        Regions that stay as they are in another quilt.
-    """
-
-    guides: tuple[GuidePair, ...] = ()
-    zones: ZoneMaps | None = None
-    again: tuple[tuple[SurfaceMap, int], ...] = ()
-    put: tuple[Put, ...] = ()
-    held: tuple[SurfaceMap, ...] = ()
-
-
-@stage
-def guides_on(pairs: Sequence[GuidePair], ground: MapGround) -> tuple[Guide, ...]:
-    """Return guides on charts.
+def steering_on(ground: MapGround, guidance: Guidance, block: float) -> Steering:
+    """Return the requests on charts; `block` is the side of blocks in steps.
 
     Raises
     ------
     InputError
-        As `SurfaceMap.values`; also for a label that the sample's map lacks.
+        As `SurfaceMap.values`; for a label that the sample's map lacks; for a piece's place that is too far
+        from the surface, or has two coordinates where the surface is not a flat texture; for a region that
+        is laid again, and contains no part of the surface.
     """
-    return tuple(_labels(pair, ground) if pair.is_label else _values(pair, ground) for pair in pairs)
+    guides = [_wanted(guide, ground) for guide in guidance.guides]
+    return Steering(
+        tuple(map(np.stack, zip(*guides, strict=True))),
+        zones_on(guidance, ground, block) if guidance.rectangles else (),
+        tuple(_put_piece(one, ground) for one in guidance.put),
+        tuple((region_again(wanted, ground), seed) for wanted, seed in guidance.again),
+        _regions_held(guidance.held, ground) if guidance.held else (),
+    )
 
 
-def _values(pair: GuidePair, ground: MapGround) -> Guide:
-    wanted = tuple(as_guide(values) for values in pair.wanted.values(ground))
-    return Guide(as_guide(np.asarray(pair.shown, np.float32)), wanted, pair.weight)
-
-
-def _labels(pair: GuidePair, ground: MapGround) -> Guide:
-    known, shown = np.unique(pair.shown, return_inverse=True)
-    if len(known) > _MOST_LABELS:
-        raise InputError(
-            f"labels {pair.text!r}: the sample's map has {len(known):,} colours; "
-            f"allowed: up to {_MOST_LABELS}, in a PNG without smooth edges"
-        )
+@stage
+def _wanted(guide: Guide, ground: MapGround) -> tuple[NDArray[np.uint8], ...]:
+    # For each chart (height, width), the values or numbers of labels that a guide requests.
+    known = guide.labels
+    if known is None:
+        return tuple(map(as_guide, guide.wanted.values(ground)))
     wanted = []
-    for codes in pair.wanted.codes(ground):
+    for codes in guide.wanted.codes(ground):
         at = np.clip(np.searchsorted(known, codes), 0, len(known) - 1)
         missing = (known[at] != codes) & (codes >= 0)
         if missing.any():
             raise InputError(
-                f"labels {pair.text!r}: the surface's map asks for {_colour(int(codes[missing][0]))}, which "
+                f"labels {guide.text!r}: the surface's map asks for {_colour(int(codes[missing][0]))}, which "
                 f"the sample's map lacks; allowed: {', '.join(map(_colour, known[:_LISTED].tolist()))}"
                 + (" …" if len(known) > _LISTED else "")
             )
         wanted.append(np.where(codes < 0, 0, at + 1).astype(np.uint8))
-    numbers = (shown.reshape(pair.shown.shape) + 1).astype(np.uint8)
-    return Guide(numbers, tuple(wanted), pair.weight, is_label=True)
+    return tuple(wanted)
 
 
 def _colour(code: int) -> str:
@@ -190,17 +81,8 @@ def _colour(code: int) -> str:
 
 
 @stage
-def put_on(pieces: Sequence[Put], ground: MapGround) -> tuple[PutPiece, ...]:
-    """Return pieces, each at the step nearest to its place.
-
-    Raises
-    ------
-    InputError
-        If a place is too far from the surface, or has two coordinates and the surface is not a flat texture.
-    """
-    return tuple(
-        PutPiece(_step_at(one, ground), one.rectangle, one.size, one.degrees, one.used) for one in pieces
-    )
+def _put_piece(put: Put, ground: MapGround) -> PutPiece:
+    return PutPiece(_step_at(put, ground), put.rectangle, put.size, put.degrees, put.used)
 
 
 def _step_at(put: Put, ground: MapGround) -> tuple[int, int, int]:
@@ -237,8 +119,8 @@ def _step_at(put: Put, ground: MapGround) -> tuple[int, int, int]:
 
 
 @stage
-def region_again(wanted: SurfaceMap, ground: MapGround, seed: int) -> Again:
-    """Return a region that is laid again.
+def region_again(wanted: SurfaceMap, ground: MapGround) -> tuple[NDArray[np.bool_], ...]:
+    """Return for each chart a mask (height, width) of the steps that do not change if a region is laid again.
 
     Raises
     ------
@@ -253,25 +135,19 @@ def region_again(wanted: SurfaceMap, ground: MapGround, seed: int) -> Again:
     )
     if not any((on & ~held).any() for on, held in zip(surface, stays, strict=True)):
         raise InputError(f"region {wanted.text!r} contains no part of the surface; allowed: one that does")
-    return Again(stays, seed)
+    return stays
 
 
 @stage
-def regions_held(wanted: Sequence[SurfaceMap], ground: MapGround) -> tuple[NDArray[np.bool_], ...]:
-    """Return for each chart a mask (height, width) of the regions that stay and of steps blended with them.
-
-    Raises
-    ------
-    InputError
-        As `SurfaceMap.values`.
-    """
+def _regions_held(wanted: Sequence[SurfaceMap], ground: MapGround) -> tuple[NDArray[np.bool_], ...]:
+    # For each chart a mask (height, width) of the regions that stay and of steps blended with them.
     each = zip(*(region(one, ground) for one in wanted), strict=True)
     return tuple(_spread(np.logical_or.reduce(own).view(np.uint8), _BLENDED, np.maximum) > 0 for own in each)
 
 
 @stage
-def zones_on(maps: ZoneMaps, ground: MapGround, block: float) -> tuple[NDArray[np.uint8], ...]:
-    """Return the requested zone of each step of the charts, as in `Zones`; `block` is blocks' side in steps.
+def zones_on(guidance: Guidance, ground: MapGround, block: float) -> tuple[NDArray[np.uint8], ...]:
+    """Return the requested zone of each step, as in `Steering.zones`; `block` is blocks' side in steps.
 
     Raises
     ------
@@ -281,11 +157,12 @@ def zones_on(maps: ZoneMaps, ground: MapGround, block: float) -> tuple[NDArray[n
     out = [np.ones((chart.height, chart.width), np.uint8) for chart in ground.charted.charts]
     # Where borders fray, a zone shows where its share exceeds a smooth noise: in pieces that become fewer
     # towards the other zone.
-    noise = None if maps.blend is None else parse_map(f"noise:{maps.blend / _PIECES!r}").values(ground)
-    for zone, wanted in enumerate(maps.wanted, 2):
+    blend = guidance.blend
+    noise = None if blend is None else parse_map(f"noise:{blend / _PIECES!r}").values(ground)
+    for zone, wanted in enumerate(guidance.zones, 2):
         shares = wanted.values(ground)
-        if maps.blend is not None:
-            shares = softened(shares, ground, maps.blend)
+        if blend is not None:
+            shares = softened(shares, ground, blend)
         for n, (own, values) in enumerate(zip(out, shares, strict=True)):
             own[values > (0.5 if noise is None else np.clip(noise[n], _LEAST_NOISE, 1 - _LEAST_NOISE))] = zone
     radius = int(block / _BAND)

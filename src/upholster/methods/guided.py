@@ -21,8 +21,8 @@ from upholster.image.preparing import MAX_SIDE, MIN_SIDE, cut_out, finished, res
 from upholster.image.roles import ROLES
 from upholster.image.source import Sample, read_source, source_parts
 from upholster.lengths import parse_length, read_length
-from upholster.methods.guidance import Guidance, GuidePair, Put, SampleMap, ZoneMaps
-from upholster.methods.quilt.guides import MOST_ZONES
+from upholster.methods.exemplar import NO_GUIDANCE, Guidance, Guide, Put
+from upholster.methods.quilt.steering import MOST_ZONES, as_guide
 from upholster.options import SampleOptions, SynthesisOptions
 from upholster.stages import file_stage
 from upholster.types import IntArray, PixelArray
@@ -33,6 +33,8 @@ _GUIDED = ("guide", "labels", "zone", "again", "put")
 
 _LUMINANCE = "luminance"
 """The word for the luminance of the sample's colours."""
+
+_MOST_LABELS = 254
 
 MIN_PIECE = 8
 """Minimum height and width, in pixels, of a piece of the sample that the user puts at a place."""
@@ -123,7 +125,7 @@ def read_guidance(
     source: PixelArray | Material,
     reading: SampleOptions,
     metres: float | None,
-) -> tuple[PixelArray | Material, Guidance | None]:
+) -> tuple[PixelArray | Material, Guidance]:
     """Return the image to paint from, which includes the samples of zones, and all placement requests.
 
     Parameters
@@ -141,9 +143,10 @@ def read_guidance(
         If a text is invalid, a file cannot be read, or a map differs from the sample in size.
     """
     if not given_guidance(asked):
-        return source, None
-    pairs = [_pair(parse_guide(text), source, reading) for text in asked.guide or ()]
-    pairs += [_pair(parse_guide(text, "labels"), source, reading, labels=True) for text in asked.labels or ()]
+        return source, NO_GUIDANCE
+    guides = [_guide(parse_guide(text), source, reading) for text in asked.guide or ()]
+    labels = [parse_guide(text, "labels") for text in asked.labels or ()]
+    guides += [_guide(text, source, reading, labels=True) for text in labels]
     again = tuple(_again(text, number) for number, text in enumerate(asked.again or (), 1))
     zones, puts = list(map(parse_zone, asked.zone or ())), list(map(parse_put, asked.put or ()))
     if len(zones) >= MOST_ZONES:
@@ -155,7 +158,7 @@ def read_guidance(
     others += [_other(file, "put", shape[1], asked, metres) for file in files]
     if not others:
         placed = tuple(_put(put, shape, None, None) for put in puts)
-        return source, Guidance(tuple(pairs), None, again, placed)
+        return source, Guidance(tuple(guides), again=again, put=placed)
     whole, rectangles = combined([own, *others])
     pieces = iter(zip(rectangles[1 + len(zones) :], others[len(zones) :], strict=True))
     placed = tuple(
@@ -163,9 +166,8 @@ def read_guidance(
     )
     wanted = tuple(parse_map(zone.target) for zone in zones)
     blend = None if asked.blend is None else parse_length(asked.blend, metres, name="blend")
-    maps = ZoneMaps(rectangles[: 1 + len(zones)], wanted, blend)
-    pairs = [replace(pair, shown=_widened(pair.shown, whole.shape, rectangles[0])) for pair in pairs]
-    return whole, Guidance(tuple(pairs), maps, again, placed)
+    guides = [replace(one, shown=_widened(one.shown, whole.shape, rectangles[0])) for one in guides]
+    return whole, Guidance(tuple(guides), rectangles[: 1 + len(zones)], wanted, blend, again, placed)
 
 
 def _put(put: PutText, shape: tuple[int, int], rectangle: Rectangle | None, material: Material | None) -> Put:
@@ -221,38 +223,52 @@ def _other(text: str, what: str, width: int, asked: SynthesisOptions, metres: fl
     return Material(maps, used=is_white(resampled("used", as_map(material.used), **size)))
 
 
-def _widened(shown: SampleMap, shape: tuple[int, int], own: Rectangle) -> SampleMap:
+def _widened(shown: NDArray[np.uint8], shape: tuple[int, int], own: Rectangle) -> NDArray[np.uint8]:
     # A guide of the first sample, extended to the image of all samples. The other samples' pixels get the
     # value of its first pixel; guides do not apply to them.
-    out: Any = np.full(shape, shown[0, 0], shown.dtype)
+    out = np.full(shape, shown[0, 0], np.uint8)
     out[: own[2], : own[3]] = shown
-    found: SampleMap = out
-    return found
+    return out
 
 
 def _is_word(name: str) -> bool:
     return name.lower() in (_LUMINANCE, *ROLES[1:])
 
 
-def _pair(
+def _guide(
     text: GuideText, source: PixelArray | Material, reading: SampleOptions, *, labels: bool = False
-) -> GuidePair:
+) -> Guide:
     parts = source_parts(source)
     shape = parts["albedo"].shape[:2]
+    codes: IntArray | None = None
     if _is_word(text.sample):
         if labels:
             raise InputError(f"labels {str(text)!r}: {text.sample} has no labels; allowed: an image's file")
-        shown: SampleMap = _own(text, parts)
+        shown = _own(text, parts)
     else:
         pixels = _prepared(text, reading, labels=labels)
-        shown = _codes(pixels) if labels else _grey(pixels)
-        if shown.shape != shape:
-            what, (height, width) = "image of labels" if labels else "guide", shown.shape
+        if pixels.shape[:2] != shape:
+            what, (height, width) = "image of labels" if labels else "guide", pixels.shape[:2]
             raise InputError(
                 f"{what} {text.sample!r} is {width}x{height} pixels; "
                 f"allowed: {shape[1]}x{shape[0]}, like the sample"
             )
-    return GuidePair(str(text), shown, parse_map(text.target), text.weight, labels)
+        if labels:
+            codes, shown = _numbered(text, pixels)
+        else:
+            shown = as_guide(_grey(pixels))
+    return Guide(str(text), shown, parse_map(text.target), text.weight, codes)
+
+
+def _numbered(text: GuideText, pixels: PixelArray) -> tuple[IntArray, NDArray[np.uint8]]:
+    # The colours of an image of labels, and the number of each pixel's colour, from 1.
+    known, shown = np.unique(_codes(pixels), return_inverse=True)
+    if len(known) > _MOST_LABELS:
+        raise InputError(
+            f"labels {str(text)!r}: the sample's map has {len(known):,} colours; "
+            f"allowed: up to {_MOST_LABELS}, in a PNG without smooth edges"
+        )
+    return known, (shown.reshape(pixels.shape[:2]) + 1).astype(np.uint8)
 
 
 def _prepared(text: GuideText, reading: SampleOptions, *, labels: bool) -> PixelArray:
@@ -273,7 +289,7 @@ def _prepared(text: GuideText, reading: SampleOptions, *, labels: bool) -> Pixel
     return finished(maps, reading.of_guides, [])["guide"]
 
 
-def _own(text: GuideText, parts: dict[str, PixelArray]) -> NDArray[np.float32]:
+def _own(text: GuideText, parts: dict[str, PixelArray]) -> NDArray[np.uint8]:
     # A map of the sample itself as a guide: smoothed, and stretched to the range 0…1.
     role = "albedo" if text.sample.lower() == _LUMINANCE else text.sample.lower()
     if role not in parts:
@@ -286,7 +302,7 @@ def _own(text: GuideText, parts: dict[str, PixelArray]) -> NDArray[np.float32]:
         for axis in (0, 1):
             plane = _box_mean(plane, max(1, min(plane.shape) // _SMOOTH), axis)
     low, high = np.quantile(plane, [_TAILS, 1 - _TAILS])
-    return np.asarray(np.clip((plane - low) / max(high - low, 1e-9), 0.0, 1.0), np.float32)
+    return as_guide(np.asarray(np.clip((plane - low) / max(high - low, 1e-9), 0.0, 1.0), np.float32))
 
 
 def _box_mean(plane: NDArray[np.float64], radius: int, axis: int) -> NDArray[np.float64]:

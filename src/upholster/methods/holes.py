@@ -8,23 +8,24 @@ from numpy.typing import NDArray
 
 from upholster.charts.charted import charted_plane
 from upholster.charts.phases import TURN
-from upholster.elements import Lattice, find_lattice
+from upholster.elements import Lattice
 from upholster.errors import InputError
 from upholster.image.masks import Used, filled, largest_square
-from upholster.methods.quilt.guides import Rectangle, Steering, Zones, cropped
-from upholster.methods.quilt.method import laid_quilt, planned
-from upholster.methods.quilt.phases import WantedPhases
+from upholster.methods.exemplar import Exemplar
+from upholster.methods.quilt.method import laid_quilt, lay_plan
 from upholster.methods.quilt.quilt_options import QuiltOptions
+from upholster.methods.quilt.scene import Scene
 from upholster.methods.quilt.sizes import suiting_side
+from upholster.methods.quilt.steering import Steering
 from upholster.methods.quilt.usable import LEAST_ROOM, largest_block, usable_side
 from upholster.quilt.chart import Chart
 from upholster.quilt.labels import LabelMap, label_shape
 from upholster.quilt.model import Quilt
 from upholster.quilt.placement import PLACEMENT
 from upholster.quilt.warp_field import WarpField
-from upholster.types import FloatArray, IntArray, PixelArray, Progress
+from upholster.types import FloatArray, IntArray, PixelArray
 
-__all__ = ["LARGEST_BLOCK", "HoleExemplar", "check_room", "hole_places"]
+__all__ = ["LARGEST_BLOCK", "check_room", "hole_places"]
 
 LARGEST_BLOCK = 48
 """Default limit of a block's side in pixels: a photo is not a single texture, and no larger block would fit
@@ -38,39 +39,6 @@ _PHASE = 0.5
 
 _CELL = 2
 """Steps of a cell of labels."""
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class HoleExemplar:
-    """The source for filling a hole.
-
-    Attributes
-    ----------
-    pixels
-        (H, W, C) the image to match: the photo around the hole, or both that and another sample.
-    used
-        (H, W) the pixels that blocks may show: none of the hole.
-    sample
-        The other sample's rectangle, if any; blocks then show only pixels from it.
-    photo
-        The photo's rectangle.
-    """
-
-    pixels: PixelArray
-    used: Used
-    photo: Rectangle
-    sample: Rectangle | None = None
-
-    @property
-    def shown(self) -> tuple[PixelArray, Used]:
-        """The image that blocks show, and its used pixels."""
-        rectangle = self.photo if self.sample is None else self.sample
-        return cropped(self.pixels, rectangle), cropped(self.used, rectangle)
-
-    @property
-    def zones(self) -> tuple[Rectangle, ...]:
-        """The rectangles, if there are several."""
-        return () if self.sample is None else (self.photo, self.sample)
 
 
 def check_room(used: Used, block: int | None, what: str) -> None:
@@ -87,14 +55,12 @@ def check_room(used: Used, block: int | None, what: str) -> None:
 
 
 def hole_places(
-    exemplar: HoleExemplar,
+    exemplar: Exemplar,
     hole: NDArray[np.bool_],
     corner: tuple[int, int],
     *,
     block: int | None = None,
     seed: int = 0,
-    threads: int | None = None,
-    progress: Progress | None = None,
 ) -> IntArray:
     """Return the pixel of the exemplar that each pixel of a part of a photo shows, with its hole filled.
 
@@ -103,14 +69,15 @@ def hole_places(
     Parameters
     ----------
     exemplar
-        The source for filling the hole.
+        The photo around the hole, of which blocks may show all but the hole; or, in one image, the photo and
+        another sample, of which blocks then show all pixels.
     hole
         (h, w): the pixels missing in this part.
     corner
         Row and column in the exemplar of the part's first pixel.
     block
         Side of a block in pixels, within `check_room`; None: chosen for photo and hole.
-    seed, threads, progress
+    seed
         As in `upholster.synthesize`.
 
     Returns
@@ -118,32 +85,31 @@ def hole_places(
     ndarray
         (h, w, 2): row and column.
     """
-    pixels, used = exemplar.shown
+    pixels, used = exemplar.parts[-1], exemplar.masks[-1]
+    assert used is not None
     side = usable_side(_side(pixels, hole), used) if block is None else block
     chart = Chart(0, *hole.shape)
     charted = charted_plane(chart)
     # Whole cells of labels are kept, so that no cell with a pixel of the hole shows the old pixels.
     stays = ~_in_cells(hole)
-    kept = _as_it_is(chart, corner, exemplar.pixels.shape[:2]), (stays,)
-    zones, phases = None, None
-    if exemplar.zones:
-        wanted = np.full(hole.shape, 2, np.uint8)
-        zones = Zones(exemplar.zones, (wanted,), (None, None))
+    kept = _as_it_is(chart, corner, exemplar.shape), (stays,)
+    if exemplar.guidance.rectangles:
+        phases: tuple[_PhotoPhases | None, ...] = (None, None)
+        steering = Steering(zones=(np.full(hole.shape, 2, np.uint8),), kept=kept)
     else:
-        phases = _own_phases(pixels, used, corner)
-    plan = planned(
-        exemplar.pixels,
+        lattice = exemplar.lattices[0]
+        phases = (None if lattice is None else _PhotoPhases(lattice, _gone_on(lattice, used), corner),)
+        steering = Steering(kept=kept)
+    scene = Scene(
         charted,
-        (WarpField.identity(),),
         np.broadcast_to((1.0, 0.0, 0.0), (len(charted.chart), 3, 3)),
-        1.0,
-        options=QuiltOptions(block=side),
+        (WarpField.identity(),),
+        QuiltOptions(block=side, phase=_PHASE),
+        np.zeros(len(charted.chart), np.int32),
         phases=phases,
-        used=exemplar.used,
-        steering=Steering(zones=zones, kept=kept),
-        seed=seed,
+        steering=steering,
     )
-    quilt = laid_quilt(plan, threads, progress)
+    quilt = laid_quilt(lay_plan(scene, exemplar, seed=seed))
     found: IntArray = quilt.sources()[0] // 16
     return found
 
@@ -176,21 +142,20 @@ def _as_it_is(chart: Chart, corner: tuple[int, int], shape: tuple[int, ...]) -> 
 @dataclass(frozen=True, eq=False, slots=True)
 class _PhotoPhases:
     # The wanted phases of a photo: its own, and in the hole a continuation of those around it.
+    lattice: Lattice
     phases: NDArray[np.int16]  # (n, H, W)
     corner: tuple[int, int]
+
+    @property
+    def waves(self) -> FloatArray:
+        """The photo's waves."""
+        return self.lattice.waves
 
     def at(self, _: IntArray, points: FloatArray) -> NDArray[np.int16]:
         """Return the phases at points (m, 3) of the flat texture, (n, m)."""
         row = np.floor(-points[:, 1]).astype(np.int64) + self.corner[0]
         column = np.floor(points[:, 0]).astype(np.int64) + self.corner[1]
         return self.phases[:, row, column]
-
-
-def _own_phases(pixels: PixelArray, used: Used, corner: tuple[int, int]) -> WantedPhases | None:
-    lattice = find_lattice(pixels)
-    if lattice is None:
-        return None
-    return WantedPhases(lattice, _PhotoPhases(_gone_on(lattice, used), corner), _PHASE)
 
 
 def _gone_on(lattice: Lattice, used: Used) -> NDArray[np.int16]:

@@ -4,7 +4,7 @@ from typing import cast
 
 import numpy as np
 
-from upholster.charts.charted import charted_mesh, charted_patches, charted_plane
+from upholster.charts.charted import ChartedSurface, charted_mesh, charted_patches, charted_plane
 from upholster.charts.creases import default_crease
 from upholster.charts.directions import (
     Direction,
@@ -21,34 +21,35 @@ from upholster.charts.layout import LONGEST, TextureScale, density_layout, textu
 from upholster.charts.maps import MapGround
 from upholster.charts.mesh_layout import mesh_charts
 from upholster.charts.mesh_warp_fields import triangle_frames, warp_fields
-from upholster.charts.size_map import parse_size_map, size_field
+from upholster.charts.phases import PhaseField, phase_field
+from upholster.charts.size_map import SizeField, parse_size_map, size_field
 from upholster.charts.turns import chart_turns
 from upholster.elements import find_lattice
 from upholster.errors import InputError
 from upholster.geometry import AnySurface, MeshSurface, Surface
 from upholster.geometry.mesh_files import ModelFile
-from upholster.image.masks import Used
 from upholster.lengths import parse_length
-from upholster.methods.guidance import Guidance
+from upholster.methods.exemplar import Exemplar
+from upholster.methods.guidance import steering_on
 from upholster.methods.guided import guidance_files
 from upholster.methods.paper.method import PaperOptions
+from upholster.methods.patch_scene import PatchScene
 from upholster.methods.pixel.method import PixelOptions, check_sample
-from upholster.methods.prepared import Prepared
 from upholster.methods.quilt.method import step_level
 from upholster.methods.quilt.quilt_options import QuiltOptions
-from upholster.methods.quilt.sizes import turning_of
-from upholster.methods.quilt.usable import check_level, check_used
-from upholster.methods.seen import Seen
+from upholster.methods.quilt.scene import Scene
+from upholster.methods.quilt.sizes import LEAST_SIDE, block_side, suiting_side, turning_of
+from upholster.methods.quilt.usable import check_level, check_used, largest_block, usable_side
 from upholster.options import SynthesisOptions, settled_options
 from upholster.quilt.chart import MAX_CHART, Chart
 from upholster.quilt.warp_field import WarpField
 from upholster.stages import file_stage
-from upholster.types import PixelArray
+from upholster.types import FloatArray, PixelArray
 
 __all__ = ["asked_files", "prepare", "sample_width"]
 
-_SURFACE_PHASE, _FLAT_PHASE = 2.0, 0.5
-"""Default cost of being out of phase. It is higher on a surface, where courses do not close by themselves."""
+_PHASE = 2.0
+"""Default cost of being out of phase."""
 
 _MOST_OCTAVES = 6
 """Texels per step are at most 2^6 each way, as in `Quilt.density`."""
@@ -69,46 +70,41 @@ def asked_files(options: SynthesisOptions) -> list[str]:
 
 
 def _inputs(
-    _made: Prepared, _exemplar: PixelArray, _surface: AnySurface, options: SynthesisOptions, **_more: object
+    _made: object, _exemplar: Exemplar, _surface: AnySurface, options: SynthesisOptions, **_more: object
 ) -> list[str]:
     return asked_files(options)
 
 
 @file_stage(_inputs)
 def prepare(
-    exemplar: PixelArray,
+    exemplar: Exemplar,
     surface: AnySurface,
     options: SynthesisOptions,
     *,
     largest: int = LONGEST,
     model: ModelFile | None = None,
-    used: Used | None = None,
-    guidance: Guidance | None = None,
-) -> Prepared:
-    """Set up what `synthesize` will do; parameters are as for `synthesize`.
+) -> Scene | PatchScene:
+    """Return the scene that a method covers; `options` are as for `synthesize`.
 
     On patches no chart of method "quilt" is longer than `largest` texels. `model` is the file that a mesh was
-    read from. Blocks only show `used` pixels, (H, W) bool; None: all. `guidance` steers where they go.
+    read from.
 
     Raises
     ------
     InputError
         If something is out of range on this surface, or with this exemplar.
     """
-    check_used(used, options.method)
-    seen = Seen(exemplar, used, guidance)
+    check_used(exemplar.used, options.method)
     if isinstance(surface, MeshSurface):
-        return _prepare_mesh(seen, surface, options, model)
-    if options.method == "paper":
-        charts = uniform_layout(surface, chart=options.chart)
-        return Prepared(charts, (), None, "", settled_options(options, PaperOptions))
-    if options.method == "pixel":
-        check_sample(exemplar.shape[:2], options.levels)
-        charts = uniform_layout(surface, chart=options.chart)
-        return Prepared(charts, (), None, "", settled_options(options, PixelOptions))
+        return _prepare_mesh(exemplar, surface, options, model)
+    if options.method != "quilt":
+        if options.method == "pixel":
+            check_sample(exemplar.shape, options.levels)
+        kind: type[PaperOptions | PixelOptions] = PaperOptions if options.method == "paper" else PixelOptions
+        return PatchScene(uniform_layout(surface, chart=options.chart), settled_options(options, kind))
     if isinstance(options.texels, tuple):
-        return _prepare_flat(seen, surface, _flat_chart(surface, *options.texels), options)
-    scale = _scale(seen, surface, options, None)
+        return _prepare_flat(exemplar, surface, _flat_chart(surface, *options.texels), options)
+    scale = _scale(exemplar, surface, options, None)
     density = _texels_a_step(scale)
     steps = scale.density / density
     charts = density_layout(surface, density=steps, largest=max(1, int(largest / density)))
@@ -118,10 +114,10 @@ def prepare(
         asked = "smooth" if options.stroke else default_on_patches(surface, charted)
     wanted = parse_direction(cast(str, asked), patches=True)
     ground = MapGround(charted, None, surface, False)
-    return _on_charts(seen, ground, options, scale, density, wanted)
+    return _on_charts(exemplar, ground, options, scale, density, wanted)
 
 
-def _prepare_flat(seen: Seen, surface: AnySurface, chart: Chart, options: SynthesisOptions) -> Prepared:
+def _prepare_flat(exemplar: Exemplar, surface: AnySurface, chart: Chart, options: SynthesisOptions) -> Scene:
     # A flat texture: a step is a pixel, and the sample's rows run along rows.
     if options.size_map is not None:
         raise InputError("size_map is given for a flat texture; allowed: on surfaces and models")
@@ -131,25 +127,23 @@ def _prepare_flat(seen: Seen, surface: AnySurface, chart: Chart, options: Synthe
     charted = charted_plane(chart, tile=options.tileable)
     vectors = np.broadcast_to((1.0, 0.0, 0.0), (len(charted.chart), 3, 3))
     ground = MapGround(charted, None, surface, True)
-    phases = seen.wanted_phases(options, _FLAT_PHASE, charted, vectors, 1.0)
-    own = settled_options(options, QuiltOptions, block=seen.wanted_block(options, _FLAT_PHASE))
-    turns = np.zeros(len(vectors), np.int32)
-    return Prepared(
-        (chart,),
-        (WarpField.identity(),),
-        None,
-        "",
-        own,
-        None,
-        phases[0],
-        turns,
+    phases = _phases(exemplar, options, charted, vectors, 1.0, None)
+    block = _wanted_block(exemplar, options)
+    return Scene(
         charted,
         vectors,
-        used=seen.used,
-        steering=seen.steering(ground, own.block, phases),
-        again=seen.again(ground),
-        held=seen.held(ground),
+        (WarpField.identity(),),
+        _own_options(options, block),
+        np.zeros(len(vectors), np.int32),
+        phases=phases,
+        steering=steering_on(ground, exemplar.guidance, block),
     )
+
+
+def _own_options(options: SynthesisOptions, block: int) -> QuiltOptions:
+    # A scene has directions as vectors; they may be functions, which tasks can not pickle.
+    phase = _PHASE if options.phase is None else options.phase
+    return settled_options(options, QuiltOptions, block=block, phase=phase, direction=None, stroke=None)
 
 
 def _flat_chart(surface: Surface, width: int, height: int) -> Chart:
@@ -163,81 +157,139 @@ def _flat_chart(surface: Surface, width: int, height: int) -> Chart:
 
 
 def _prepare_mesh(
-    seen: Seen, surface: MeshSurface, options: SynthesisOptions, model: ModelFile | None
-) -> Prepared:
+    exemplar: Exemplar, surface: MeshSurface, options: SynthesisOptions, model: ModelFile | None
+) -> Scene:
     if options.method != "quilt":
         raise InputError(f"method is {options.method!r} on a mesh; allowed there: 'quilt'")
     if isinstance(options.texels, tuple):
         width, height = options.texels
         raise InputError(f"texels is {width}x{height} on a mesh; allowed there: a number")
-    scale = _scale(seen, surface, options, surface.mesh.metres)
+    scale = _scale(exemplar, surface, options, surface.mesh.metres)
     density = _texels_a_step(scale)
     charted = charted_mesh(surface, mesh_charts(surface, scale.density / density))
     asked = options.direction
     if asked is None:
         asked = "smooth" if options.stroke else default_direction(surface.mesh)
     ground = MapGround(charted, model, surface, False)
-    return _on_charts(seen, ground, options, scale, density, parse_direction(cast(str, asked)))
+    return _on_charts(exemplar, ground, options, scale, density, parse_direction(cast(str, asked)))
 
 
 def _on_charts(
-    seen: Seen,
+    exemplar: Exemplar,
     ground: MapGround,
     options: SynthesisOptions,
     scale: TextureScale,
     density: float,
     direction: Direction,
-) -> Prepared:
+) -> Scene:
     charted = ground.charted
     if direction.image is not None:
         charted = in_detail(charted, None if ground.model is None else ground.model.uv)
     if isinstance(ground.surface, Surface):
         direction = vectors_on_patches(ground.surface, charted, direction)
     mesh = charted.mesh
-    for part, mask in zip(seen.parts, seen.masks, strict=True):
+    for part, mask in zip(exemplar.parts, exemplar.masks, strict=True):
         check_level(mask, step_level(part.shape[:2], charted, scale.scale))
     field = direction_field(
         mesh,
         direction,
         strokes=options.stroke,
         crease=default_crease(mesh) if options.crease is None else options.crease,
-        lattice=any(lattice is not None for lattice in seen.lattices(options, _SURFACE_PHASE)),
+        lattice=options.phase != 0 and any(lattice is not None for lattice in exemplar.lattices),
     )
     vectors, sizes = field.corner_vectors, None
     along, down = triangle_frames(mesh, vectors)
     turns = chart_turns(charted, along, field.fold)
     turning = turning_of(charted, vectors, field.fold) / scale.scale
     across = float(np.sqrt(scale.texels)) / scale.density * scale.scale
-    block = seen.block_side(options, across, turning)
+    block = _block_side(exemplar, options, across, turning)
     if options.size_map is not None:
         wanted, wide = parse_size_map(options.size_map), block / scale.scale
         sizes, charted, vectors, parent = size_field(wanted, ground, charted, vectors, wide)
         turns, (along, down) = turns[parent], triangle_frames(charted.mesh, vectors)
     factors = None if sizes is None else sizes.factors
     fields = warp_fields(charted, along, down, scale.scale, turns, vectors, factors)
-    phases = seen.wanted_phases(options, _SURFACE_PHASE, charted, vectors, scale.scale, sizes)
+    phases = _phases(exemplar, options, charted, vectors, scale.scale, sizes)
     if any(one is not None for one in phases):
-        block = seen.block_side(options, across, turning, phases)
-    own = settled_options(options, QuiltOptions, block=block)
+        block = _block_side(exemplar, options, across, turning, phases)
     text = "strokes" if options.stroke and options.direction is None else direction.text
-    return Prepared(
-        charted.charts,
-        fields,
-        scale,
-        f"{text}, {field.words}",
-        own,
-        field,
-        phases[0],
-        turns,
+    return Scene(
         charted,
         vectors,
-        density=density,
-        used=seen.used,
-        sizes=sizes,
-        steering=seen.steering(ground, block / scale.scale * scale.density / density, phases),
-        again=seen.again(ground),
-        held=seen.held(ground),
+        fields,
+        _own_options(options, block),
+        turns,
+        field.fold,
+        scale,
+        density,
+        f"{text}, {field.words}",
+        field,
+        sizes,
+        phases,
+        steering_on(ground, exemplar.guidance, block / scale.scale * scale.density / density),
     )
+
+
+def _phases(
+    exemplar: Exemplar,
+    options: SynthesisOptions,
+    charted: ChartedSurface,
+    vectors: FloatArray,
+    scale: float,
+    sizes: SizeField | None,
+) -> tuple[PhaseField | None, ...]:
+    """Return the phases that a surface requests of each sample; `scale` is the sample's pixels per unit."""
+    if options.phase == 0:
+        return (None,) * len(exemplar.parts)
+    return tuple(
+        None if lattice is None else phase_field(charted, vectors, scale, lattice.waves, sizes)
+        for lattice in exemplar.lattices
+    )
+
+
+def _block_side(
+    exemplar: Exemplar,
+    options: SynthesisOptions,
+    across: float,
+    turning: float,
+    phases: tuple[PhaseField | None, ...] | None = None,
+) -> int:
+    """Return the side of blocks on a surface; other parameters as in the function `block_side`."""
+    if options.block is not None:
+        return options.block
+    sides = [
+        block_side(part.shape, across, turning, one)
+        for part, one in zip(exemplar.parts, phases or (None,) * len(exemplar.parts), strict=True)
+    ]
+    return min(usable_side(max(sides), mask) for mask in exemplar.masks)
+
+
+def _wanted_block(exemplar: Exemplar, options: SynthesisOptions) -> int:
+    """Return the side of blocks in pixels: the requested one, or one that suits the samples.
+
+    Raises
+    ------
+    InputError
+        If a sample has no room for blocks of the requested size.
+    """
+    for part, used in zip(exemplar.parts, exemplar.masks, strict=True):
+        most = min(512, 3 * min(part.shape[:2]) // 4)  # larger blocks leave no choice
+        most = most if used is None else min(most, largest_block(used))
+        if options.block is not None and not 8 <= options.block <= most:
+            masked = "" if used is None else " with this mask"
+            raise InputError(
+                f"block is {options.block}; allowed: 8 to {most} in a sample of "
+                f"{part.shape[1]}x{part.shape[0]} pixels{masked}"
+            )
+    if options.block is not None:
+        return options.block
+    side = max(
+        suiting_side(
+            part.shape, repeats=options.phase != 0 and lattice is not None and len(lattice.waves) > 1
+        )
+        for part, lattice in zip(exemplar.parts, exemplar.lattices, strict=True)
+    )
+    return min(usable_side(side, used) for used in exemplar.masks)
 
 
 def _texels_a_step(scale: TextureScale) -> float:
@@ -246,15 +298,18 @@ def _texels_a_step(scale: TextureScale) -> float:
     return 2.0 ** min(max(octaves, 0), _MOST_OCTAVES)
 
 
-def _scale(seen: Seen, surface: AnySurface, options: SynthesisOptions, metres: float | None) -> TextureScale:
+def _scale(
+    exemplar: Exemplar, surface: AnySurface, options: SynthesisOptions, metres: float | None
+) -> TextureScale:
     """Return sizes of texels and sample on a surface whose unit may be known."""
+    block = _wanted_block(exemplar, options)
     return texture_scale(
         surface,
-        seen.parts[0].shape[1],
-        sample_size=sample_width(seen.parts[0], options, metres),
+        exemplar.parts[0].shape[1],
+        sample_size=sample_width(exemplar.parts[0], options, metres),
         density=options.density,
         texels=cast(int | None, options.texels),
-        block=seen.wanted_block(options, _SURFACE_PHASE),
+        block=block if options.block is not None else min(block, LEAST_SIDE),
     )
 
 

@@ -7,63 +7,56 @@ from typing import Any, cast
 from upholster.charts.axis_directions import closed_rounds
 from upholster.charts.directions import is_direction_image, stroke_texts
 from upholster.charts.layout import texture_scale
+from upholster.charts.maps import parse_map
 from upholster.charts.part_directions import is_by_part, part_direction, triangles_by_direction
-from upholster.charts.surface_to_cover import Covered, CoveredLike, as_covered
+from upholster.charts.surface_to_cover import Covered
 from upholster.elements import find_lattice
 from upholster.errors import InputError
 from upholster.geometry import MeshSurface
 from upholster.geometry.mesh_files import ModelFile
 from upholster.image import Material, check_exemplar
-from upholster.image.source import Sample
+from upholster.image.source import Sample, used_pixels
+from upholster.methods.exemplar import Exemplar, Guidance
 from upholster.methods.fitting import fitted
-from upholster.methods.guidance import Guidance
 from upholster.methods.guided import read_guidance
 from upholster.methods.paper.coefficients import keep_coefficients
 from upholster.methods.set_up import sample_width
-from upholster.options import ModelOptions, SynthesisOptions
+from upholster.options import SynthesisOptions
 from upholster.shown import on_a_line
 from upholster.stages import stage
-from upholster.types import PixelArray, Progress
+from upholster.types import PixelArray
 
-__all__ = ["Settled", "covered_by_method", "kept_sample", "matched_image", "needs_patches", "settled"]
+__all__ = ["Settled", "kept_sample", "matched_image", "needs_patches", "settled"]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Settled:
-    """A request, settled on its surface.
+    """A request for one sample, settled on its surface.
 
     Attributes
     ----------
     source
-        The sample or material to match and paint, with the samples of zones.
+        The sample or material to paint, with the samples of zones.
+    exemplar
+        The same as blocks are compared by it.
     options
         The options, with the sample's own width, strokes from files, and directions of parts as a function.
-    guidance
-        What steers the blocks; None for nothing.
     notes
         What the user should know, one line each.
     """
 
     source: PixelArray | Material
+    exemplar: Exemplar
     options: SynthesisOptions
-    guidance: Guidance | None
     notes: tuple[str, ...]
 
 
-def covered_by_method(
-    on: CoveredLike,
-    asked: SynthesisOptions,
-    reading: ModelOptions | None = None,
-    *,
-    progress: Progress | None = None,
-) -> Covered:
-    """Return the surface that `on` stands for, in the form that the method covers: see `as_covered`."""
-    paper, patches = asked.method == "paper", needs_patches(asked)
-    return as_covered(on, reading, biquadratic=paper, patches=patches, progress=progress)
-
-
 def settled(
-    sample: Sample, source: PixelArray | Material, covered: Covered, asked: SynthesisOptions
+    sample: Sample,
+    source: PixelArray | Material,
+    covered: Covered,
+    asked: SynthesisOptions,
+    held: tuple[str, ...] = (),
 ) -> Settled:
     """Settle a request on its surface.
 
@@ -73,6 +66,8 @@ def settled(
         The sample, and what was read from it. Its width counts before that in `asked`.
     covered, asked
         The surface, and how it is to be covered.
+    held
+        Regions that stay as they are in another quilt, as `parse_map` reads them.
 
     Raises
     ------
@@ -86,7 +81,18 @@ def settled(
     asked, notes = _with_axes(asked, covered, source)
     metres = covered.surface.mesh.metres if isinstance(covered.surface, MeshSurface) else None
     source, guidance = read_guidance(asked, source, sample.options, metres)
-    return Settled(kept_sample(source, asked), asked, guidance, tuple(notes))
+    source = kept_sample(source, asked)
+    exemplar = _exemplar(matched_image(source, asked), source, guidance, held)
+    return Settled(source, exemplar, asked, tuple(notes))
+
+
+@stage
+def _exemplar(
+    pixels: PixelArray, source: PixelArray | Material, guidance: Guidance, held: tuple[str, ...]
+) -> Exemplar:
+    # A stage, because those that get it recognise it by its identity.
+    guidance = replace(guidance, held=tuple(map(parse_map, held))) if held else guidance
+    return Exemplar(pixels, used_pixels(source), guidance)
 
 
 def _with_axes(

@@ -85,8 +85,6 @@ def build_atlas(
     texels: Texels,
     seams: Sequence[ChartSeam],
     layout: AtlasLayout | None = None,
-    *,
-    threads: int | None = None,
 ) -> Atlas:
     """Place all charts in one image, and fill their gutters from the neighbours across the edges.
 
@@ -98,8 +96,6 @@ def build_atlas(
         Where the charts meet, from both sides: see `upholster.charts.chart_seams.find_seams`.
     layout
         The charts' places, by default those of `upholster.model.packing.pack_charts`.
-    threads
-        By default one per core; only for large charts.
 
     Returns
     -------
@@ -125,7 +121,7 @@ def build_atlas(
         tasks += [partial(_lay, own, page.top, mine[n], n, of_chart[n], texels.arrays) for n in mine]
     # Placing small charts is limited by Python, not by memory: threads would wait for each other.
     large = texels.count >= len(cells) << 20
-    run_tasks(tasks, threads=threads if large else 1)
+    run_tasks(tasks, threads=None if large else 1)
     return Atlas(frozen_array(pixels), cells, pages)
 
 

@@ -25,8 +25,6 @@ def build_normal_atlas(
     texels: Texels,
     seams: Sequence[ChartSeam],
     layout: AtlasLayout | None = None,
-    *,
-    threads: int | None = None,
 ) -> Atlas:
     """Place the charts of a normal map in one image, as `build_atlas` does for colours.
 
@@ -37,7 +35,7 @@ def build_normal_atlas(
     ----------
     surface
         The surface with the charts.
-    texels, seams, layout, threads
+    texels, seams, layout
         As for `build_atlas`; texels of 3 channels.
 
     Raises
@@ -47,7 +45,7 @@ def build_normal_atlas(
     """
     if texels.arrays and texels.arrays[0].shape[2] != 3:
         raise InputError(f"normal map has {texels.arrays[0].shape[2]} channels; allowed: 3")
-    atlas = build_atlas(texels, seams, layout, threads=threads)
+    atlas = build_atlas(texels, seams, layout)
     pixels = atlas.pixels.copy()
     turn_gutters(surface, texels.charts, by_chart(seams), dict(enumerate(atlas.cells)), pixels, 0)
     return replace(atlas, pixels=frozen_array(pixels))

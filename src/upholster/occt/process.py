@@ -15,7 +15,7 @@ from typing import IO
 
 from upholster.errors import InputError
 from upholster.occt.records import CadRecord
-from upholster.types import Progress
+from upholster.parallel import report_progress
 
 __all__ = ["MEMORY", "NO_ROOM", "SECONDS", "read_cad"]
 
@@ -49,9 +49,10 @@ def read_cad(
     coarse: bool = False,
     seconds: float | None = None,
     memory: int | None = None,
-    progress: Progress | None = None,
 ) -> CadRecord:
     """Read a CAD file: STEP, IGES and BREP with Open CASCADE, 3DM with rhino3dm in addition.
+
+    Progress has the stages "faces" and "mesh".
 
     Parameters
     ----------
@@ -68,8 +69,6 @@ def read_cad(
         Whether coarse triangles suffice, to find out what the file contains.
     seconds, memory
         Limits of time in seconds and memory in bytes; by default `SECONDS` and `MEMORY`.
-    progress
-        Called with stages "faces" and "mesh", in the calling thread.
 
     Raises
     ------
@@ -91,7 +90,7 @@ def read_cad(
             str(result),
             json.dumps(options),
         ]
-        code, said = _run(command, seconds, progress)
+        code, said = _run(command, seconds)
         found: CadRecord | str | None = pickle.loads(result.read_bytes()) if result.is_file() else None
     if found is None:
         raise _refused(_ended(code, said), memory)
@@ -102,7 +101,7 @@ def read_cad(
     return found
 
 
-def _run(command: list[str], seconds: float, progress: Progress | None) -> tuple[int, str]:
+def _run(command: list[str], seconds: float) -> tuple[int, str]:
     """Run the process to its end, or until the time is up; return its status and the end of its errors."""
     process: subprocess.Popen[str] | None = None
     heard: deque[str] = deque()
@@ -132,7 +131,7 @@ def _run(command: list[str], seconds: float, progress: Progress | None) -> tuple
             if code is not None:
                 for listener in listeners:
                     listener.join()
-            _report(heard, progress)
+            _report(heard)
         return code, "".join(errors).strip()
     finally:  # also when the user stops the program
         if process is not None:
@@ -153,11 +152,10 @@ def _hear(lines: IO[str], heard: deque[str]) -> None:
         heard.extend(lines)
 
 
-def _report(heard: deque[str], progress: Progress | None) -> None:
+def _report(heard: deque[str]) -> None:
     while heard:
         stage, done, total = heard.popleft().split()
-        if progress is not None:
-            progress(stage, int(done), int(total))
+        report_progress(stage, int(done), int(total))
 
 
 def _ended(code: int, said: str) -> str:

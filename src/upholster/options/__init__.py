@@ -6,7 +6,7 @@ lists the words for directions. Nothing heavy is imported here: ``upholster --he
 fields.
 """
 
-from upholster.options.choices import Options, chosen, settled_options
+from upholster.options.choices import Options, chosen, settled_options, settled_seed
 from upholster.options.direction_words import AXIS_DIRECTIONS, DIRECTIONS, FIELD_DIRECTIONS, PATCH_DIRECTIONS
 from upholster.options.model_options import ModelOptions
 from upholster.options.option_fields import METHODS, differing
@@ -33,4 +33,5 @@ __all__ = [
     "chosen",
     "differing",
     "settled_options",
+    "settled_seed",
 ]

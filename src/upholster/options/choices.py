@@ -1,7 +1,9 @@
 """Options of a kind from choices by name."""
 
+import secrets
 from collections.abc import Mapping
 from dataclasses import fields, replace
+from numbers import Integral
 from typing import Any, TypeAlias, TypeVar
 
 from upholster.errors import InputError, nearest
@@ -10,7 +12,7 @@ from upholster.options.sample_options import SampleOptions
 from upholster.options.synthesis_options import SynthesisOptions, check_owner
 from upholster.options.write_options import WriteOptions
 
-__all__ = ["Options", "chosen", "settled_options"]
+__all__ = ["Options", "chosen", "settled_options", "settled_seed"]
 
 Kind = TypeVar("Kind", SampleOptions, ModelOptions, SynthesisOptions, WriteOptions)
 Settled = TypeVar("Settled", bound=SynthesisOptions)
@@ -46,3 +48,18 @@ def settled_options(options: SynthesisOptions, kind: type[Settled], **found: Any
     """Return options as a method's own kind: open values come from `found`, or are the method's defaults."""
     given = {entry.name: getattr(options, entry.name) for entry in fields(options)} | found
     return kind(**{name: value for name, value in given.items() if value is not None})
+
+
+def settled_seed(seed: int | None) -> int:
+    """Return a seed as a number; for None a new one, drawn from the system.
+
+    Raises
+    ------
+    InputError
+        If it is neither None nor 0 to 2^63 − 1.
+    """
+    if seed is None:
+        return secrets.randbits(32)
+    if not (isinstance(seed, Integral) and 0 <= seed < 2**63):
+        raise InputError(f"seed is {seed!r}; allowed: 0 to 2^63 - 1")
+    return int(seed)

@@ -23,8 +23,8 @@ from upholster.files import outputs, path_inside, path_text, read_bytes, write_b
 from upholster.formats import PROJECT_SUFFIX
 from upholster.image.source import Sample, Source
 from upholster.json_text import read_json
-from upholster.methods import settled_seed, with_names
-from upholster.options import SampleOptions, SynthesisOptions, differing
+from upholster.methods import with_names
+from upholster.options import SampleOptions, SynthesisOptions, differing, settled_seed
 from upholster.project.project import KINDS, Project
 
 __all__ = ["project_data", "project_of", "read_project", "save_project"]

@@ -2,8 +2,6 @@
 
 from collections.abc import Sequence
 
-from upholster.types import Progress
-
 __all__ = ["JointProgress", "shares_of"]
 
 _READING = 0.2
@@ -18,15 +16,9 @@ class JointProgress:
 
     A piece of work passes over its tasks several times, and how often is not known beforehand. So each pass
     has most of the share that remains of the piece.
-
-    Parameters
-    ----------
-    progress
-        Called as ``progress(stage, done, 1000)``; None: nothing is called.
     """
 
-    def __init__(self, progress: Progress | None) -> None:
-        self._progress = progress
+    def __init__(self) -> None:
         self._pass: tuple[str, int, int] = ("", 0, 0)
         self.begin(0.0, _READING)
 
@@ -35,15 +27,14 @@ class JointProgress:
         self._from, self._to, self._end = start, start, end
         self._pass = ("", 0, 0)
 
-    def __call__(self, stage: str, done: int, total: int) -> None:
-        """Report the progress of a pass."""
+    def __call__(self, stage: str, done: int, total: int) -> tuple[str, int, int]:
+        """Return the progress of a pass as that of the whole, for `upholster.parallel.reporting`."""
         before, count, all_ = self._pass
         if (stage, total) != (before, all_) or done < count:
             self._from, self._to = self._to, self._to + _PASS * (self._end - self._to)
         self._pass = (stage, done, total)
         share = self._from + (self._to - self._from) * min(1.0, done / max(1, total))
-        if self._progress is not None:
-            self._progress(stage, int(1000 * share), 1000)
+        return stage, int(1000 * share), 1000
 
 
 def shares_of(sizes: Sequence[Sequence[float]]) -> list[list[tuple[float, float]]]:

@@ -11,18 +11,15 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from queue import Empty, SimpleQueue
 from threading import Thread
-from typing import Any
 
-from upholster.coverings.covering import Covering
 from upholster.coverings.joint_work import painted_model
+from upholster.coverings.request import Request
 from upholster.errors import CancelledError, check_whole
-from upholster.options import WriteOptions
-from upholster.parallel import Stop, cancelled_by, check_running
+from upholster.parallel import Stop, cancelled_by, handed_on, reporting
 from upholster.project.joint_progress import JointProgress, shares_of
 from upholster.quilt import Quilt
 from upholster.stages import Stages
 from upholster.textured import TexturedModel
-from upholster.types import Progress
 
 __all__ = ["Look", "Preview", "Previews"]
 
@@ -66,7 +63,7 @@ class Preview:
     def __init__(self, work: Callable[["Preview"], None]) -> None:
         self.began = time.perf_counter()
         self._stop, self._looks = Stop(), SimpleQueue[Look | BaseException | None]()
-        self._thread = Thread(target=self._run, args=(work,), daemon=True, name="preview")
+        self._thread = Thread(target=handed_on(self._run), args=(work,), daemon=True, name="preview")
         self._thread.start()
 
     def _run(self, work: Callable[["Preview"], None]) -> None:
@@ -123,35 +120,23 @@ class Previews:
         self.stages = Stages()
         self._running: Preview | None = None
 
-    def begin(
-        self,
-        read: Callable[[Progress], list[Covering]],
-        writing: WriteOptions,
-        seed: int,
-        texels: int,
-        threads: int | None,
-        progress: Progress | None = None,
-    ) -> Preview:
+    def begin(self, read: Callable[[], list[Request]], texels: int) -> Preview:
         """Begin a preview, replacing the current one; see `Project.preview`."""
         texels = check_whole("texels", texels, 1000, 2**26)
-        check_running(threads, progress)
         self.cancel()
-        joint = JointProgress(progress)
+        joint = JointProgress()
 
         def work(preview: Preview) -> None:
-            with self.stages.active():
-                coverings = read(joint)
-                how: dict[str, Any] = {"seed": seed, "threads": threads, "progress": joint}
-                looks = (*_octaves(coverings), 0)
-                sizes = [[each.texels / 4**octaves for each in coverings] for octaves in looks]
+            with self.stages.active(), reporting(joint):
+                requests = read()
+                looks = (*_octaves(requests), 0)
+                sizes = [[each.texels / 4**octaves for each in requests] for octaves in looks]
                 for octaves, shares in zip(looks, shares_of(sizes), strict=True):
                     quilts = []
-                    for each, share in zip(coverings, shares, strict=True):
+                    for each, share in zip(requests, shares, strict=True):
                         joint.begin(*share)
-                        quilts.append(each.synthesized(octaves=octaves, **how))
-                    model = painted_model(
-                        coverings, quilts, writing, texels=texels, threads=threads, progress=joint
-                    )
+                        quilts.append(each.quilt(octaves))
+                    model = painted_model(requests, quilts, texels=texels)
                     preview.show(model, quilts, is_final=octaves == 0)
 
         self._running = Preview(work)
@@ -163,10 +148,10 @@ class Previews:
             self._running.cancel()
 
 
-def _octaves(coverings: Sequence[Covering]) -> list[int]:
+def _octaves(requests: Sequence[Request]) -> list[int]:
     """Return, for each look before the last, by how many powers of two its steps are longer."""
-    if any(each.asked.method != "quilt" for each in coverings):
+    if any(each.synthesis.method != "quilt" for each in requests):
         return []
-    steps = sum(chart.height * chart.width for each in coverings for chart in each.prepared.charts)
+    steps = sum(chart.height * chart.width for each in requests for chart in each.scene.charts)
     first = round(math.log(steps / _COARSEST, 4)) if steps > _COARSEST else 0
     return list(range(min(first, _MOST_OCTAVES), 0, -_BETWEEN))

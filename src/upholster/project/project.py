@@ -8,18 +8,22 @@ import numpy as np
 
 from upholster.charts.maps import parse_map
 from upholster.charts.surface_to_cover import CoveredLike, covered_files
-from upholster.coverings.covering import Covering
-from upholster.coverings.joint_work import synthesized
+from upholster.coverings.joint_work import for_files, laid_quilts
 from upholster.coverings.pins import Pinned, check_pinned
-from upholster.coverings.request import Request, check_not_swapped, check_samples, read_materials
-from upholster.coverings.request_reading import read_coverings
+from upholster.coverings.request import Request
+from upholster.coverings.sample_arguments import check_not_swapped, check_samples, read_materials
 from upholster.errors import InputError, nearest
 from upholster.image.source import Sample
-from upholster.methods import asked_files, settled_seed
-from upholster.options import ModelOptions, SampleOptions, SynthesisOptions, WriteOptions, chosen
-from upholster.outputs import largest_chart
-from upholster.parallel import check_running
-from upholster.pipeline import cover
+from upholster.options import (
+    ModelOptions,
+    SampleOptions,
+    SynthesisOptions,
+    WriteOptions,
+    chosen,
+    settled_seed,
+)
+from upholster.parallel import report_note, running
+from upholster.pipeline import carry_out
 from upholster.project.preview import Preview, Previews
 from upholster.quilt import Quilt
 from upholster.reports import CoverReport
@@ -88,7 +92,7 @@ class Project(Shown):
         for name, value in settled.items():
             object.__setattr__(self, name, value)
         check_samples(self.sample, self.materials)
-        check_pinned(self.pinned)
+        check_pinned(self.pinned, self.synthesis.method)
         check_not_swapped(None if self.sample is None else self.sample.source, self.model)
 
     def __repr__(self) -> str:
@@ -173,10 +177,11 @@ class Project(Shown):
         """Return another project in which nothing is pinned."""
         return replace(self, pinned=None)
 
-    def coverings(self, progress: Progress | None = None) -> list[Covering]:
-        """Return each sample with its surface, as `cover` uses them."""
-        request = Request(self.sample, self.model, self.materials, self.reading, self.synthesis, self.pinned)
-        return read_coverings(request, largest=largest_chart((), self.writing), progress=progress)
+    def request(self, targets: Sequence[str] | str = ()) -> Request:
+        """Return the project as a request, for writing files if there are `targets`."""
+        how = self.reading, self.synthesis, self.writing, self.seed, self.pinned
+        request = Request(self.sample, self.model, self.materials, *how)
+        return for_files(request, targets)
 
     @property
     def samples(self) -> list[Sample]:
@@ -185,23 +190,21 @@ class Project(Shown):
 
     def files(self) -> list[str]:
         """Return the files and folders that the project names."""
-        named = (name for each in self.samples for name in (*each.folders, *each.files))
-        more = [] if self.pinned is None else self.pinned.files
-        return list(dict.fromkeys([*named, *covered_files(self.model), *asked_files(self.synthesis), *more]))
+        folders = (name for each in self.samples for name in each.folders)
+        return list(dict.fromkeys([*folders, *self.request().files()]))
 
     def inputs(self) -> list[str]:
         """Return the files that the model is read from: a glTF file names others."""
         with self.previews.stages.active():
-            covered = self.coverings()[0].covered
+            covered = self.request().read()[0].covered
         named = covered_files(self.model)
         more = () if covered.model is None else map(str, covered.model.inputs)
         return list(dict.fromkeys([*named, *more]))
 
     def quilts(self, *, threads: int | None = None, progress: Progress | None = None) -> list[Quilt]:
         """Return the quilt of each sample, as `cover` writes them."""
-        check_running(threads, progress)
-        with self.previews.stages.active():
-            return synthesized(self.coverings(), seed=self.seed, threads=threads, progress=progress)
+        with running(threads, progress), self.previews.stages.active():
+            return laid_quilts(self.request().read())
 
     def preview(
         self, *, texels: int = 1_000_000, threads: int | None = None, progress: Progress | None = None
@@ -224,35 +227,26 @@ class Project(Shown):
             Yields looks at the complete model: soon a coarse one, then better ones; the last has the quilts
             that `cover` writes.
         """
-        return self.previews.begin(self.coverings, self.writing, self.seed, texels, threads, progress)
+        with running(threads, progress):
+            return self.previews.begin(self.request().read, texels)
 
     def cover(
         self,
         targets: Sequence[str] | str,
         *,
+        report: str | None = None,
+        threads: int | None = None,
+        workers: int | None = None,
+        scheduler: str | None = None,
+        progress: Progress | None = None,
         tell: Callable[[str], None] | None = None,
-        **running: Any,
     ) -> CoverReport:
-        """Write files: `upholster.cover` with this project's settings; `running` has its other arguments."""
-        check_running(None, None, tell)
-        if tell is not None:
+        """Write files with this project's settings; the other arguments are those of `upholster.cover`."""
+        with running(threads, progress, tell), self.previews.stages.active():
             for note in self.notes:
-                tell(note)
-        with self.previews.stages.active():
-            report = cover(
-                self.sample,
-                self.model,
-                targets,
-                materials=self.materials,
-                model=self.reading,
-                synthesis=self.synthesis,
-                seed=self.seed,
-                options=self.writing,
-                pinned=self.pinned,
-                tell=tell,
-                **running,
-            )
-        return replace(report, notes=[*self.notes, *report.notes])
+                report_note(note)
+            found = carry_out(self.request(targets), report, workers=workers, scheduler=scheduler)
+        return replace(found, notes=[*self.notes, *found.notes])
 
 
 def _frozen(sample: Sample) -> Sample:

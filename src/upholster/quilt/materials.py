@@ -1,12 +1,11 @@
 """Painting complete materials: every map with the same quilt."""
 
-from typing import Any
-
 import numpy as np
 
 from upholster.errors import InputError
 from upholster.image.material import Material
 from upholster.image.source import Source, as_exemplar
+from upholster.parallel import running
 from upholster.quilt.model import Quilt, Texels
 from upholster.quilt.normal_painting import (
     lengthen,
@@ -55,25 +54,17 @@ def paint_material(
     if not isinstance(material, Material):
         found = as_exemplar(material)
         material = found if isinstance(found, Material) else Material({"albedo": found})
-    how: dict[str, Any] = {"density": density, "threads": threads, "progress": progress}
-    painted = {"albedo": paint(quilt, material.color(), **how)}
-    for role, pixels in material.maps.items():
-        if role not in ("albedo", "opacity"):
-            painted[role] = paint_map(quilt, role, pixels, **how)
-    if "normal" in painted:
-        painted["normal"] = unit_normal_texels(painted["normal"], threads=threads)
+    with running(threads, progress):
+        painted = {"albedo": paint(quilt, material.color(), density=density)}
+        for role, pixels in material.maps.items():
+            if role not in ("albedo", "opacity"):
+                painted[role] = paint_map(quilt, role, pixels, density=density)
+        if "normal" in painted:
+            painted["normal"] = unit_normal_texels(painted["normal"])
     return painted
 
 
-def paint_map(
-    quilt: Quilt,
-    role: str,
-    pixels: PixelArray,
-    *,
-    density: float | None = None,
-    threads: int | None = None,
-    progress: Progress | None = None,
-) -> Texels:
+def paint_map(quilt: Quilt, role: str, pixels: PixelArray, *, density: float | None = None) -> Texels:
     """Paint a quilt with one map, as decoders do: normals rotate with the texture, other maps are unchanged.
 
     Raises
@@ -82,7 +73,7 @@ def paint_map(
         As for `paint` and `paint_normals`.
     """
     work = paint_normals if role == "normal" else paint
-    return work(quilt, pixels, density=density, threads=threads, progress=progress)
+    return work(quilt, pixels, density=density)
 
 
 class WindowPainter:

@@ -20,7 +20,7 @@ from upholster.quilt.model import Quilt, Texels
 from upholster.quilt.painting import check_painted, image_pyramid, paint_each, texel_places
 from upholster.quilt.placement import SYMMETRIES
 from upholster.quilt.pyramid import Pyramid
-from upholster.types import PixelArray, Progress
+from upholster.types import PixelArray
 
 __all__ = ["lengthen", "paint_normals", "turn_window", "turned_pyramid", "unit_normal_texels"]
 
@@ -33,8 +33,6 @@ def paint_normals(
     normals: PixelArray,
     *,
     density: float | None = None,
-    threads: int | None = None,
-    progress: Progress | None = None,
 ) -> Texels:
     """Paint a quilt with a normal map, in the frame of texels on the surface.
 
@@ -48,7 +46,7 @@ def paint_normals(
     normals
         (H, W, 3) uint8, uint16 or float32: (x, y, z) to the right, upward and outward in the exemplar, coded
         as (v + 1)/2 times the largest integer (1 for floats).
-    density, threads, progress
+    density
         As in `upholster.quilt.paint`.
 
     Returns
@@ -74,12 +72,12 @@ def paint_normals(
     if normals.dtype not in (np.uint8, np.uint16, np.float32):
         raise InputError(f"normal map is of {normals.dtype}; allowed: uint8, uint16, float32")
     pyramid, which = turned_pyramid(quilt, normals)
-    texels = paint_each(quilt, pyramid, which, density=density, threads=threads, progress=progress)
+    texels = paint_each(quilt, pyramid, which, density=density)
     tasks: list[Callable[[], object]] = [
         partial(turn_window, quilt, n, chart, (slice(0, chart.height), slice(0, chart.width)), array)
         for n, (chart, array) in enumerate(zip(texels.charts, texels.arrays, strict=True))
     ]
-    run_tasks(tasks, threads=threads)
+    run_tasks(tasks)
     return replace(texels, exemplar=normals)
 
 
@@ -102,7 +100,7 @@ def turn_window(
     turn_vectors(out, field.matrices, field.margin, rows, columns, _top(out.dtype))
 
 
-def unit_normal_texels(texels: Texels, *, threads: int | None = None) -> Texels:
+def unit_normal_texels(texels: Texels) -> Texels:
     """Restore length 1 of painted normals, which they lose where blocks are blended.
 
     Painting itself stops before that, as in every decoder of a stream: graphics cards normalize each normal
@@ -112,8 +110,6 @@ def unit_normal_texels(texels: Texels, *, threads: int | None = None) -> Texels:
     ----------
     texels
         The result of `paint_normals`.
-    threads
-        As in `upholster.quilt.paint`.
 
     Returns
     -------
@@ -122,7 +118,7 @@ def unit_normal_texels(texels: Texels, *, threads: int | None = None) -> Texels:
     """
     arrays = tuple(array.copy() for array in texels.arrays)
     tasks: list[Callable[[], object]] = [partial(lengthen, array) for array in arrays]
-    run_tasks(tasks, threads=threads)
+    run_tasks(tasks)
     return Texels(texels.charts, arrays)
 
 

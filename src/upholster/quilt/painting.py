@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from upholster.errors import InputError
 from upholster.image import Material
 from upholster.image.source import as_exemplar
-from upholster.parallel import check_running, run_tasks
+from upholster.parallel import run_tasks, running
 from upholster.quilt import _paint_kernels as kernels
 from upholster.quilt.chart import MAX_CHART, MAX_TEXELS, Chart
 from upholster.quilt.displacement import centre_matrices, levels_of
@@ -71,7 +71,7 @@ def paint(
         Texels per step of the quilt's grid, each way: 1/64 to 64. Every density shows the same picture. None:
         the density that the quilt was made for.
     threads, progress
-        As in `upholster.parallel.run_tasks`.
+        As in `upholster.parallel.running`; stage "paint".
 
     Returns
     -------
@@ -84,7 +84,6 @@ def paint(
         For another height, width or dtype, or a density outside its range.
     """
     exemplar = check_painted(quilt, exemplar)
-    check_running(threads, progress)
     if exemplar.ndim != 3 or exemplar.shape[:2] != quilt.exemplar_shape or exemplar.shape[2] == 0:
         height, width = quilt.exemplar_shape
         raise InputError(
@@ -92,8 +91,8 @@ def paint(
         )
     if exemplar.dtype not in _DTYPES:
         raise InputError(f"image to paint is of {exemplar.dtype}; allowed: uint8, uint16, float16, 32, 64")
-    pyramid = image_pyramid((exemplar,))
-    texels = paint_each(quilt, pyramid, density=density, threads=threads, progress=progress)
+    with running(threads, progress):
+        texels = paint_each(quilt, image_pyramid((exemplar,)), density=density)
     return replace(texels, exemplar=exemplar)
 
 
@@ -159,8 +158,6 @@ def paint_each(
     which: NDArray[np.int64] | None = None,
     *,
     density: float | None = None,
-    threads: int | None = None,
-    progress: Progress | None = None,
 ) -> Texels:
     """Paint each placement with its own image, `which[n]` of the pyramid's images; None: the first."""
     charts = painted_charts(quilt.charts, quilt.density if density is None else density)
@@ -181,7 +178,7 @@ def paint_each(
             window = slice(start, stop), slice(0, chart.width)
             piece = partial(painter.paint, window, array[start:stop])
             pieces.append(((stop - start) * chart.width, piece))
-    run_tasks(_gathered(pieces), threads=threads, progress=progress, stage="paint")
+    run_tasks(_gathered(pieces), stage="paint")
     return Texels(charts, arrays, quilt)
 
 

@@ -39,7 +39,6 @@ def directions_picture(
     size: tuple[int, int] = (1024, 768),
     view: tuple[float, float] = (30.0, 30.0),
     zoom: float = 1.0,
-    threads: int | None = None,
 ) -> PixelArray:
     """Draw a field on its mesh: (h, w, 3) uint8, sRGB-coded.
 
@@ -55,8 +54,6 @@ def directions_picture(
         (width, height) in pixels, 1 to 8192 each.
     view, zoom
         The camera's placement: see `Camera.fit`.
-    threads
-        As in `upholster.parallel.run_tasks`. The picture does not depend on it.
 
     Raises
     ------
@@ -77,7 +74,6 @@ def directions_picture(
         camera=camera,
         supersample=1,
         depth=depth,
-        threads=threads,
     )
     drawing = Drawing(*camera.size)
     drawing.paste(0, 0, from_linear(shape, "uint8"))

@@ -56,7 +56,6 @@ def build_maps(
     normal_scale: float = 1.0,
     first: int,
     last: int,
-    threads: int | None,
 ) -> SurfaceMaps:
     """Average a material's maps down, and compute the lamps for a camera's axes (rows: right, up, forward).
 
@@ -66,7 +65,7 @@ def build_maps(
         As `checked_maps` returns them.
     axes, normal_scale
         See `SurfaceMaps`.
-    first, last, threads
+    first, last
         As for `upholster.render.texture.build_mip_pyramid`.
     """
     none = build_mip_pyramid(None)
@@ -74,7 +73,7 @@ def build_maps(
 
     def pyramid(work: "partial[NDArray[np.float32]]", parts: Mapping[str, PixelArray]) -> MipPyramid:
         height, width = next(iter(parts.values())).shape[:2]
-        return averaged_down(work, height, width, first=first, last=last, threads=threads)
+        return averaged_down(work, height, width, first=first, last=last)
 
     if maps:
         detail = pyramid(partial(_detail_rows, maps), maps)

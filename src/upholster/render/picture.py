@@ -9,7 +9,7 @@ from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore_scene import EmbreeScene
 from numpy.typing import ArrayLike, NDArray
 
-from upholster.parallel import run_tasks, thread_count
+from upholster.parallel import run_tasks
 from upholster.render._kernels import DEPTH, LIGHT, SUMS, EyeRays, RayMesh, Rays, Scene, resolve, shade
 from upholster.render._material_kernels import SurfaceMaps
 from upholster.render.camera import Camera
@@ -17,7 +17,7 @@ from upholster.render.checks import Color, check_numbers, checked_background, ch
 from upholster.render.light import MARGIN, TILE, averaged, key_direction, occlusion_pattern
 from upholster.render.material_maps import build_maps, checked_maps
 from upholster.render.texture import MipPyramid, build_mip_pyramid, checked_texture
-from upholster.types import FloatArray, PixelArray, Progress
+from upholster.types import FloatArray, PixelArray
 
 __all__ = ["STUDIO_BACKGROUND", "render"]
 
@@ -51,10 +51,8 @@ def render(
     floor: bool = True,
     max_level: int = 4,
     depth: NDArray[np.float32] | None = None,
-    threads: int | None = None,
-    progress: Progress | None = None,
 ) -> NDArray[np.float32]:
-    """Take a picture of a textured model.
+    """Take a picture of a textured model; progress has the stage "render".
 
     Parameters
     ----------
@@ -97,8 +95,6 @@ def render(
     depth
         (h, w) float32: filled with the depth of each pixel's nearest sample that is solid (alpha ≥ ½), in
         model units along the viewing direction, as `Camera.project` gives it; infinite where there is none.
-    threads, progress
-        As in `upholster.parallel.run_tasks`. The picture does not depend on the number of threads.
 
     Returns
     -------
@@ -129,7 +125,6 @@ def render(
         camera = Camera.fit(space, size=size, view=view, zoom=zoom, target=target)
     width, height = camera.size
     check_numbers(supersample, max_level, depth, (height, width))
-    thread_count(threads)
     shown, along = checked_maps(maps, texture, tangents, len(space))
     rows = checked_background(background, height)
     middle, radius = _sphere(space)
@@ -150,13 +145,11 @@ def render(
     if texture is not None:
         finest = _finest_level(mesh, camera, studio, *texture.shape[:2])
     first = min(finest, max_level)
-    pyramid = build_mip_pyramid(texture, first=first, last=max_level, threads=threads)
-    others = build_maps(
-        shown, along, camera.axes, normal_scale=normal_scale, first=first, last=max_level, threads=threads
-    )
+    pyramid = build_mip_pyramid(texture, first=first, last=max_level)
+    others = build_maps(shown, along, camera.axes, normal_scale=normal_scale, first=first, last=max_level)
     image = np.empty((height, width, 4 if background is None else 3), np.float32)
     work = _Work(mesh, pyramid, others, studio, camera, rows, image, depth)
-    work.paint(threads, progress)
+    work.paint()
     if depth is not None:
         depth *= radius
     return image
@@ -194,7 +187,7 @@ class _Work:
         # The first query builds the tree, in one thread only.
         self.scene.run(np.zeros((1, 3), np.float32), np.ones((1, 3), np.float32), query="OCCLUDED")
 
-    def paint(self, threads: int | None, progress: Progress | None) -> None:
+    def paint(self) -> None:
         """Fill the picture, band by band."""
         height = len(self.image)
         tasks: list[Callable[[], object]] = [
@@ -202,7 +195,7 @@ class _Work:
             for top in range(0, height, _BAND_ROWS)
         ]
         try:
-            run_tasks(tasks, threads=threads, progress=progress, stage="render")
+            run_tasks(tasks, stage="render")
         except BaseException:
             self.stopped = True
             raise

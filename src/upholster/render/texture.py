@@ -62,9 +62,7 @@ def checked_texture(texture: PixelArray) -> PixelArray:
     return texture
 
 
-def build_mip_pyramid(
-    texture: PixelArray | None, *, first: int = 0, last: int = 4, threads: int | None = None
-) -> MipPyramid:
+def build_mip_pyramid(texture: PixelArray | None, *, first: int = 0, last: int = 4) -> MipPyramid:
     """Decode a texture to linear light and average it down.
 
     Parameters
@@ -75,8 +73,6 @@ def build_mip_pyramid(
     first, last
         Levels to keep, 0 ≤ first ≤ last. Level l averages squares of 2^l × 2^l texels; a texture whose sides
         are not multiples repeats its last row and column. Levels below one texel are left out.
-    threads
-        As in `upholster.parallel.run_tasks`.
 
     Raises
     ------
@@ -91,9 +87,7 @@ def build_mip_pyramid(
     if texture is None:
         clay = frozen_array(np.array([CLAY], np.float32))
         return MipPyramid(clay, frozen_array(np.array([[0, 1, 1]])), 0, 1, 1, see_through=False)
-    return averaged_down(
-        partial(_color_rows, texture), *texture.shape[:2], first=first, last=last, threads=threads
-    )
+    return averaged_down(partial(_color_rows, texture), *texture.shape[:2], first=first, last=last)
 
 
 def averaged_down(
@@ -103,7 +97,6 @@ def averaged_down(
     *,
     first: int,
     last: int,
-    threads: int | None,
 ) -> MipPyramid:
     """Average down an image of four numbers per texel, of which the last is alpha, if there is any.
 
@@ -113,7 +106,7 @@ def averaged_down(
         Returns rows `start` to `stop` of the image: (stop - start, width, 4).
     height, width
         Size of the image.
-    first, last, threads
+    first, last
         As for `build_mip_pyramid`.
     """
     last = min(last, max(0, math.ceil(math.log2(max(height, width)))))
@@ -131,7 +124,7 @@ def averaged_down(
         partial(_build_band, rows, row, min(row + step, height), first, views, opaque[i : i + 1])
         for i, row in enumerate(bands)
     ]
-    run_tasks(tasks, threads=threads)
+    run_tasks(tasks)
     levels = np.array([(start, h, w) for start, (h, w) in zip(starts, shapes, strict=False)], np.int64)
     return MipPyramid(
         frozen_array(texels), frozen_array(levels), first, height, width, see_through=not opaque.all()

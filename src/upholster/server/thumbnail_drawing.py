@@ -18,6 +18,7 @@ from upholster.image.drawing import Drawing
 from upholster.limits import Limits
 from upholster.model import tessellate
 from upholster.options import WriteOptions
+from upholster.parallel import running
 from upholster.refining import received_exemplar
 from upholster.render import render
 from upholster.server.html_pages import THUMBNAIL_SIZE
@@ -52,7 +53,8 @@ def draw_thumbnail(file: BinaryIO) -> bytes:
     prefix is a picture. A model of more than 16 million texels or 4096 charts is shown without its texture.
     """
     try:
-        return _picture(file)
+        with running(1):
+            return _picture(file)
     except UpholsterError as error:
         return placeholder("damaged stream", str(error))
 
@@ -77,12 +79,11 @@ def _picture(file: BinaryIO) -> bytes:
             mesh.all_triangles(),
             None,
             size=THUMBNAIL_SIZE,
-            threads=1,
         )
     else:
         options = WriteOptions(quads=_QUADS, size=THUMBNAIL_SIZE)
-        base, maps = painted(decoder.quilt(), received_exemplar(decoder), threads=1)
-        linear = TexturedModel(surface, base, options, threads=1, maps=maps).picture()
+        base, maps = painted(decoder.quilt(), received_exemplar(decoder))
+        linear = TexturedModel(surface, base, options, maps=maps).picture()
     return encode_image(from_linear(linear, "uint8"), "png")
 
 

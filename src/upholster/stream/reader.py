@@ -6,6 +6,7 @@ from upholster.codec import ImageDecoder, ImageHeader
 from upholster.errors import FormatError, InputError, nearest
 from upholster.geometry import MeshSurface, Surface
 from upholster.limits import Limits
+from upholster.parallel import running
 from upholster.quilt import Chart, Quilt, Texels
 from upholster.quilt.materials import paint_map
 from upholster.quilt.painting import painted_charts
@@ -243,7 +244,8 @@ class StreamDecoder(Shown):
         InputError
             If bytes are still `needed`, or there is no such map.
         """
-        return paint_map(self.quilt(), role, self.exemplar(role), threads=threads)
+        with running(threads):
+            return paint_map(self.quilt(), role, self.exemplar(role))
 
     def _ready(self) -> ImageDecoder:
         if self._image is None:

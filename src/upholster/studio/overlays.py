@@ -3,9 +3,9 @@
 import numpy as np
 
 from upholster.charts.charted import ChartedSurface
-from upholster.coverings.covering import Covering
+from upholster.coverings.request import Request
 from upholster.errors import InputError
-from upholster.methods import Prepared
+from upholster.methods import Scene
 from upholster.types import FloatArray, IntArray
 
 __all__ = ["KINDS", "segments"]
@@ -20,13 +20,13 @@ _STAR = 0.02
 """Half the length of a star's lines, as a share of the model's size."""
 
 
-def segments(covering: Covering, kind: str) -> FloatArray:
-    """Return line segments (n, 2, 3) of one covering.
+def segments(request: Request, kind: str) -> FloatArray:
+    """Return line segments (n, 2, 3) of the request of one sample.
 
     Parameters
     ----------
-    covering
-        The covering; it is prepared here if it is not yet.
+    request
+        The request; its scene is made here if it is not yet.
     kind
         "seams": where charts meet; "direction": the direction of the sample's rows; "density": squares of
         equally many texels; "singular": stars where no direction is right.
@@ -38,29 +38,31 @@ def segments(covering: Covering, kind: str) -> FloatArray:
     """
     if kind not in KINDS:
         raise InputError(f"overlay is {kind!r}; allowed: {', '.join(KINDS)}")
-    prepared = covering.prepared
-    charted = prepared.charted
-    if charted is None or prepared.vectors is None:
+    scene = request.scene
+    if not isinstance(scene, Scene):
         raise InputError(f"overlay {kind} is for method quilt on a surface")
-    return KINDS[kind](charted, prepared, prepared.vectors)
+    return KINDS[kind](scene)
 
 
-def _seams(charted: ChartedSurface, _prepared: Prepared, _vectors: FloatArray) -> FloatArray:
+def _seams(scene: Scene) -> FloatArray:
+    charted = scene.charted
     triangle, edge = charted.seams[:, :2].T
     ends = np.stack([edge, (edge + 1) % 3], axis=1)
     found: FloatArray = charted.mesh.corners[triangle[:, None], ends] + _raised(charted, triangle)[:, None]
     return found
 
 
-def _direction(charted: ChartedSurface, _prepared: Prepared, vectors: FloatArray) -> FloatArray:
+def _direction(scene: Scene) -> FloatArray:
+    charted = scene.charted
     chosen, apart = _evenly(charted, _ARROWS)
-    along = vectors[chosen].mean(axis=1)
+    along = scene.vectors[chosen].mean(axis=1)
     along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-12)
     middle = charted.mesh.corners[chosen].mean(axis=1) + _raised(charted, chosen)
     return np.stack([middle - 0.35 * apart * along, middle + 0.35 * apart * along], axis=1)
 
 
-def _density(charted: ChartedSurface, _prepared: Prepared, _vectors: FloatArray) -> FloatArray:
+def _density(scene: Scene) -> FloatArray:
+    charted = scene.charted
     chosen, apart = _evenly(charted, _SQUARES)
     corners, places = charted.mesh.corners[chosen], charted.places[chosen]
     sides, steps = corners[:, 1:] - corners[:, :1], places[:, 1:] - places[:, :1]
@@ -76,9 +78,9 @@ def _density(charted: ChartedSurface, _prepared: Prepared, _vectors: FloatArray)
     return np.stack([square, np.roll(square, -1, axis=1)], axis=2).reshape(-1, 2, 3)
 
 
-def _singular(charted: ChartedSurface, prepared: Prepared, _vectors: FloatArray) -> FloatArray:
-    places = np.zeros((0, 3)) if prepared.field is None else prepared.field.places
-    ways = _STAR * charted.mesh.size * np.array([*np.eye(3), [0.58, 0.58, 0.58], [0.58, -0.58, -0.58]])
+def _singular(scene: Scene) -> FloatArray:
+    places = np.zeros((0, 3)) if scene.field is None else scene.field.places
+    ways = _STAR * scene.charted.mesh.size * np.array([*np.eye(3), [0.58, 0.58, 0.58], [0.58, -0.58, -0.58]])
     return np.stack([places[:, None] - ways, places[:, None] + ways], axis=2).reshape(-1, 2, 3)
 
 

@@ -4,9 +4,9 @@ from collections.abc import Collection
 
 import numpy as np
 
+from upholster.coverings.synthesis import synthesize
 from upholster.geometry import MeshSurface, TriangleMesh
 from upholster.geometry.mesh_files import ModelFile
-from upholster.methods import synthesize
 from upholster.redrawn import part_colors
 from upholster.stream import encode_stream
 from upholster.types import FloatArray, PixelArray

@@ -22,8 +22,8 @@ from typing import Any
 
 import numpy as np
 
-from upholster.coverings.covering import Covering
 from upholster.coverings.joint_work import read_notes, roles_of, settled_values, work_notes
+from upholster.coverings.request import Request
 from upholster.elements import find_lattice
 from upholster.errors import CancelledError, InputError, UpholsterError
 from upholster.formats import split_name
@@ -177,8 +177,8 @@ class _Work:
         try:
             for look in preview:
                 with self.previews.stages.active():
-                    coverings = project.coverings()
-                    streams = [*_streams(coverings, look), *self.uncovered(project, coverings)]
+                    requests = project.request().read()
+                    streams = [*_streams(requests, look), *self.uncovered(project, requests)]
                 if preview.is_cancelled:
                     break
                 if look.is_final:
@@ -199,17 +199,17 @@ class _Work:
     def facts(self, project: Project) -> dict[str, Any]:
         """Return facts about model and sample."""
         with self.previews.stages.active():
-            coverings = project.coverings()
-            first = coverings[0]
-            model, scale = first.covered.model, first.prepared.scale
+            requests = project.request().read()
+            first = requests[0]
+            model, scale = first.covered.model, first.scene.scale
             found: dict[str, Any] = {
                 "sample_size": None if scale is None else scale.sample_size,
-                "texels": sum(each.texels for each in coverings),
-                "settled": settled_values(coverings),
-                "notes": [*read_notes(coverings), *work_notes(coverings)],
+                "texels": sum(each.texels for each in requests),
+                "settled": settled_values(requests),
+                "notes": [*read_notes(requests), *work_notes(requests)],
                 "parts": [],
                 "unit": None,
-                "heights": _has_heights(coverings),
+                "heights": _has_heights(requests),
             }
             if model is None:
                 return found
@@ -222,9 +222,9 @@ class _Work:
             found["unit"] = None if whole.mesh.metres is None else _unit_name(whole.mesh.metres)
         return found
 
-    def uncovered(self, project: Project, coverings: Sequence[Covering]) -> Sequence[bytes]:
+    def uncovered(self, project: Project, requests: Sequence[Request]) -> Sequence[bytes]:
         """Return streams of the parts that no sample covers, in the colours of the file."""
-        model = coverings[0].covered.model
+        model = requests[0].covered.model
         if model is None or not model.left:
             return ()
         key = (str(project.model), replace(project.reading, part=None), model.left)
@@ -237,7 +237,7 @@ class _Work:
         whole = replace(project.reading, part=None)
         with self.previews.stages.active():
             found = replace(project, reading=whole, materials={}, sample=project.sample or _any(project))
-            return found.coverings()[0].covered.model
+            return found.request().read()[0].covered.model
 
     def pick(self, origin: Sequence[float], direction: Sequence[float]) -> dict[str, Any]:
         """Return the part that a ray hits first."""
@@ -257,7 +257,7 @@ class _Work:
         if project is None:
             return b""
         with self.previews.stages.active():
-            found = [segments(each, kind) for each in project.coverings()]
+            found = [segments(each, kind) for each in project.request().read()]
         return np.concatenate(found).astype("<f4").tobytes()
 
     # -------------------------------------------------------------- samples
@@ -341,7 +341,7 @@ class _Work:
         if not depth:
             return flat(project)
         with self.previews.stages.active():
-            heights = _has_heights(project.coverings())
+            heights = _has_heights(project.request().read())
         own = {} if heights or project.writing.displace is not None else {"displace_by": "luminance"}
         return project.change(displace=depth, **own)
 
@@ -360,9 +360,9 @@ class _Stages:
         self.say(stage, done, total)
 
 
-def _has_heights(coverings: Sequence[Covering]) -> bool:
+def _has_heights(requests: Sequence[Request]) -> bool:
     """Return whether all samples have a height map."""
-    return "height" in roles_of(coverings, all_have=True)
+    return "height" in roles_of(requests, all_have=True)
 
 
 def _is_complete(written: Any) -> bool:
@@ -388,23 +388,23 @@ def _unit_name(metres: float) -> str | None:
     return next((name for name, size in known.items() if abs(size - metres) < 1e-9 * metres), None)
 
 
-def _streams(coverings: Sequence[Covering], look: Look) -> list[bytes]:
+def _streams(requests: Sequence[Request], look: Look) -> list[bytes]:
     """Return a look as streams, one for each sample: its own triangles; the first also has the plain ones."""
-    if len(coverings) == 1:
-        return [_stream(coverings[0], coverings[0].surface, look.quilts[0])]
-    surfaces = [each.surface for each in coverings if isinstance(each.surface, MeshSurface)]
+    if len(requests) == 1:
+        return [_stream(requests[0], requests[0].surface, look.quilts[0])]
+    surfaces = [each.surface for each in requests if isinstance(each.surface, MeshSurface)]
     plain = np.all([surface.island < 0 for surface in surfaces], axis=0)
     streams = []
-    for n, (covering, surface, quilt) in enumerate(zip(coverings, surfaces, look.quilts, strict=True)):
+    for n, (request, surface, quilt) in enumerate(zip(requests, surfaces, look.quilts, strict=True)):
         kept = (surface.island >= 0) | (plain if n == 0 else False)
         mesh = TriangleMesh(surface.mesh.positions, surface.mesh.triangles[kept])
         own = MeshSurface(mesh, surface.island[kept], surface.parameters[kept])
-        streams.append(_stream(covering, own, replace(quilt, surface=own)))
+        streams.append(_stream(request, own, replace(quilt, surface=own)))
     return streams
 
 
-def _stream(covering: Covering, surface: Any, quilt: Quilt) -> bytes:
-    parts = source_parts(covering.source)
+def _stream(request: Request, surface: Any, quilt: Quilt) -> bytes:
+    parts = source_parts(request.source)
     return encode_stream(surface, quilt, parts.pop("albedo"), maps=parts, **WriteOptions().transform)
 
 

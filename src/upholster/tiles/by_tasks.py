@@ -1,11 +1,11 @@
-"""A covering made by tasks: its tiles are written one by one, or its quilt is made on many workers."""
+"""A request by tasks: its tiles are written one by one, or its quilt is made on many workers."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import AbstractContextManager
 from pathlib import Path
 
 from upholster.cluster import cluster_pool
-from upholster.coverings.covering import Covering
+from upholster.coverings.request import Request
 from upholster.errors import InputError, check_whole
 from upholster.export import PagedMesh, write_tiled_obj
 from upholster.files import Outputs
@@ -13,7 +13,8 @@ from upholster.formats import UDIM
 from upholster.geometry import Surface
 from upholster.image import alpha_channel
 from upholster.image.source import source_parts
-from upholster.methods import lay_plan
+from upholster.methods import Scene, lay_plan
+from upholster.methods.quilt.lay_plan import LayPlan
 from upholster.model import tessellate
 from upholster.options import WriteOptions
 from upholster.outputs import Output
@@ -23,7 +24,6 @@ from upholster.reports import laid_counts
 from upholster.tiles.storage import Place
 from upholster.tiles.task_order import laid_by_tasks, write_tiles
 from upholster.tiles.work import TileWork, tile_work
-from upholster.types import Progress
 
 __all__ = ["are_tiles_alone", "check_tasks", "spread_quilt", "task_pool", "tiled"]
 
@@ -31,20 +31,19 @@ _FOLDER = ".upholster"
 """Suffix of the outputs' name for the folder in which an unfinished run keeps its data."""
 
 
-def are_tiles_alone(wanted: Sequence[Output], coverings: Sequence[Covering]) -> bool:
+def are_tiles_alone(requests: Sequence[Request]) -> bool:
     """Return whether tasks write one set of tiles of patches, and any other output is OBJ.
 
     The OBJ then refers to the tiles, and needs no texels.
     """
+    wanted = requests[0].outputs
     others = [output for output in wanted if not output.in_tiles]
     are_obj = all(output.tiles is not None for output in others)
-    patches = isinstance(coverings[0].surface, Surface)
-    return len(wanted) == len(others) + 1 and are_obj and patches and _is_by_tasks(coverings)
+    patches = isinstance(requests[0].surface, Surface)
+    return len(wanted) == len(others) + 1 and are_obj and patches and _is_by_tasks(requests)
 
 
-def check_tasks(
-    wanted: Sequence[Output], coverings: Sequence[Covering], workers: int | None, scheduler: str | None
-) -> None:
+def check_tasks(requests: Sequence[Request], workers: int | None, scheduler: str | None) -> None:
     """Raise InputError if workers or a URL are requested for work that tasks cannot do."""
     if workers is not None and scheduler is not None:
         raise InputError("workers and scheduler are both given; allowed: one of them")
@@ -54,64 +53,55 @@ def check_tasks(
         raise InputError(
             f"scheduler is a {type(scheduler).__name__}; allowed: an address as text, 'tcp://host:8786'"
         )
-    if not (workers is None and scheduler is None) and not _is_by_tasks(coverings):
+    if not (workers is None and scheduler is None) and not _is_by_tasks(requests):
         raise InputError(
             "workers are given, but there is no work for several by methods 'paper' and 'pixel', with "
             "several materials, with again, put or pins, or of a flat texture; allowed there: --threads"
         )
-    if any(output.url for output in wanted) and not are_tiles_alone(wanted, coverings):
+    if any(output.url for output in requests[0].outputs) and not are_tiles_alone(requests):
         raise InputError(
             "tiles are to be written to a URL, but not alone, or not of a surface of patches by method "
             "'quilt'; allowed there: a folder on this machine"
         )
 
 
-def _is_by_tasks(coverings: Sequence[Covering]) -> bool:
-    first = coverings[0]
-    if first.held is not None or first.asked.again or first.asked.put:
+def _is_by_tasks(requests: Sequence[Request]) -> bool:
+    first, asked = requests[0], requests[0].synthesis
+    if first.pinned is not None or asked.again or asked.put:
         return False
-    is_flat = first.asked.tileable or isinstance(first.asked.texels, tuple)
-    return len(coverings) == 1 and first.pattern is None and first.asked.method == "quilt" and not is_flat
+    is_flat = asked.tileable or isinstance(asked.texels, tuple)
+    return len(requests) == 1 and first.pattern is None and asked.method == "quilt" and not is_flat
 
 
-def task_pool(
-    workers: int | None, scheduler: str | None, threads: int | None
-) -> AbstractContextManager[TaskPool]:
+def task_pool(workers: int | None, scheduler: str | None) -> AbstractContextManager[TaskPool]:
     """Return a pool: on threads of this process, unless workers or a scheduler are given."""
     if workers is None and scheduler is None:
-        return thread_pool(threads)
+        return thread_pool()
     return cluster_pool(workers, scheduler)
 
 
-def tiled(
-    covering: Covering,
-    wanted: Sequence[Output],
-    options: WriteOptions,
-    pool: TaskPool,
-    files: Outputs,
-    *,
-    seed: int,
-    progress: Progress | None,
-    tell: Callable[[str], None] | None,
-) -> tuple[dict[str, int], dict[str, int]]:
-    """Write the tiles of a covering, one by one; return the bytes of each file, and the report's counts.
+def tiled(request: Request, pool: TaskPool, files: Outputs) -> tuple[dict[str, int], dict[str, int]]:
+    """Write the tiles of a request, one by one; return the bytes of each file, and the report's counts.
 
     Finished work is kept in any case, and the next run with the same inputs continues from it. Other outputs,
     OBJ, are written when all tiles exist.
     """
+    wanted, options = request.outputs, request.writing
     output = next(output for output in wanted if output.in_tiles)
-    surface, place = covering.surface, _place_of(output)
+    surface, place, maps = request.surface, _place_of(output), source_parts(request.source)
     assert isinstance(surface, Surface)  # checked by `are_tiles_alone`
-    plan = lay_plan(covering.prepared, covering.seen, seed=seed)
-    maps = source_parts(covering.source)
-    density = covering.prepared.density
-    work = tile_work(plan, density, (surface, output.path.name), maps, place, options)
-    written, placed = write_tiles(work, _folder_of(output), pool, progress=progress, tell=tell)
+    work = tile_work(_plan(request), (surface, output.path.name), maps, place, options)
+    written, placed = write_tiles(work, _folder_of(output), pool)
     for other in wanted:
         if other is not output:
             written |= _written_obj(surface, other, work, options, files)
-    counts = laid_counts(surface, covering.charts, (placed, 0), maps["albedo"])
-    return written, counts | {"maps": len(maps)} | pool.counts()
+    counts = laid_counts(surface, request.charts, (placed, 0), maps["albedo"])
+    return written, counts | {"maps": len(maps)}
+
+
+def _plan(request: Request) -> LayPlan:
+    assert isinstance(request.scene, Scene)  # checked by `_is_by_tasks`
+    return lay_plan(request.scene, request.exemplar, seed=request.seed)
 
 
 def _written_obj(
@@ -130,20 +120,12 @@ def _written_obj(
     return {str(target): place.stat().st_size for target, place in zip(output.own, places, strict=True)}
 
 
-def spread_quilt(
-    covering: Covering,
-    output: Output,
-    pool: TaskPool,
-    *,
-    seed: int,
-    progress: Progress | None,
-    tell: Callable[[str], None] | None,
-) -> Quilt:
-    """Return the quilt of a covering, laid by tasks; their files are next to the output in the meantime."""
-    plan, density = lay_plan(covering.prepared, covering.seen, seed=seed), covering.prepared.density
-    work = tile_work(plan, density, None, {}, _place_of(output), WriteOptions())
-    quilt = laid_by_tasks(work, _folder_of(output), pool, progress=progress, tell=tell)
-    return quilt.on(covering.surface, seed=seed, density=density)
+def spread_quilt(request: Request, pool: TaskPool) -> Quilt:
+    """Return the quilt of a request, laid by tasks; their files are next to its output in the meantime."""
+    output = request.outputs[0]
+    work = tile_work(_plan(request), None, {}, _place_of(output), WriteOptions())
+    quilt = laid_by_tasks(work, _folder_of(output), pool)
+    return quilt.on(request.surface, seed=request.seed, density=work.plan.scene.density)
 
 
 def _place_of(output: Output) -> Place:

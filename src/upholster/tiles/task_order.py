@@ -8,7 +8,7 @@ from typing import Any
 
 from upholster._version import __version__
 from upholster.errors import InputError, StoppedError
-from upholster.parallel import TaskPool
+from upholster.parallel import TaskPool, report_note, report_progress
 from upholster.quilt.model import Quilt
 from upholster.tiles.storage import Place
 from upholster.tiles.task_files import read_chart
@@ -21,7 +21,6 @@ from upholster.tiles.work import (
     quilt_of,
     store,
 )
-from upholster.types import Progress
 
 __all__ = ["laid_by_tasks", "write_tiles"]
 
@@ -37,15 +36,10 @@ _RECORD_EVERY = 1.0
 """Seconds between two writes of the record."""
 
 
-def write_tiles(
-    work: TileWork,
-    folder: Place,
-    pool: TaskPool,
-    *,
-    progress: Progress | None = None,
-    tell: Callable[[str], None] | None = None,
-) -> tuple[dict[str, int], int]:
+def write_tiles(work: TileWork, folder: Place, pool: TaskPool) -> tuple[dict[str, int], int]:
     """Lay all blocks and write all tiles; work finished by an interrupted run is not repeated.
+
+    Progress has the stages "blocks", parcels, and "paint", tiles.
 
     Parameters
     ----------
@@ -55,10 +49,6 @@ def write_tiles(
         The folder for data between tasks; it is removed at the end.
     pool
         Runs the tasks.
-    progress
-        Called with the stages "blocks", parcels, and "paint", tiles.
-    tell
-        Called with a line for people if an earlier run is continued.
 
     Returns
     -------
@@ -72,8 +62,8 @@ def write_tiles(
     StoppedError
         After Ctrl-C, likewise.
     """
-    run = _Running(work, folder, pool, progress)
-    run.begin(tell)
+    run = _Running(work, folder, pool)
+    run.begin()
     with run.recorded():
         run.lay()
         written = run.finish()
@@ -82,21 +72,14 @@ def write_tiles(
     return written, placed
 
 
-def laid_by_tasks(
-    work: TileWork,
-    folder: Place,
-    pool: TaskPool,
-    *,
-    progress: Progress | None = None,
-    tell: Callable[[str], None] | None = None,
-) -> Quilt:
+def laid_by_tasks(work: TileWork, folder: Place, pool: TaskPool) -> Quilt:
     """Lay all blocks, as `write_tiles` does, and return the quilt."""
-    run = _Running(work, folder, pool, progress)
-    run.begin(tell)
+    run = _Running(work, folder, pool)
+    run.begin()
     with run.recorded():
         run.lay()
         run.finish()
-    charts = range(len(work.plan.surface.charts))
+    charts = range(len(work.plan.scene.charts))
     found = quilt_of(work, charts, [read_chart(folder.read(f"chart-{n}")) for n in charts])
     folder.remove_all()
     return found
@@ -109,8 +92,8 @@ class _Running:
     labels, and a tile for the charts that it shows.
     """
 
-    def __init__(self, work: TileWork, folder: Place, pool: TaskPool, progress: Progress | None) -> None:
-        self.work, self.folder, self.pool, self.progress = work, folder, pool, progress
+    def __init__(self, work: TileWork, folder: Place, pool: TaskPool) -> None:
+        self.work, self.folder, self.pool = work, folder, pool
         parcels = work.plan.parcels
         self.tiles = 0 if work.atlas is None else len(work.atlas.layout.pages)
         self.unlaid = {n: set(parcels.near(n)) for n in range(len(parcels))}
@@ -143,7 +126,7 @@ class _Running:
         parts = [f"{len(self.done[kind])} of {count} {kind}s" for kind, count in counts.items()]
         return f"{parts[0]}, {parts[1]} and {parts[2]} are done"
 
-    def begin(self, tell: Callable[[str], None] | None) -> None:
+    def begin(self) -> None:
         """Find finished work, if the folder is from a run of the same, and prepare the folder."""
         key = self.work.key()
         known: dict[str, Any] = {}
@@ -151,8 +134,7 @@ class _Running:
             known = self._known()
             if known.get("key") == key:
                 self._go_on(known)
-                if tell is not None:
-                    tell(f"continuing: {self._so_far()}")
+                report_note(f"continuing: {self._so_far()}")
             else:
                 self.folder.remove_all()
         self.folder.make()
@@ -240,14 +222,14 @@ class _Running:
         elif kind == "chart":
             self._shown(number)
         else:
-            self._report("paint", len(self.done["tile"]), self.tiles)
+            report_progress("paint", len(self.done["tile"]), self.tiles)
         if monotonic() - self.noted > _RECORD_EVERY:
             self._note()
         self._paint()
 
     def _laid(self, n: int) -> list[int]:
         """Compute the labels that only waited for this parcel; return the parcels that can start."""
-        self._report("blocks", len(self.done["parcel"]), len(self.unlaid))
+        report_progress("blocks", len(self.done["parcel"]), len(self.unlaid))
         found = []
         for k in self.work.plan.parcels.near(n):
             if k > n:
@@ -299,10 +281,6 @@ class _Running:
             pages, self.ready = tuple(self.ready[:share]), self.ready[share:]
             self.painting[pages[0]] = pages
             self._submit(("tile", pages[0]), paint_tiles_task, pages, priority=_TILES_LATER)
-
-    def _report(self, stage: str, done: int, total: int) -> None:
-        if self.progress is not None:
-            self.progress(stage, done, total)
 
     def _note(self) -> None:
         self.folder.write(_RECORD, json.dumps(self.done).encode())

@@ -22,7 +22,6 @@ from upholster.options import WriteOptions
 from upholster.paging import PagedAtlas, write_page
 from upholster.quilt.materials import WindowPainter
 from upholster.quilt.model import Quilt
-from upholster.quilt.painting import painted_charts
 from upholster.tiles.storage import Place
 from upholster.tiles.task_files import (
     blocks_bytes,
@@ -56,8 +55,6 @@ class TileWork:
     ----------
     plan
         The plan by which blocks are laid.
-    density
-        Texels per step, each way.
     atlas
         The tiles; None if there are none.
     maps
@@ -71,7 +68,6 @@ class TileWork:
     """
 
     plan: LayPlan
-    density: float
     atlas: PagedAtlas | None
     maps: Mapping[str, PixelArray]
     files: Mapping[str, Sequence[str]]
@@ -81,7 +77,7 @@ class TileWork:
     @cached_property
     def parcels_of(self) -> tuple[tuple[int, ...], ...]:
         """For each chart the parcels that may contain part of it."""
-        found: list[list[int]] = [[] for _ in self.plan.surface.charts]
+        found: list[list[int]] = [[] for _ in self.plan.scene.charts]
         for parcel, charts in enumerate(self.plan.parcels.charts):
             for chart in charts:
                 found[chart].append(parcel)
@@ -106,7 +102,7 @@ class TileWork:
     def key(self) -> str:
         """Return a hash of everything that affects the tiles, and of the version."""
         layout = None if self.atlas is None else self.atlas.layout
-        parts = (__version__, self.plan, self.density, layout, dict(self.maps), dict(self.files))
+        parts = (__version__, self.plan, layout, dict(self.maps), dict(self.files))
         found = hashlib.sha256()
         _feed(found, (*parts, self.quality))
         return found.hexdigest()
@@ -118,7 +114,6 @@ class TileWork:
 
 def tile_work(
     plan: LayPlan,
-    density: float,
     tiles: tuple[Surface, str] | None,
     maps: Mapping[str, PixelArray],
     output: Place,
@@ -128,7 +123,7 @@ def tile_work(
 
     Parameters
     ----------
-    plan, density
+    plan
         As for `TileWork`.
     tiles
         The surface that they cover, and the name of the base colour's tiles, with ``<UDIM>``; None: nothing
@@ -146,15 +141,15 @@ def tile_work(
         If charts and tiles do not match.
     """
     if tiles is None:
-        return TileWork(plan, density, None, {}, {}, output)
+        return TileWork(plan, None, {}, {}, output)
     surface, target = tiles
-    atlas = PagedAtlas.of(surface, painted_charts(plan.surface.charts, density), options)
+    atlas = PagedAtlas.of(surface, plan.scene.painted, options)
     names = {role: target if role == "albedo" else map_companion(target, role) for role in maps}
     files = {
         role: [file.name for file in page_files(name, len(atlas.layout.pages))]
         for role, name in names.items()
     }
-    return TileWork(plan, density, atlas, maps, files, output, options.quality)
+    return TileWork(plan, atlas, maps, files, output, options.quality)
 
 
 def store(place: Place, work: TileWork) -> str:
@@ -270,12 +265,12 @@ def quilt_of(work: TileWork, charts: Sequence[int], own: Sequence[Labelled]) -> 
     for number, part in enumerate(placed):
         part["chart"] = number
     return Quilt(
-        tuple(work.plan.surface.charts[n] for n in charts),
+        tuple(work.plan.scene.charts[n] for n in charts),
         work.plan.shape,
         np.concatenate(placed),
         tuple((layer,) for _, layer in own),
-        tuple(work.plan.fields[n] for n in charts),
-        density=work.density,
+        tuple(work.plan.scene.fields[n] for n in charts),
+        density=work.plan.scene.density,
     )
 
 

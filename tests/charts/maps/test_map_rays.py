@@ -8,6 +8,7 @@ from meshes import box, sphere, two_rings
 from upholster.charts.maps import coarse, parse_map
 from upholster.charts.maps.coarse import coarse_cells
 from upholster.geometry import TriangleMesh, torus
+from upholster.parallel import running
 
 
 @pytest.fixture(scope="module")
@@ -103,7 +104,10 @@ def test_coarser_cells_tell_about_the_same(room, monkeypatch, text: str) -> None
 def test_values_are_the_same_for_any_number_of_threads() -> None:
     ground = on_patches(torus(2.0, 0.8), 3000)
     for text in ("curvature:0.5", "occlusion"):
-        one, other = (parse_map(text).values(ground, threads=n) for n in (1, 3))
+        with running(1):
+            one = parse_map(text).values(ground)
+        with running(3):
+            other = parse_map(text).values(ground)
         for a, b in zip(one, other, strict=True):
             np.testing.assert_array_equal(a, b)
             assert np.isfinite(a).all()

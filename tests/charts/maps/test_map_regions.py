@@ -20,20 +20,20 @@ def ground() -> MapGround:
 
 
 def test_a_region_of_all_of_a_surface_leaves_no_step_at_its_seams(ground: MapGround) -> None:
-    again = region_again(parse_map("0,0,0:100"), ground, 1)
-    assert not any(stays.any() for stays in again.stays)
+    again = region_again(parse_map("0,0,0:100"), ground)
+    assert not any(stays.any() for stays in again)
 
 
 def test_steps_of_the_surface_outside_stay_and_three_round_each(ground: MapGround) -> None:
     wanted = parse_map("2,0,0:1.5")
-    again = region_again(wanted, ground, 1)
+    again = region_again(wanted, ground)
     inside = region(wanted, ground)
     assert any(own.any() for own in inside)
-    for own, triangles, stays in zip(inside, triangles_at_steps(ground.charted), again.stays, strict=True):
+    for own, triangles, stays in zip(inside, triangles_at_steps(ground.charted), again, strict=True):
         outside = (triangles >= 0) & ~own
         np.testing.assert_array_equal(stays, maximum_filter(outside, 7))
 
 
 def test_a_region_beside_the_surface_is_refused(ground: MapGround) -> None:
     with pytest.raises(InputError, match="contains no part of the surface"):
-        region_again(parse_map("50,0,0:1"), ground, 1)
+        region_again(parse_map("50,0,0:1"), ground)

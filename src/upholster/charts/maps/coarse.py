@@ -76,9 +76,9 @@ class CoarseCells:
     length: FloatArray
 
 
-def coarse_cells(charted: ChartedSurface, *, threads: int | None = None) -> tuple[CoarseCells, ...]:
+def coarse_cells(charted: ChartedSurface) -> tuple[CoarseCells, ...]:
     """Cut charts into cells of as few steps as `MOST_POINTS` allows: 1, 2, 4 … each way."""
-    triangles = triangles_at_steps(charted, threads=threads)
+    triangles = triangles_at_steps(charted)
     count, stride = sum(int((each >= 0).sum()) for each in triangles), 1
     while count > stride * stride * MOST_POINTS:  # an upper limit, as if all cells were full
         stride *= 2

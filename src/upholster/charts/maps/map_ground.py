@@ -85,7 +85,7 @@ AtSteps = Callable[[Steps], NDArray[Any]]
 
 
 @stage
-def triangles_at_steps(charted: ChartedSurface, *, threads: int | None = None) -> tuple[IntArray, ...]:
+def triangles_at_steps(charted: ChartedSurface) -> tuple[IntArray, ...]:
     """Return the triangle that contains the centre of each chart's steps, (height, width) int32.
 
     For steps off the surface, up to three quarters of a step away, it is the nearest triangle; beyond, −1.
@@ -94,17 +94,19 @@ def triangles_at_steps(charted: ChartedSurface, *, threads: int | None = None) -
     heights, widths = np.ascontiguousarray(shapes.T)
     ends = np.cumsum(heights * widths)
     grid = StepGrid(ends - heights * widths, heights, widths)
-    count, parts = int(ends[-1]), thread_count(threads)
+    count, parts = int(ends[-1]), thread_count()
     triangles, away = np.full(count, -1, np.int32), np.full(count, np.inf, np.float32)
     middles, chart = charted.places - 0.5, charted.chart.astype(np.int32)
     tasks = [partial(locate_steps, middles, chart, grid, triangles, (n, parts), away) for n in range(parts)]
-    run_tasks(tasks, threads=threads)
+    run_tasks(tasks)
     parts_of = np.split(triangles, ends[:-1])
     return tuple(part.reshape(shape) for part, shape in zip(parts_of, shapes.tolist(), strict=True))
 
 
 def over_steps(
-    charted: ChartedSurface, at: AtSteps, nothing: NDArray[Any], *, threads: int | None = None
+    charted: ChartedSurface,
+    at: AtSteps,
+    nothing: NDArray[Any],
 ) -> tuple[NDArray[Any], ...]:
     """Return a function's values at all steps, (height, width) for each chart.
 
@@ -116,10 +118,8 @@ def over_steps(
         Called with some steps of one chart at a time, in several threads.
     nothing
         The value off the surface; its type is that of the results.
-    threads
-        As in `upholster.parallel.run_tasks`.
     """
-    triangles = triangles_at_steps(charted, threads=threads)
+    triangles = triangles_at_steps(charted)
     out = tuple(np.full(each.shape, nothing) for each in triangles)
 
     def band(number: int, top: int, bottom: int) -> None:
@@ -134,5 +134,5 @@ def over_steps(
     for number, each in enumerate(triangles):
         high = max(1, _BAND // each.shape[1])
         tasks += [partial(band, number, top, top + high) for top in range(0, each.shape[0], high)]
-    run_tasks(tasks, threads=threads)
+    run_tasks(tasks)
     return out

@@ -33,7 +33,7 @@ class Image(MapSource):
         """The files that it reads."""
         return (self.file,)
 
-    def values(self, ground: MapGround, _: int | None, /) -> AtSteps:
+    def values(self, ground: MapGround, /) -> AtSteps:
         """Return a function for values: bilinear means of the pixels that are not clear."""
         coordinates, repeats = _coordinates(self.file, ground)
         pixels = _pixels(self.file)
@@ -71,7 +71,7 @@ class Image(MapSource):
 class VertexColors(MapSource):
     """The colours of a model's vertices in its file."""
 
-    def values(self, ground: MapGround, _: int | None, /) -> AtSteps:
+    def values(self, ground: MapGround, /) -> AtSteps:
         """Return a function for values: means of red, green and blue."""
         grey = _vertex_colors(ground).mean(axis=2, dtype=np.float64, keepdims=True)
         return lambda steps: steps.mean_of(grey)[:, 0]

@@ -21,8 +21,8 @@ class MapSource(ABC):
         return ()
 
     @abstractmethod
-    def values(self, ground: MapGround, threads: int | None, /) -> AtSteps:
-        """Return a function for values: from 0 to 1, NaN where there is none; on this many threads.
+    def values(self, ground: MapGround, /) -> AtSteps:
+        """Return a function for values: from 0 to 1, NaN where there is none.
 
         Raises
         ------

@@ -50,7 +50,7 @@ class Noise(MapSource):
 
     blob: Length | None = None
 
-    def values(self, ground: MapGround, _: int | None, /) -> AtSteps:
+    def values(self, ground: MapGround, /) -> AtSteps:
         """Return a function for values."""
         mesh = ground.charted.mesh
         size = mesh.size or 1.0

@@ -47,7 +47,7 @@ class Painted(MapSource):
         """The files that it reads."""
         return (self.file,)
 
-    def values(self, ground: MapGround, _: int | None, /) -> AtSteps:
+    def values(self, ground: MapGround, /) -> AtSteps:
         """Return a function for values."""
         strokes = _read(self.file)
         mesh = ground.charted.mesh

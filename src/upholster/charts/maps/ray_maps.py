@@ -58,7 +58,7 @@ class Curvature(MapSource):
 
     reach: Length | None = None
 
-    def values(self, ground: MapGround, threads: int | None, /) -> AtSteps:
+    def values(self, ground: MapGround, /) -> AtSteps:
         """Return a function for values."""
         mesh = ground.charted.mesh
         reach = _CURVATURE_REACH * mesh.size
@@ -71,7 +71,7 @@ class Curvature(MapSource):
             edge = scene.shares(points, reach, -1.0)
             return np.clip(0.5 + edge - hollow, 0.0, 1.0)
 
-        cells = coarse_cells(ground.charted, threads=threads)
+        cells = coarse_cells(ground.charted)
         return spread_over_steps(cells, evaluate)
 
 
@@ -89,14 +89,14 @@ class Occlusion(MapSource):
 
     reach: Length | None = None
 
-    def values(self, ground: MapGround, threads: int | None, /) -> AtSteps:
+    def values(self, ground: MapGround, /) -> AtSteps:
         """Return a function for values."""
         mesh = ground.charted.mesh
         reach = _OCCLUSION_REACH * mesh.size
         if self.reach is not None:
             reach = length_on(ground, self.reach, "reach")
         scene = _Scene(mesh)
-        cells = coarse_cells(ground.charted, threads=threads)
+        cells = coarse_cells(ground.charted)
         return spread_over_steps(cells, lambda points: 1.0 - scene.shares(points, reach, 1.0))
 
 

@@ -23,7 +23,7 @@ class Part(MapSource):
     pattern: str
     is_binary = True
 
-    def values(self, ground: MapGround, _: int | None, /) -> AtSteps:
+    def values(self, ground: MapGround, /) -> AtSteps:
         """Return a function for values."""
         if ground.model is None:
             raise InputError(
@@ -39,7 +39,7 @@ class Part(MapSource):
 class Height(MapSource):
     """0 at the lowest point, 1 at the highest; 0 if the surface is level everywhere."""
 
-    def values(self, ground: MapGround, _: int | None, /) -> AtSteps:
+    def values(self, ground: MapGround, /) -> AtSteps:
         """Return a function for values."""
         mesh = ground.charted.mesh
         low, high = mesh.box[:, 2]
@@ -52,7 +52,7 @@ class Height(MapSource):
 class Slope(MapSource):
     """0 where the surface is level, 1 where it is upright: the sine of the angle between its normal and z."""
 
-    def values(self, ground: MapGround, _: int | None, /) -> AtSteps:
+    def values(self, ground: MapGround, /) -> AtSteps:
         """Return a function for values."""
         normals = np.array(corner_normals(ground.charted.mesh))
         return lambda steps: np.linalg.norm(_mean(normals, steps)[:, :2], axis=1)
@@ -64,7 +64,7 @@ class Facing(MapSource):
 
     direction: tuple[float, float, float]
 
-    def values(self, ground: MapGround, _: int | None, /) -> AtSteps:
+    def values(self, ground: MapGround, /) -> AtSteps:
         """Return a function for values."""
         normals = np.array(corner_normals(ground.charted.mesh))
         wanted = np.array(self.direction) / np.abs(self.direction).max()
@@ -80,7 +80,7 @@ class Ball(MapSource):
     radius: Length
     is_binary = True
 
-    def values(self, ground: MapGround, _: int | None, /) -> AtSteps:
+    def values(self, ground: MapGround, /) -> AtSteps:
         """Return a function for values."""
         mesh = ground.charted.mesh
         radius = length_on(ground, self.radius, "radius")

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from upholster.charts.maps.map_ground import MapGround, Steps, over_steps
 from upholster.charts.maps.shapes import corners_of
+from upholster.parallel import run_alone
 from upholster.types import FloatArray
 
 __all__ = ["softened"]
@@ -55,7 +56,7 @@ def softened(
         np.add.at(counts, at, 1.0)
         return own
 
-    over_steps(ground.charted, add, np.array(np.nan, np.float32), threads=1)
+    run_alone(over_steps, ground.charted, add, np.array(np.nan, np.float32))  # sums are shared
     for axis in range(3):
         sums, counts = (_box_sums(grid, axis) for grid in (sums, counts))
 

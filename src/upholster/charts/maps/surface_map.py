@@ -58,7 +58,7 @@ class SurfaceMap:
         """Whether its only values are 0 and 1."""
         return self.source.is_binary or self.above is not None or self.below is not None
 
-    def values(self, ground: MapGround, *, threads: int | None = None) -> tuple[NDArray[np.float32], ...]:
+    def values(self, ground: MapGround) -> tuple[NDArray[np.float32], ...]:
         """Return the map's values at the steps of each chart, (height, width) float32.
 
         They are between 0 and 1; NaN where the map has no value, and off the surface.
@@ -67,8 +67,6 @@ class SurfaceMap:
         ----------
         ground
             The surface.
-        threads
-            As in `upholster.parallel.run_tasks`: the values do not depend on it.
 
         Raises
         ------
@@ -76,9 +74,9 @@ class SurfaceMap:
             If the map cannot be evaluated on this surface, or its file is wrong: one line.
         """
         with keeping():
-            return _values(self, ground, threads=threads)
+            return _values(self, ground)
 
-    def codes(self, ground: MapGround, *, threads: int | None = None) -> tuple[NDArray[np.int32], ...]:
+    def codes(self, ground: MapGround) -> tuple[NDArray[np.int32], ...]:
         """Return the map as labels at the steps of each chart, (height, width) int32.
 
         They are 0xRRGGBB of the nearest pixel or vertex; 0 and 0xFFFFFF for a map that is 0 or 1; −1 where
@@ -90,7 +88,7 @@ class SurfaceMap:
             As `values`; and for maps whose values are not labels.
         """
         with keeping():
-            return _codes(self, ground, threads=threads)
+            return _codes(self, ground)
 
     def shaped(self, values: NDArray[np.float32]) -> NDArray[np.float32]:
         """Invert and compare its source's values as the map asks."""
@@ -120,9 +118,9 @@ class Least(MapSource):
         """The files that they read."""
         return tuple(file for each in self.maps for file in each.files)
 
-    def values(self, ground: MapGround, threads: int | None, /) -> AtSteps:
+    def values(self, ground: MapGround, /) -> AtSteps:
         """Return a function for values."""
-        at_each = [(each, each.source.values(ground, threads)) for each in self.maps]
+        at_each = [(each, each.source.values(ground)) for each in self.maps]
 
         def at(steps: Steps) -> NDArray[np.float32]:
             found = (each.shaped(np.asarray(own(steps), np.float32)) for each, own in at_each)
@@ -132,7 +130,8 @@ class Least(MapSource):
 
 
 def region(
-    wanted: SurfaceMap, ground: MapGround, *, threads: int | None = None
+    wanted: SurfaceMap,
+    ground: MapGround,
 ) -> tuple[NDArray[np.bool_], ...]:
     """Return where a map is above ½, (height, width) for each chart; places without a value are not.
 
@@ -141,7 +140,7 @@ def region(
     InputError
         As `SurfaceMap.values`.
     """
-    return tuple(values > 0.5 for values in wanted.values(ground, threads=threads))
+    return tuple(values > 0.5 for values in wanted.values(ground))
 
 
 def _inputs(_: object, read: SurfaceMap | MapSource, *__: object, **___: object) -> tuple[str, ...]:
@@ -149,23 +148,21 @@ def _inputs(_: object, read: SurfaceMap | MapSource, *__: object, **___: object)
 
 
 @file_stage(_inputs)
-def _values(wanted: SurfaceMap, ground: MapGround, *, threads: int | None) -> tuple[NDArray[np.float32], ...]:
-    return tuple(map(wanted.shaped, _source_values(wanted.source, ground, threads=threads)))
+def _values(wanted: SurfaceMap, ground: MapGround) -> tuple[NDArray[np.float32], ...]:
+    return tuple(map(wanted.shaped, _source_values(wanted.source, ground)))
 
 
 @file_stage(_inputs)
-def _source_values(
-    source: MapSource, ground: MapGround, *, threads: int | None
-) -> tuple[NDArray[np.float32], ...]:
+def _source_values(source: MapSource, ground: MapGround) -> tuple[NDArray[np.float32], ...]:
     # A separate stage, because the same curvature may be compared with several numbers in turn.
     nothing = np.array(np.nan, np.float32)
-    return over_steps(ground.charted, source.values(ground, threads), nothing, threads=threads)
+    return over_steps(ground.charted, source.values(ground), nothing)
 
 
 @file_stage(_inputs)
-def _codes(wanted: SurfaceMap, ground: MapGround, *, threads: int | None) -> tuple[NDArray[np.int32], ...]:
+def _codes(wanted: SurfaceMap, ground: MapGround) -> tuple[NDArray[np.int32], ...]:
     if wanted.is_binary:
-        return tuple(_of_binary(values) for values in wanted.values(ground, threads=threads))
+        return tuple(_of_binary(values) for values in wanted.values(ground))
     at = wanted.source.codes(ground)
     if at is None:
         compared = "height>0.5" if isinstance(wanted.source, Least) else f"{wanted.text}>0.5"
@@ -178,7 +175,7 @@ def _codes(wanted: SurfaceMap, ground: MapGround, *, threads: int | None) -> tup
         found = np.asarray(at(steps), np.int32)
         return np.where(found < 0, found, _WHITE - found) if wanted.is_inverted else found
 
-    return over_steps(ground.charted, shaped, np.array(-1, np.int32), threads=threads)
+    return over_steps(ground.charted, shaped, np.array(-1, np.int32))
 
 
 def _of_binary(values: NDArray[np.float32]) -> NDArray[np.int32]:

@@ -15,9 +15,9 @@ from upholster.charts.unwrap.kept import kept_islands
 from upholster.charts.unwrap.pieces import Piece, pieces_of
 from upholster.errors import InputError
 from upholster.geometry.triangle_mesh import MeshSurface, TriangleMesh
-from upholster.parallel import run_tasks
+from upholster.parallel import quietly, report_progress, run_tasks
 from upholster.shown import number_of
-from upholster.types import FloatArray, IntArray, Progress
+from upholster.types import FloatArray, IntArray
 
 __all__ = ["UnwrapReport", "unwrap"]
 
@@ -63,13 +63,12 @@ def unwrap(
     keep_uv: bool = False,
     crease: float | None = None,
     chosen: NDArray[np.bool_] | None = None,
-    progress: Progress | None = None,
 ) -> tuple[MeshSurface, UnwrapReport]:
     """Flatten a mesh: few islands without overlaps, with areas and lengths nearly as in space.
 
     Islands are clusters of triangles with similar normals, each flattened as rigidly as possible; those that
     do not flatten well are divided. Each has its area in space, and is rotated for the smallest rectangle.
-    The result does not depend on the number of threads.
+    The result does not depend on the number of threads. Progress has the stage "unwrap", in triangles.
 
     Parameters
     ----------
@@ -81,8 +80,6 @@ def unwrap(
         Edges where the surface bends by more than this many degrees, 0 to 180, are seams.
     chosen
         (T,): the triangles to flatten; by default all.
-    progress
-        ``progress("unwrap", done, total)`` is called with the number of triangles flattened.
 
     Raises
     ------
@@ -102,7 +99,7 @@ def unwrap(
     across = _cut_at_creases(scaled, crease)
     far = far_vertices(TriangleMesh(mesh.positions, mesh.triangles[rows]))
     notes = [*_notes(scaled), *([] if far is None else [far.words])]
-    own, corners = _kept(scaled, across, crease, notes) if keep_uv else _laid_out(scaled, across, progress)
+    own, corners = _kept(scaled, across, crease, notes) if keep_uv else _laid_out(scaled, across)
     island = np.full(len(mesh.triangles), -1, np.int32)
     parameters = np.zeros((len(mesh.triangles), 3, 2))
     island[rows], parameters[rows] = own, corners * size
@@ -146,7 +143,8 @@ def _kept(
     rest = np.flatnonzero(island < 0)
     if len(rest):
         part = TriangleMesh(mesh.positions, mesh.triangles[rest])
-        own, corners[rest] = _laid_out(part, _cut_at_creases(part, crease), None)
+        with quietly():
+            own, corners[rest] = _laid_out(part, _cut_at_creases(part, crease))
         island[rest] = own + island.max() + 1
         notes.append(
             f"the texture coordinates of {number_of(len(rest), 'triangle')} are too uneven to keep: "
@@ -155,7 +153,7 @@ def _kept(
     return island, corners
 
 
-def _laid_out(mesh: TriangleMesh, across: IntArray, progress: Progress | None) -> tuple[IntArray, FloatArray]:
+def _laid_out(mesh: TriangleMesh, across: IntArray) -> tuple[IntArray, FloatArray]:
     """Flatten all pieces, divide those that do not flatten well until they do, and join those that unroll."""
     linked, across = across, across.copy()
     triangles = Triangles(mesh.corners, mesh.areas, mesh.flat_normals, across)
@@ -176,8 +174,7 @@ def _laid_out(mesh: TriangleMesh, across: IntArray, progress: Progress | None) -
             label[own], times[own] = divided(piece, triangles, int(times[own[0]]))
             across[own] = np.where(label[across[own] // 3] == label[own, None], across[own], -1)
             waiting[own] = True
-        if progress is not None:
-            progress(_STAGE, len(across) - int(waiting.sum()), len(across))
+        report_progress(_STAGE, len(across) - int(waiting.sum()), len(across))
     join_islands(mesh, linked, Layout(across, island, parameters))
     return island, parameters
 

@@ -23,7 +23,7 @@ from upholster.geometry.mesh_files.units import unit_in_metres
 from upholster.occt.process import read_cad
 from upholster.occt.records import BodyRecord, CadRecord, FaceRecord
 from upholster.shown import number_of
-from upholster.types import FloatArray, IntArray, Progress
+from upholster.types import FloatArray, IntArray
 
 __all__ = ["CadState", "cad_scene", "cad_state", "read_cad_model"]
 
@@ -43,7 +43,6 @@ def read_cad_model(
     deviation: float | None,
     *,
     unique: bool,
-    progress: Progress | None,
 ) -> RawModel:
     """Read a CAD file as a model.
 
@@ -60,8 +59,6 @@ def read_cad_model(
         size.
     unique
         Whether to cover each placement of a shape separately.
-    progress
-        As for `upholster.occt.process.read_cad`.
 
     Raises
     ------
@@ -73,7 +70,6 @@ def read_cad_model(
         deviation=deviation,
         unique=unique,
         unit=None if unit is None else 1000.0 * unit,
-        progress=progress,
     )
     bodies = [exact_body(body, record.deviation) for body in record.bodies]
     if not any(len(face) for body in bodies for face in body.triangles):

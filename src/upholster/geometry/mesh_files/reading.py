@@ -25,7 +25,7 @@ from upholster.geometry.mesh_files.three_mf import read_3mf
 from upholster.geometry.mesh_files.units import unit_in_metres
 from upholster.geometry.triangle_mesh import TriangleMesh
 from upholster.lengths import parse_length
-from upholster.types import FloatArray, Progress
+from upholster.types import FloatArray
 
 __all__ = ["read_model"]
 
@@ -47,13 +47,12 @@ def read_model(
     up: str | None = None,
     deviation: str | float | None = None,
     unique: bool = False,
-    progress: Progress | None = None,
 ) -> ModelFile:
     """Read a model: GLB, glTF, OBJ, PLY, STL, OFF or 3MF; or a CAD model: STEP, IGES, BREP or 3DM.
 
     Vertices of one object at the same place are merged. Nothing else changes, so degenerate triangles stay.
     Quadrilaterals and polygons become triangles. The mesh has z up: it has (x, -z, y) if y is up in the file,
-    as in glTF and, by convention, in OBJ.
+    as in glTF and, by convention, in OBJ. Reading a CAD model has the stages of progress "faces" and "mesh".
 
     Parameters
     ----------
@@ -72,8 +71,6 @@ def read_model(
         default a two-thousandth of its size.
     unique
         For a CAD model: whether each placement of a shape is a separate part.
-    progress
-        Called while a CAD model is read: with stages "faces" and "mesh", and the number of faces.
 
     Raises
     ------
@@ -101,7 +98,7 @@ def read_model(
         with np.errstate(all="ignore"):  # the mesh refuses numbers out of range
             if kind.holds == "cad":
                 wanted = _millimetres(deviation)
-                raw = read_cad_model(Path(name), metres, up, wanted, unique=unique, progress=progress)
+                raw = read_cad_model(Path(name), metres, up, wanted, unique=unique)
                 metres = up = None  # it is in millimetres now, with z up
             elif kind.name == "glTF":
                 raw = read_scene(parse_gltf(data, name))

@@ -23,7 +23,7 @@ from upholster.options import SynthesisOptions
 from upholster.parallel import run_tasks
 from upholster.quilt import Chart, Quilt
 from upholster.quilt.labels import LabelMap, label_shape
-from upholster.types import IntArray, PixelArray, Progress
+from upholster.types import IntArray, PixelArray
 
 __all__ = ["PaperOptions", "synthesize_paper"]
 
@@ -60,10 +60,8 @@ def synthesize_paper(
     *,
     options: PaperOptions | None = None,
     seed: int = 0,
-    threads: int | None = None,
-    progress: Progress | None = None,
 ) -> Quilt:
-    """Cover a surface by the paper's method.
+    """Cover a surface by the paper's method. Progress has the stages "blocks" and "seams".
 
     Parameters
     ----------
@@ -77,8 +75,6 @@ def synthesize_paper(
         Parameters of the method.
     seed
         Chooses each chart's first block; the same seed gives the same quilt whatever the number of threads.
-    threads, progress
-        As in `upholster.parallel.run_tasks`; stages "blocks" and "seams".
 
     Raises
     ------
@@ -106,9 +102,7 @@ def synthesize_paper(
         canvas = canvases[n] if canvases is not None else _canvases([charts[n]], candidates)[0]
         _cover_chart(canvas, chosen[n], candidates.tile_of(firsts[n]), options, candidates)
 
-    run_tasks(
-        [partial(cover, n) for n in range(len(charts))], threads=threads, progress=progress, stage="blocks"
-    )
+    run_tasks([partial(cover, n) for n in range(len(charts))], stage="blocks")
     block, overlap, shape = options.block, options.overlap, exemplar.shape[:2]
     layers = [
         [block_layer(chart, candidates.pixels(found), block=block, overlap=overlap, shape=shape)]
@@ -116,7 +110,7 @@ def synthesize_paper(
     ]
     if canvases is not None:
         seams = _Seams.of(surface, charts, options, candidates)
-        seams.mend(canvases, threads, progress)
+        seams.mend(canvases)
         for n, layer in enumerate(seams.layers(shape)):
             layers[n].append(layer)
     return _quilt(charts, shape, layers)
@@ -239,18 +233,13 @@ class _Seams:
         classes = color_classes([(strip.a, strip.b) for strip in strips])
         return cls(charts, strips, blocks, classes, labels, replace(candidates, block=side))
 
-    def mend(self, canvases: Sequence[Canvas], threads: int | None, progress: Progress | None) -> None:
+    def mend(self, canvases: Sequence[Canvas]) -> None:
         """Choose and cut all edge blocks, and add them to canvases and labels."""
         done = 0
-
-        def report(_stage: str, count: int, _total: int) -> None:
-            if progress is not None:
-                progress("seams", done + count, len(self.strips))
-
         # Edges of one class have no chart in common, so they can be repaired in parallel, in any order.
         for members in self.classes:
             tasks = [partial(self._mend_edge, n, canvases) for n in members]
-            run_tasks(tasks, threads=threads, progress=report)
+            run_tasks(tasks, stage="seams", share=(done, len(tasks), len(self.strips)))
             done += len(members)
 
     def _mend_edge(self, index: int, canvases: Sequence[Canvas]) -> None:

@@ -27,9 +27,7 @@ NOTHING = np.zeros(0, np.int32)
 _PAIRS_PER_CALL = 2**22
 
 
-def exemplar_levels(
-    exemplar: PixelArray, *, levels: int, similar: int, threads: int | None = None
-) -> list[PixelLevel]:
+def exemplar_levels(exemplar: PixelArray, *, levels: int, similar: int) -> list[PixelLevel]:
     """Return the data by which an exemplar's pixels are compared on each level, the finest first.
 
     Parameters
@@ -41,8 +39,6 @@ def exemplar_levels(
     similar
         Number of pixels that look alike to keep for each pixel, 0 for none. At the coarsest level they are
         the best of all, on the others the best children of those of the level above.
-    threads
-        As in `upholster.parallel.run_tasks`.
 
     References
     ----------
@@ -54,7 +50,7 @@ def exemplar_levels(
     if similar:
         among = np.zeros((0, similar + 1), np.int32)
         for level, finer in zip(reversed(found), [*reversed(found[:-1]), None], strict=True):
-            _fill_similar(level, among, threads)
+            _fill_similar(level, among)
             if finer is not None:
                 own = np.arange(len(level.inside), dtype=np.int32)[:, None]
                 among = doubled(np.concatenate([own, level.similar], axis=1), level.width)
@@ -104,7 +100,7 @@ def _level(image: FloatArray, coarser: FloatArray | None, similar: int) -> Pixel
     return PixelLevel(flat, inside.reshape(-1), alike, height, width, channels)
 
 
-def _fill_similar(level: PixelLevel, among: IntArray, threads: int | None) -> None:
+def _fill_similar(level: PixelLevel, among: IntArray) -> None:
     pixels = np.arange(level.height * level.width, dtype=np.int32)
     above = np.arange(len(among), dtype=np.int32)
     parents = doubled(above, level.width // 2) if len(among) else NOTHING
@@ -115,7 +111,7 @@ def _fill_similar(level: PixelLevel, among: IntArray, threads: int | None) -> No
         end = min(row + rows, level.height - REACH)
         chart = ChosenTexels(0, level.width, 0, level.width // 2, row, end, REACH, level.width - REACH, 1, 0)
         tasks.append(partial(_fill_rows, level, pixels, parents, among, chart))
-    run_tasks(tasks, threads=threads)
+    run_tasks(tasks)
 
 
 def _fill_rows(

@@ -23,7 +23,7 @@ from upholster.quilt import Chart, Quilt
 from upholster.quilt.chart import MAX_CHART
 from upholster.quilt.labels import LabelMap
 from upholster.quilt.placement import PLACEMENT
-from upholster.types import IntArray, PixelArray, Progress
+from upholster.types import IntArray, PixelArray
 
 __all__ = ["PixelOptions", "check_sample", "synthesize_pixel"]
 
@@ -58,10 +58,8 @@ def synthesize_pixel(
     *,
     options: PixelOptions | None = None,
     seed: int = 0,
-    threads: int | None = None,
-    progress: Progress | None = None,
 ) -> Quilt:
-    """Cover a surface texel by texel.
+    """Cover a surface texel by texel. Progress has the stage "texels".
 
     Parameters
     ----------
@@ -77,8 +75,6 @@ def synthesize_pixel(
     seed
         Chooses the first texel of each chart that starts without neighbours; the same seed gives the same
         quilt whatever the number of threads.
-    threads, progress
-        As in `upholster.parallel.run_tasks`; stage "texels".
 
     Raises
     ------
@@ -97,11 +93,9 @@ def synthesize_pixel(
     if not 0 <= seed < 2**63:
         raise InputError(f"seed is {seed}; allowed: 0 to 2^63 - 1")
     full = options.search == "full"
-    pyramid = exemplar_levels(
-        exemplar, levels=options.levels, similar=0 if full else SIMILAR, threads=threads
-    )
+    pyramid = exemplar_levels(exemplar, levels=options.levels, similar=0 if full else SIMILAR)
     layouts = [SurfaceLevel.of(surface, charts, n) for n in range(options.levels + 1)]
-    tasks = _Tasks(threads, progress, _total(layouts, PASSES[options.search]))
+    tasks = _Tasks(_total(layouts, PASSES[options.search]))
     sources, above = _first_texels(layouts[-1], pyramid[-1], seed, tasks), NOTHING
     for n in range(options.levels, -1, -1):
         coarser = None if n == options.levels else layouts[n + 1]
@@ -132,17 +126,12 @@ def check_sample(shape: tuple[int, ...], levels: int) -> None:
 class _Tasks:
     """Runs tasks, and reports how many texels of all have been chosen."""
 
-    def __init__(self, threads: int | None, progress: Progress | None, total: int) -> None:
-        self._threads, self._progress, self._total, self._done = threads, progress, total, 0
+    def __init__(self, total: int) -> None:
+        self._total, self._done = total, 0
 
     def run(self, tasks: Sequence[Callable[[], object]], texels: int) -> None:
         """Run tasks that choose so many texels in total."""
-
-        def report(_stage: str, count: int, all_: int) -> None:
-            if self._progress is not None:
-                self._progress("texels", self._done + texels * count // all_, self._total)
-
-        run_tasks(tasks, threads=self._threads, progress=report)
+        run_tasks(tasks, stage="texels", share=(self._done, texels, self._total))
         self._done += texels
 
 

@@ -78,12 +78,9 @@ class LabelPiece:
     fits: FloatArray
 
 
-def label_pieces(plan: LayPlan, drawn: Drawn, *, threads: int | None = 1) -> list[LabelPiece]:
-    """Return the labels of a parcel's own steps and of the cells beyond its seams, one piece for each chart.
-
-    `threads` is as in `upholster.parallel.run_tasks`.
-    """
-    mesh, charts = drawn.placed.ground.mesh, plan.surface.charts
+def label_pieces(plan: LayPlan, drawn: Drawn) -> list[LabelPiece]:
+    """Return the labels of a parcel's own steps and of cells beyond its seams, one piece for each chart."""
+    mesh, charts = drawn.placed.ground.mesh, plan.scene.charted.charts
     seams = np.argwhere((mesh.seam >= 0) & drawn.own[:, None])
     seams = seams[np.argsort(mesh.chart[seams[:, 0]], kind="stable")]
     ends = np.searchsorted(mesh.chart[seams[:, 0]], np.arange(len(charts) + 1))
@@ -97,7 +94,7 @@ def label_pieces(plan: LayPlan, drawn: Drawn, *, threads: int | None = 1) -> lis
         found[n] = _piece(drawn, n, edges, _cell_of(plan, n), ranks)
         free.append(ranks)
 
-    run_tasks([partial(label, n) for n in shown], threads=threads)
+    run_tasks([partial(label, n) for n in shown])
     return [found[n] for n in shown]
 
 
@@ -134,7 +131,7 @@ def _piece(drawn: Drawn, chart: int, edges: NDArray[np.int64], cell: int, ranks:
     )
 
 
-def emitted_quilt(plan: LayPlan, pieces: Sequence[LabelPiece], *, threads: int | None = None) -> Quilt:
+def emitted_quilt(plan: LayPlan, pieces: Sequence[LabelPiece]) -> Quilt:
     """Return the quilt of all laid blocks.
 
     Parameters
@@ -143,10 +140,8 @@ def emitted_quilt(plan: LayPlan, pieces: Sequence[LabelPiece], *, threads: int |
         The plan by which they were laid.
     pieces
         All parcels' labels, in the order of parcels.
-    threads
-        As in `upholster.parallel.run_tasks`.
     """
-    charts = plan.surface.charts
+    charts = plan.scene.charted.charts
     of_charts: list[list[LabelPiece]] = [[] for _ in charts]
     for piece in pieces:
         of_charts[piece.chart].append(piece)
@@ -155,23 +150,23 @@ def emitted_quilt(plan: LayPlan, pieces: Sequence[LabelPiece], *, threads: int |
     def label(n: int) -> None:
         found[n] = labelled(plan, n, of_charts[n])
 
-    run_tasks([partial(label, n) for n in range(len(charts))], threads=threads)
+    run_tasks([partial(label, n) for n in range(len(charts))])
     each = [one for one in found if one is not None]
     placements = np.concatenate([own for own, _ in each])
-    return Quilt(charts, plan.shape, placements, tuple((layer,) for _, layer in each), plan.fields)
+    return Quilt(charts, plan.shape, placements, tuple((layer,) for _, layer in each), plan.scene.fields)
 
 
 def _cell_of(plan: LayPlan, chart: int) -> int:
     # Each side of a tile is a whole number of cells. So the cells beyond an edge are those at the opposite
     # edge, and blocks are blended in the same way on both sides.
-    own = plan.surface.charts[chart]
-    sides = (own.height, own.width) if plan.surface.is_tile else ()
+    own = plan.scene.charted.charts[chart]
+    sides = (own.height, own.width) if plan.scene.charted.is_tile else ()
     return next(cell for cell in (LABEL_CELL, 3, 1) if not any(side % cell for side in sides))
 
 
 def labelled(plan: LayPlan, number: int, pieces: Sequence[LabelPiece]) -> Labelled:
     """Return a chart's placements and labels, from all its pieces, which are in the order of parcels."""
-    chart, field, shape = plan.surface.charts[number], plan.fields[number], plan.shape
+    chart, field, shape = plan.scene.charted.charts[number], plan.scene.fields[number], plan.shape
     cell = _cell_of(plan, number)
     shown, sheets, kept = _joined(label_shape(chart.height, chart.width, cell), pieces)
     if not len(sheets.numbers):

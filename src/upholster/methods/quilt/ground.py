@@ -20,7 +20,6 @@ from upholster.methods.quilt._lay_kernels import Ground
 from upholster.methods.quilt._sheet_kernels import FieldArrays
 from upholster.methods.quilt._unfold_kernels import MeshArrays
 from upholster.methods.quilt._whole_kernels import CLEAR_CELL, ClearCells, mark_edges
-from upholster.methods.quilt.guides import Asked
 from upholster.parallel import check_cancelled, run_tasks, thread_count
 from upholster.quilt.warp_field import FIELD_STEP, UNIT, WarpField
 from upholster.stages import stage
@@ -56,32 +55,40 @@ class PlacedGround:
     sizes: NDArray[np.int64]
     parent: IntArray
 
-    def bare(self, asked: Asked | None = None) -> "PlacedGround":
-        """Return the same with new canvases, which are bare except for the kept steps, shown as block 0."""
-        own = self.ground.canvases
-        count = len(own.triangles)
-        canvases = own._replace(
+    def bare(
+        self,
+        wanted: Sequence[NDArray[np.uint8]] = (),
+        zones: Sequence[NDArray[np.uint8]] = (),
+        kept: Sequence[IntArray] = (),
+    ) -> "PlacedGround":
+        """Return the same with new canvases, which are bare except for the kept steps, shown as block 0.
+
+        Parameters
+        ----------
+        wanted, zones
+            As in `Steering`.
+        kept
+            As from `Steering.places`.
+        """
+        canvases = self.ground.canvases
+        count = len(canvases.triangles)
+        canvases = canvases._replace(
             owners=np.full(count, -1, np.int32),
             sheets=np.zeros(count, np.uint8),
             sources=np.full(count, -1, np.int32),
         )
-        if asked is not None:
-            canvases = self._asked(canvases, asked)
+        if wanted:
+            windows = [one.reshape(len(one), math.prod(one.shape[1:])) for one in self._windows(wanted)]
+            canvases = canvases._replace(wanted=np.concatenate(windows, axis=1))
+        if zones:
+            canvases = canvases._replace(zones=np.concatenate([one.ravel() for one in self._windows(zones)]))
+        if kept:
+            shown = np.concatenate([one.ravel() for one in self._windows(kept)])
+            here = (shown >= 0) & (canvases.triangles >= 0)
+            canvases.owners[here], canvases.sheets[here] = 0, KEPT_SHEET
+            canvases.sources[:] = np.where(shown >= 0, shown, np.where(shown < -1, -1 - shown, -1))
+            canvases = canvases._replace(fixed=1)
         return replace(self, ground=self.ground._replace(canvases=canvases))
-
-    def _asked(self, canvases: Canvases, asked: Asked) -> Canvases:
-        wanted = [part.reshape(len(part), math.prod(part.shape[1:])) for part in self._windows(asked.wanted)]
-        canvases = canvases._replace(wanted=np.concatenate(wanted, axis=1))
-        if asked.zones:
-            zones = np.concatenate([part.reshape(-1) for part in self._windows(asked.zones)])
-            canvases = canvases._replace(zones=zones)
-        if not asked.kept:
-            return canvases
-        kept = np.concatenate([part.reshape(-1) for part in self._windows(asked.kept)])
-        here = (kept >= 0) & (canvases.triangles >= 0)
-        canvases.owners[here], canvases.sheets[here] = 0, KEPT_SHEET
-        canvases.sources[:] = np.where(kept >= 0, kept, np.where(kept < -1, -1 - kept, -1))
-        return canvases._replace(fixed=1)
 
     def _windows(self, arrays: Sequence[NDArray[Any]]) -> list[NDArray[Any]]:
         # Crops arrays over complete charts (…, height, width) to the windows.
@@ -104,15 +111,13 @@ def whole_ground(
     vectors: FloatArray,
     field: FieldArrays,
     longest: float,
-    *,
-    threads: int | None = 1,
     **how: Any,
 ) -> PlacedGround:
     """Return the ground of a complete surface.
 
     `longest` is the maximum length of a triangle's edge; `how` are arguments of `ground_of`.
     """
-    return ground_of(subdivided(surface, vectors, longest), field, threads=threads, **how)
+    return ground_of(subdivided(surface, vectors, longest), field, **how)
 
 
 def ground_of(
@@ -122,7 +127,6 @@ def ground_of(
     crease: float | None,
     fold: int,
     turns: IntArray,
-    threads: int | None = 1,
 ) -> PlacedGround:
     """Return the ground on which blocks are laid; `PlacedGround.bare` makes the arrays of its canvases.
 
@@ -140,18 +144,16 @@ def ground_of(
     turns
         Quarter turns from the warp fields to the directions, for each triangle of the complete surface: see
         `upholster.charts.turns`.
-    threads
-        As in `upholster.parallel.run_tasks`.
     """
     corners, shapes, sizes = _windows(fine.surface)
     check_cancelled()
     mesh = _mesh_arrays(fine, corners, crease, fold, turns[fine.parent])
     canvases = _canvases(shapes)
-    away, parts = np.full(len(canvases.triangles), np.inf, np.float32), thread_count(threads)
+    away, parts = np.full(len(canvases.triangles), np.inf, np.float32), thread_count()
     grid = StepGrid(canvases.firsts, canvases.heights, canvases.widths)
     located = mesh.places, mesh.chart, grid, canvases.triangles
     tasks = [partial(locate_steps, *located, (n, parts), away) for n in range(parts)]
-    run_tasks(tasks, threads=threads)
+    run_tasks(tasks)
     clear = _clear_cells(shapes)
     mark_edges(mesh, corners, sizes, clear)
     own = field._replace(origins=np.ascontiguousarray(field.origins - corners))

@@ -32,11 +32,11 @@ from upholster.methods.quilt._sheet_kernels import FIT, MOST_SHEETS
 from upholster.methods.quilt.block_order import Lists, Near, distances_from, near_blocks, ranks_of
 from upholster.methods.quilt.centres import Centres, centres_at, centres_on
 from upholster.methods.quilt.ground import PlacedGround
-from upholster.methods.quilt.guides import EITHER
 from upholster.methods.quilt.lay_plan import LayPlan
 from upholster.methods.quilt.putting import piece_frame
-from upholster.parallel import run_tasks, stop_flag, thread_count
-from upholster.types import FloatArray, IntArray, Progress
+from upholster.methods.quilt.steering import EITHER
+from upholster.parallel import report_progress, run_tasks, stop_flag, thread_count
+from upholster.types import FloatArray, IntArray
 
 __all__ = ["Drawn", "ParcelBlocks", "draw_parcel", "lay_parcel"]
 
@@ -164,11 +164,10 @@ def lay_parcel(
     plan: LayPlan,
     parcel: int,
     before: Sequence[ParcelBlocks],
-    *,
-    threads: int | None = 1,
-    progress: Progress | None = None,
 ) -> tuple[ParcelBlocks, Drawn | None]:
     """Lay the blocks of a parcel; return them, and the ground with them, None if it contains no surface.
+
+    Progress has the stage "blocks".
 
     Parameters
     ----------
@@ -176,13 +175,11 @@ def lay_parcel(
         The plan, and the parcel's number.
     before
         The blocks of the neighbouring parcels that were laid already, in the parcels' order.
-    threads, progress
-        As in `upholster.parallel.run_tasks`; stage "blocks".
     """
-    placed = plan.ground(parcel, _AROUND_LAYING + _REACH, threads=threads)
+    placed = plan.ground(parcel, _AROUND_LAYING + _REACH)
     if placed is None:
         return ParcelBlocks.joined(plan, ()), None
-    laying = _Laying(plan, parcel, placed, threads, progress)
+    laying = _Laying(plan, parcel, placed)
     laying.replay(ParcelBlocks.joined(plan, before), _AROUND_LAYING)
     laying.lay_all()
     return laying.laid(), laying.drawn()
@@ -193,7 +190,7 @@ def draw_parcel(plan: LayPlan, parcel: int, parts: Sequence[ParcelBlocks]) -> Dr
     placed = plan.ground(parcel, _AROUND_LABELS + _REACH)
     if placed is None:
         return None
-    laying = _Laying(plan, parcel, placed, 1, None)
+    laying = _Laying(plan, parcel, placed)
     laying.replay(ParcelBlocks.joined(plan, parts), _AROUND_LABELS)
     return laying.drawn()
 
@@ -206,16 +203,14 @@ class _Laying:
         plan: LayPlan,
         parcel: int,
         placed: PlacedGround,
-        threads: int | None,
-        progress: Progress | None,
     ) -> None:
         self.plan, self.parcel, self.placed = plan, parcel, placed
-        self.threads, self.progress = threads, progress
         middles = placed.ground.mesh.corners.mean(axis=1)
         self.own = plan.parcels.of_points(middles) == parcel
         self.bare = plan.parcels.last_of_points(middles, _BARE) == parcel
-        self.tile = plan.surface.mesh.box if plan.surface.is_tile else None
-        self.block = plan.numbers.size / plan.pixels * (1.0 if plan.sizes is None else plan.sizes.most)
+        self.tile = plan.scene.charted.mesh.box if plan.scene.charted.is_tile else None
+        sizes = plan.scene.sizes
+        self.block = plan.numbers.size / plan.pixels * (1.0 if sizes is None else sizes.most)
         # Block 0 represents all kept steps; it has no position.
         fixed = placed.ground.canvases.fixed
         self.centres = centres_at(placed, np.full((fixed, 3), (0, -1, -1), np.int32))
@@ -258,11 +253,11 @@ class _Laying:
         apart = max(2.0, (1 - self.plan.overlap) * across)
         self.lay(self._on_grids(apart))
         # Each block shows at least its centre, so no step is bare after a grid of single steps.
-        step = 0.5 * across * (1.0 if self.plan.sizes is None else self.plan.sizes.most)
+        step = 0.5 * across * (1.0 if self.plan.scene.sizes is None else self.plan.scene.sizes.most)
         while len((centres := centres_on(self.placed, self.bare, step, 0.5 * step, bare=True)).steps):
             self.lay(centres)
             step = max(1.0, 0.5 * step)
-        if self.plan.differs:
+        if self.plan.scene.steering.differs:
             return  # its places would look as before
         places = self._on_grids(_AGAIN * apart)
         for _ in range(_TIMES):
@@ -272,7 +267,7 @@ class _Laying:
 
     def _put_all(self) -> None:
         # Lays the pieces that the user put, and fixes them.
-        for number, piece in enumerate(self.plan.put):
+        for number, piece in enumerate(self.plan.scene.steering.put):
             n = len(self.records)
             frame = piece_frame(piece, self.plan.numbers)
             self._add(
@@ -290,10 +285,10 @@ class _Laying:
 
     def _on_grids(self, step: float) -> Centres:
         # Centres `step` steps apart, times the factor by which the sample is enlarged there.
-        if self.plan.sizes is None:
+        if self.plan.scene.sizes is None:
             return centres_on(self.placed, self.own, step, GUTTER + 0.35 * step, bare=False)
         middles = self.placed.ground.mesh.corners.mean(axis=1)
-        sizes = self.plan.sizes.at(self.placed.parent, middles)
+        sizes = self.plan.scene.sizes.at(self.placed.parent, middles)
         finer = np.rint(np.log2(sizes) * _SIZES).astype(np.int64)
         parts = []
         for number in np.unique(finer[self.own]).tolist():
@@ -376,7 +371,7 @@ class _Laying:
         # Lays blocks from `first` on, rank by rank; `stops` are the ends of the ranks. Without lists of the
         # blocks near each, blocks are laid over others.
         count, starts = int(stops[-1]) - first, np.append(first, stops[:-1])
-        workers = max(1, min(thread_count(self.threads), count // (_EACH * len(stops))))
+        workers = max(1, min(thread_count(), count // (_EACH * len(stops))))
         parts = max(1, min(_REPORTS, len(stops), count // _FEW))
         for ranks in np.array_split(np.column_stack([starts, stops]), parts):
             own, ends = ranks.tolist(), Barrier(workers)
@@ -384,8 +379,7 @@ class _Laying:
                 own = [(own[0][0], own[-1][1])]
             tasks = [partial(self._share_ranks, own, near, (n, workers), ends) for n in range(workers)]
             run_tasks(tasks, threads=workers)
-            if self.progress is not None:
-                self.progress("blocks", int(ranks[-1, 1]) - first, count)
+            report_progress("blocks", int(ranks[-1, 1]) - first, count)
 
     def _share_ranks(
         self, ranks: list[tuple[int, int]], near: Lists | None, share: tuple[int, int], ends: Barrier
@@ -426,7 +420,7 @@ class _Laying:
     def _add(self, centres: Centres, numbers: NDArray[np.int64]) -> None:
         records = np.zeros((len(numbers), BLOCK_COLUMNS), np.int32)
         zones = self._zones_at(centres)
-        for zone, phases in enumerate(self.plan.phases, 1):
+        for zone, phases in enumerate(self.plan.scene.phases, 1):
             mine = np.flatnonzero(zones == zone)
             if phases is not None and len(mine):
                 wanted = phases.at(self.placed.parent[centres.triangles[mine]], centres.spots[mine])
@@ -441,9 +435,9 @@ class _Laying:
     def _scales_at(self, centres: Centres) -> FloatArray:
         # Frame pixels per model unit at each centre.
         scales = np.full(len(centres.steps), self.plan.pixels)
-        if self.plan.sizes is None:
+        if self.plan.scene.sizes is None:
             return scales
-        factors: FloatArray = self.plan.sizes.at(self.placed.parent[centres.triangles], centres.spots)
+        factors: FloatArray = self.plan.scene.sizes.at(self.placed.parent[centres.triangles], centres.spots)
         return scales / factors
 
     def _zones_at(self, centres: Centres) -> NDArray[np.uint8]:

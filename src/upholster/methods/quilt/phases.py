@@ -1,6 +1,5 @@
 """Phases, which keep a repeating texture in step: those of the sample, and those requested on the surface."""
 
-from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
@@ -13,7 +12,6 @@ from upholster.types import FloatArray, IntArray
 
 __all__ = [
     "SurfacePhases",
-    "WantedPhases",
     "better_tile",
     "level_phases",
     "shown_waves",
@@ -28,28 +26,14 @@ _NEAR = 0.05
 class SurfacePhases(Protocol):
     """The phases that a surface requests, as `upholster.charts.phases.PhaseField` returns them."""
 
+    @property
+    def waves(self) -> FloatArray:
+        """(n, 2) the sample's waves, in cycles per pixel."""
+        ...
+
     def at(self, triangles: IntArray, points: FloatArray, /) -> NDArray[np.int16]:
         """Return the phases at points (m, 3) in triangles (m,): (n, m), in 1/65536 turn."""
         ...
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class WantedPhases:
-    """The requested phases of a texture.
-
-    Attributes
-    ----------
-    lattice
-        The sample's waves and its own phases.
-    surface
-        The phases that the surface requests.
-    weight
-        Cost of a source whose phases do not fit, as a fraction of the sample's variance.
-    """
-
-    lattice: Lattice
-    surface: SurfacePhases
-    weight: float
 
 
 def level_phases(lattice: Lattice | None, level: int, height: int, width: int) -> NDArray[np.int16]:

@@ -7,7 +7,7 @@ from upholster.charts.phases import PhaseField
 from upholster.stages import stage
 from upholster.types import FloatArray
 
-__all__ = ["LARGEST_SIDE", "block_side", "suiting_side", "turning_of"]
+__all__ = ["LARGEST_SIDE", "LEAST_SIDE", "block_side", "suiting_side", "turning_of"]
 
 _SHARE, _REPEATING_SHARE = 1 / 2, 5 / 16
 """Side of a block as a fraction of the sample's shorter side, also for a sample that repeats in two
@@ -17,7 +17,7 @@ and few that are in step."""
 LARGEST_SIDE = 512
 """Maximum side of a block, in pixels."""
 
-_LEAST = 20
+LEAST_SIDE = 20
 """Minimum side of a block in pixels, if its sample is large enough: smaller blocks take more bytes without a
 visible gain."""
 
@@ -74,7 +74,7 @@ def block_side(shape: tuple[int, ...], across: float, turning: float, phases: Ph
         in_step = 0.25 / max(phases.strain(_IN_STEP), 1e-9)
         most = min(most, max(in_step, _LEAST_PERIODS * period))
     repeats = phases is not None and len(phases.waves) > 1
-    return min(suiting_side(shape, repeats=repeats), 4 * int(max(most, _LEAST) / 4))
+    return min(suiting_side(shape, repeats=repeats), 4 * int(max(most, LEAST_SIDE) / 4))
 
 
 @stage

@@ -1,23 +1,18 @@
 """From an exemplar and a surface to a quilt in one call."""
 
-import secrets
-from numbers import Integral
 from typing import Any
 
 from upholster.charts.surface_to_cover import CoveredLike
-from upholster.errors import InputError
+from upholster.coverings.request import Request
 from upholster.image import Material
-from upholster.image.source import Sample, Source, as_exemplar, used_pixels
-from upholster.methods.prepared import execute
-from upholster.methods.set_up import prepare
-from upholster.methods.settling import covered_by_method, matched_image, settled
-from upholster.options import SynthesisOptions, chosen
-from upholster.parallel import check_running
+from upholster.image.source import Sample, Source, as_exemplar
+from upholster.options import SynthesisOptions, chosen, settled_seed
+from upholster.parallel import running
 from upholster.quilt.model import Quilt
 from upholster.stages import keeping
 from upholster.types import PixelArray, Progress
 
-__all__ = ["settled_seed", "synthesize"]
+__all__ = ["synthesize"]
 
 
 def synthesize(
@@ -50,8 +45,8 @@ def synthesize(
     threads
         1 to 256; by default one per core.
     progress
-        Called as ``progress(stage, done, total)``, with stages "blocks" and, for method "paper", "seams"; for
-        method "pixel" "texels".
+        Called as ``progress(stage, done, total)``, with stages "unwrap" while a mesh is laid out, "blocks"
+        and, for method "paper", "seams"; for method "pixel" "texels".
     choices
         Single options, by their names in `upholster.SynthesisOptions`. They override `options`, and None is
         as if not given. The most useful ones: `method`, "quilt" (one texture at true scale
@@ -71,35 +66,7 @@ def synthesize(
     InputError
         If something is unknown, out of range or does not fit together, before any work is done.
     """
-    wanted = chosen(SynthesisOptions, options, **choices)
-    check_running(threads, progress)
-    seed, covered = settled_seed(seed), covered_by_method(surface, wanted)
-    source = as_exemplar(exemplar)
-    sample = exemplar if isinstance(exemplar, Sample) else Sample(source)
-    found = settled(sample, source, covered, wanted)
-    checked = matched_image(found.source, found.options)
-    with keeping():
-        prepared = prepare(
-            checked,
-            covered.surface,
-            found.options,
-            model=covered.model,
-            used=used_pixels(found.source),
-            guidance=found.guidance,
-        )
-        return execute(prepared, checked, covered.surface, seed=seed, threads=threads, progress=progress)
-
-
-def settled_seed(seed: int | None) -> int:
-    """Return a seed as a number; for None a new one, drawn from the system.
-
-    Raises
-    ------
-    InputError
-        If it is neither None nor 0 to 2^63 − 1.
-    """
-    if seed is None:
-        return secrets.randbits(32)
-    if not (isinstance(seed, Integral) and 0 <= seed < 2**63):
-        raise InputError(f"seed is {seed!r}; allowed: 0 to 2^63 - 1")
-    return int(seed)
+    asked = chosen(SynthesisOptions, options, **choices)
+    with running(threads, progress), keeping():
+        sample = exemplar if isinstance(exemplar, Sample) else Sample(as_exemplar(exemplar))
+        return Request(sample, surface, synthesis=asked, seed=settled_seed(seed)).quilt()
