@@ -34,9 +34,6 @@ around a hole."""
 _SMALLEST, _TIMES = 24, 2
 """For narrow holes a block's side is limited to this many pixels, or this many times the hole's own width."""
 
-_PHASE = 0.5
-"""Cost of being out of phase, as in flat textures."""
-
 _CELL = 2
 """Steps of a cell of labels."""
 
@@ -104,7 +101,7 @@ def hole_places(
         charted,
         np.broadcast_to((1.0, 0.0, 0.0), (len(charted.chart), 3, 3)),
         (WarpField.identity(),),
-        QuiltOptions(block=side, phase=_PHASE),
+        QuiltOptions(block=side),
         np.zeros(len(charted.chart), np.int32),
         phases=phases,
         steering=steering,

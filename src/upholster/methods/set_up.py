@@ -48,9 +48,6 @@ from upholster.types import FloatArray, PixelArray
 
 __all__ = ["asked_files", "prepare", "sample_width"]
 
-_PHASE = 2.0
-"""Default cost of being out of phase."""
-
 _MOST_OCTAVES = 6
 """Texels per step are at most 2^6 each way, as in `Quilt.density`."""
 
@@ -142,8 +139,7 @@ def _prepare_flat(exemplar: Exemplar, surface: AnySurface, chart: Chart, options
 
 def _own_options(options: SynthesisOptions, block: int) -> QuiltOptions:
     # A scene has directions as vectors; they may be functions, which tasks can not pickle.
-    phase = _PHASE if options.phase is None else options.phase
-    return settled_options(options, QuiltOptions, block=block, phase=phase, direction=None, stroke=None)
+    return settled_options(options, QuiltOptions, block=block, direction=None, stroke=None)
 
 
 def _flat_chart(surface: Surface, width: int, height: int) -> Chart:

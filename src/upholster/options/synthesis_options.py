@@ -223,12 +223,11 @@ class SynthesisOptions:
             only=("quilt", "paper"),
         ),
     )
-    phase: float | None = field(
-        default=None,
+    phase: float = field(
+        default=2.0,
         metadata=about(
             _SYNTHESIS,
-            "Cost of courses and rows that do not meet, for a sample that repeats, 0 to 10; 0 ignores them. "
-            "Default: 2 on surfaces, 0.5 flat.",
+            "Cost of courses and rows that do not meet, for a sample that repeats, 0 to 10; 0 ignores them.",
             only="quilt",
         ),
     )
@@ -366,7 +365,7 @@ class SynthesisOptions:
         for text in self.put or ():
             parse_put(text)
         for name, value, least, most in (
-            ("phase", 0 if self.phase is None else self.phase, 0, 10),
+            ("phase", self.phase, 0, 10),
             ("tolerance", self.tolerance, 1, 2),
             ("shortlist", self.shortlist, 1, 4096),
         ):

@@ -67,7 +67,7 @@ def lay_plan(scene: Scene, exemplar: Exemplar, *, seed: int = 0) -> LayPlan:
         costs = guide_costs(guides, pyramid.variance)
         match = match._replace(guides=level_guides(guides, numbers.level, level), costs=costs)
     options, steering = scene.options, scene.steering
-    phase = 0.0 if all(one is None for one in scene.phases) else options.phase or 0.0
+    phase = 0.0 if all(one is None for one in scene.phases) else options.phase
     tolerance = max(options.tolerance, _DIFFERING) if steering.differs else options.tolerance
     return LayPlan(
         replace(scene, field=None),  # tasks do without
