@@ -120,7 +120,7 @@ class FramePixels(NamedTuple):
     `marks` are the marks of `_frame_kernels`, and `old` the pixels that are laid; `ys`, `xs` are where pixels
     read, relative to the source. `wanted` (K, size, size) are the values that guides request, 0 without a
     request, and `off` is the laid pixels' cost by these; (0, 0): there are no guides. `zones` is the
-    requested zone, see `upholster.methods.quilt.guides.Zones`; (0, 0): there are no zones. `steps` is the
+    requested zone, see `upholster.methods.quilt.steering.Steering`; (0, 0): there are no zones. `steps` is the
     canvases' step at each pixel, −1 for none.
     """
 
