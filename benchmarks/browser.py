@@ -86,8 +86,8 @@ def serve_files(folder: Path, pages: Path = PAGES, rate: int | None = None) -> I
     from starlette.staticfiles import StaticFiles
     from starlette.types import Message, Receive, Scope, Send
 
-    from upholster.server import Catalogue, make_app, serving
-    from upholster.server.throttle import Pace, Throttle
+    from upholster.apps.server import Catalogue, make_app, serving
+    from upholster.apps.server.throttle import Pace, Throttle
 
     async def page(request: Request) -> FileResponse:
         path = pages / request.path_params["name"]

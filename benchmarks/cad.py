@@ -11,10 +11,10 @@ from pathlib import Path
 from benchmarks.measure import Request
 from benchmarks.meshes import COLUMNS, covered, spread_over
 from benchmarks.tables import Table
-from upholster.errors import UpholsterError
-from upholster.formats import CAD_SUFFIXES
-from upholster.geometry.cad import exact_body
-from upholster.occt.process import read_cad
+from upholster.base.errors import UpholsterError
+from upholster.base.formats import CAD_SUFFIXES
+from upholster.geometry.cad.exact_body import exact_body
+from upholster.geometry.occt.process import read_cad
 
 __all__ = ["measured"]
 

@@ -15,7 +15,9 @@ from skimage import data
 from benchmarks.codec_peers import LOSSLESS, PEERS
 from benchmarks.measure import EXAMPLES, Request, psnr
 from benchmarks.tables import Table
-from upholster.codec import ImageDecoder, ImageHeader, encode_parts
+from upholster.codec.header import ImageHeader
+from upholster.codec.image_code import encode_parts
+from upholster.codec.partial_image import ImageDecoder
 
 __all__ = ["measured"]
 

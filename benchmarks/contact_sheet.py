@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-from upholster.image import write_image
-from upholster.measure.samples import coded
-from upholster.types import PixelArray
+from upholster.base.types import PixelArray
+from upholster.covering.measure.samples import coded
+from upholster.image.files.write import write_image
 
 __all__ = ["Tile", "write_sheet"]
 

@@ -25,7 +25,7 @@ from benchmarks.eye_models import MODELS, broken_on, cover
 from benchmarks.eye_pairs import write_pairs
 from benchmarks.eye_ways import Way, gmic, revision, textbook, this_checkout
 from benchmarks.quilting import BLOCK, OVERLAP
-from upholster.image import IMAGE_SUFFIXES
+from upholster.image.files.write import IMAGE_SUFFIXES
 
 __all__ = ["main"]
 

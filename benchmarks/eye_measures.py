@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy import fft
 from scipy.ndimage import convolve1d
 
-from upholster.types import PixelArray
+from upholster.base.types import PixelArray
 
 __all__ = ["NEAR", "broken_windows", "copies", "window_sides"]
 

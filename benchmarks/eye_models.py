@@ -11,10 +11,11 @@ from benchmarks.eye_measures import broken_windows
 from benchmarks.eye_ways import Way
 from benchmarks.sheet_cases import EXAMPLES
 from benchmarks.unfolding import unfolded_windows
-from upholster.image import from_linear, write_image
-from upholster.lengths import parse_length
-from upholster.parallel import running
-from upholster.redrawn import redrawn, shown_model
+from upholster.base.lengths import parse_length
+from upholster.image.color import from_linear
+from upholster.image.files.write import write_image
+from upholster.output.glb_picture import redrawn, shown_model
+from upholster.runtime.parallel import running
 
 __all__ = ["MODELS", "Model", "broken_on", "cover"]
 

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 
 import upholster
-from upholster.image import write_image
-from upholster.types import PixelArray
+from upholster.base.types import PixelArray
+from upholster.image.files.write import write_image
 
 __all__ = ["write_pairs"]
 

@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 
 import upholster
-from upholster.image import write_image
+from upholster.image.files.write import write_image
 
 
 def main() -> None:

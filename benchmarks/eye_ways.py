@@ -16,7 +16,7 @@ import upholster
 from benchmarks.peers import SIDE, methods
 from benchmarks.quilting import BLOCK, OVERLAP, quilting
 from benchmarks.sheet_run import ROOT, commit_of, unpack
-from upholster.image import write_image
+from upholster.image.files.write import write_image
 
 __all__ = ["Way", "gmic", "revision", "textbook", "this_checkout"]
 

@@ -18,9 +18,9 @@ from benchmarks.contact_sheet import Tile, write_sheet
 from benchmarks.measure import Request, processor_seconds, samples
 from benchmarks.peers import methods, versions
 from benchmarks.tables import Table
-from upholster.measure import sliced_wasserstein
-from upholster.measure.samples import coded
-from upholster.types import PixelArray
+from upholster.base.types import PixelArray
+from upholster.covering.measure import sliced_wasserstein
+from upholster.covering.measure.samples import coded
 
 __all__ = ["measured", "statistics_error"]
 

@@ -18,9 +18,10 @@ from benchmarks.contact_sheet import Tile, write_sheet
 from benchmarks.measure import EXAMPLES, Request
 from benchmarks.peers import LIMIT, Filler, Mask, fillers, versions
 from benchmarks.tables import Table
-from upholster.image import IMAGE_SUFFIXES, read_image
-from upholster.measure import sliced_wasserstein
-from upholster.types import PixelArray
+from upholster.base.types import PixelArray
+from upholster.covering.measure import sliced_wasserstein
+from upholster.image.files.read import read_image
+from upholster.image.files.write import IMAGE_SUFFIXES
 
 __all__ = ["measured"]
 

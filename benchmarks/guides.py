@@ -14,15 +14,17 @@ import numpy as np
 from benchmarks.measure import EXAMPLES, Request
 from benchmarks.tables import Table
 from upholster import paint, read_exemplar, synthesize
-from upholster.image import IMAGE_SUFFIXES, Material, write_image
-from upholster.measure.cuts import sampled
-from upholster.measure.samples import SEED, coded
-from upholster.measure.seams import MeanDifference
-from upholster.measure.trace import step_sources, traces
-from upholster.methods.guided import read_guidance
-from upholster.options import SampleOptions, SynthesisOptions
-from upholster.quilt import Quilt
-from upholster.types import FloatArray, PixelArray
+from upholster.base.options.sample_options import SampleOptions
+from upholster.base.options.synthesis_options import SynthesisOptions
+from upholster.base.types import FloatArray, PixelArray
+from upholster.covering.measure.cuts import sampled
+from upholster.covering.measure.samples import SEED, coded
+from upholster.covering.measure.seams import MeanDifference
+from upholster.covering.measure.trace import step_sources, traces
+from upholster.image.files.material import Material
+from upholster.image.files.write import IMAGE_SUFFIXES, write_image
+from upholster.quilt.model import Quilt
+from upholster.synthesis.guidance_reader import read_guidance
 
 __all__ = ["measured"]
 

@@ -1,4 +1,4 @@
-"""Make ``src/upholster/kernels.json``: what kernels the commands need, of which types, and their seconds.
+"""Make ``src/upholster/runtime/kernels.json``: what kernels the commands need, their types and their seconds.
 
 ``python -m benchmarks.kernel_table`` runs every use of the program once, on little, with an empty cache. It
 is to be run when a kernel is added or takes other arguments; a test says so.
@@ -16,10 +16,10 @@ from typing import Any
 
 from numba.core import event
 
-import upholster.warm
-from upholster.kernel_cache import KernelCache, kernel_name
-from upholster.signatures import type_as_json
-from upholster.warm import TABLE
+import upholster.runtime.warm
+from upholster.runtime.kernel_cache import KernelCache, kernel_name
+from upholster.runtime.signatures import type_as_json
+from upholster.runtime.warm import TABLE
 
 __all__ = ["USES", "begin_record", "main"]
 
@@ -115,7 +115,7 @@ def _key(function: Any, arguments: Any) -> list[Any]:
 def begin_record(path: Path) -> None:
     """Write to a file, from now on, the kernels that this process needs."""
     gc.disable()  # as in the helpers that will compile
-    upholster.warm.jobs_for = lambda *_: []  # which have nothing to do here
+    upholster.runtime.warm.jobs_for = lambda *_: []  # which have nothing to do here
     recorder = Recorder(path)
     event.register("numba:compile", recorder)
     load = KernelCache.load_overload
@@ -129,7 +129,7 @@ def begin_record(path: Path) -> None:
 
 def _record(path: Path, arguments: list[str]) -> None:
     begin_record(path)
-    from upholster.cli import main as command
+    from upholster.apps.cli import main as command
 
     sys.argv = ["upholster", *arguments]
     command()

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.types import FloatArray
+from upholster.base.types import FloatArray
 
 __all__ = ["PATTERNS", "Elements", "LatticeSample", "lattice_sample"]
 

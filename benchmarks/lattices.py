@@ -16,12 +16,15 @@ from benchmarks.lattice_samples import lattice_sample
 from benchmarks.measure import EXAMPLES, Request, one_pixel_a_texel, samples
 from benchmarks.nets import bent_vase
 from benchmarks.tables import Table
-from upholster.elements import Lattice, find_lattice
-from upholster.geometry import plane, surface_from_spec
-from upholster.measure import BrokenElements, broken_elements, mapping
-from upholster.methods import Exemplar, execute, prepare
-from upholster.options import SynthesisOptions
-from upholster.types import PixelArray
+from upholster.base.options.synthesis_options import SynthesisOptions
+from upholster.base.types import PixelArray
+from upholster.covering.measure import BrokenElements, broken_elements, mapping
+from upholster.geometry.built_in.catalog import surface_from_spec
+from upholster.geometry.built_in.plane import plane
+from upholster.image.elements.lattice import Lattice, find_lattice
+from upholster.synthesis.execution import execute
+from upholster.synthesis.exemplar import Exemplar
+from upholster.synthesis.setup import prepare
 
 __all__ = ["measured"]
 

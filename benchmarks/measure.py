@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 import upholster
+from upholster.base.types import PixelArray
 from upholster.charts.layout import texture_scale
-from upholster.geometry import Surface
-from upholster.image import IMAGE_SUFFIXES
-from upholster.types import PixelArray
+from upholster.geometry.patches.surface import Surface
+from upholster.image.files.write import IMAGE_SUFFIXES
 
 __all__ = [
     "EXAMPLES",

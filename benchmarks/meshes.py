@@ -13,17 +13,21 @@ import numpy as np
 
 from benchmarks.measure import EXEMPLAR, Request
 from benchmarks.tables import Table
+from upholster.base.errors import UpholsterError
+from upholster.base.formats import MESH_SUFFIXES
+from upholster.base.options.synthesis_options import SynthesisOptions
 from upholster.charts.creases import CREASE, default_crease
-from upholster.charts.directions import asked_at_corners, default_direction, parse_direction
+from upholster.charts.directions.direction import parse_direction
+from upholster.charts.directions.field import default_direction
+from upholster.charts.directions.level_directions import requested_at_corners
 from upholster.charts.surface_to_cover import as_covered
-from upholster.errors import UpholsterError
-from upholster.formats import MESH_SUFFIXES
-from upholster.geometry import MeshSurface
-from upholster.image import read_exemplar
-from upholster.measure import mesh_mapping, mesh_seams
-from upholster.methods import Exemplar, execute, prepare
-from upholster.options import SynthesisOptions
-from upholster.quilt import paint
+from upholster.covering.measure import mesh_mapping, mesh_seams
+from upholster.geometry.meshes.triangle_mesh import MeshSurface
+from upholster.image.files.read import read_exemplar
+from upholster.quilt.painting import paint
+from upholster.synthesis.execution import execute
+from upholster.synthesis.exemplar import Exemplar
+from upholster.synthesis.setup import prepare
 
 __all__ = ["COLUMNS", "covered", "measured", "spread_over"]
 
@@ -80,7 +84,7 @@ def covered(model: Path, texels: int | None) -> Row:
     assert prepared.scale is not None
     assert prepared.field is not None
     direction = parse_direction(default_direction(surface.mesh))
-    asked = asked_at_corners(surface.mesh, direction, default_crease(surface.mesh))
+    asked = requested_at_corners(surface.mesh, direction, default_crease(surface.mesh))
     field = prepared.field
     wanted = field.corner_vectors if asked is None else field.as_faces_run(asked)
     found = mesh_mapping(surface, quilt, scale=prepared.scale.scale, asked=wanted)

@@ -12,10 +12,10 @@ import numpy as np
 
 from benchmarks.measure import Request
 from benchmarks.tables import Table
-from upholster.charts.unwrap import unwrap
-from upholster.geometry import MeshSurface, TriangleMesh, welded
-from upholster.stream.mesh_code import TEXEL_STEPS, MeshPrecision, pack_mesh
-from upholster.types import FloatArray
+from upholster.base.types import FloatArray
+from upholster.charts.unwrap.flat_islands import unwrap
+from upholster.codec.stream.mesh.mesh_code import TEXEL_STEPS, MeshPrecision, pack_mesh
+from upholster.geometry.meshes.triangle_mesh import MeshSurface, TriangleMesh, welded
 
 __all__ = ["measured"]
 

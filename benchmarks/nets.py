@@ -6,8 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from upholster.geometry import RationalPatch, Surface, surface_from_spec
-from upholster.geometry.face import Face
+from upholster.geometry.built_in.catalog import surface_from_spec
+from upholster.geometry.patches.face import Face
+from upholster.geometry.patches.patch import RationalPatch
+from upholster.geometry.patches.surface import Surface
 
 __all__ = ["bent_vase", "write_nets"]
 

@@ -14,9 +14,10 @@ from numpy.typing import NDArray
 
 import upholster
 from benchmarks.measure import EXEMPLAR, median_processor_seconds
-from upholster.geometry import plane
-from upholster.image import read_image, write_image
-from upholster.types import PixelArray
+from upholster.base.types import PixelArray
+from upholster.geometry.built_in.plane import plane
+from upholster.image.files.read import read_image
+from upholster.image.files.write import write_image
 
 __all__ = ["LIMIT", "SIDE", "Filler", "Mask", "Method", "fillers", "gmic_seconds", "methods", "versions"]
 

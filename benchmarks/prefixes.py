@@ -15,10 +15,10 @@ import numpy as np
 
 from benchmarks.measure import EXAMPLES, EXEMPLAR, Request
 from benchmarks.tables import Table
-from upholster.levels import texels_psnr
+from upholster.codec.stream.reader import StreamDecoder
+from upholster.output.levels import texels_psnr
 from upholster.pipeline import cover
-from upholster.quilt import paint
-from upholster.stream import StreamDecoder
+from upholster.quilt.painting import paint
 
 __all__ = ["measured"]
 

@@ -6,7 +6,7 @@ A. Efros, W. Freeman: Image quilting for texture synthesis and transfer, SIGGRAP
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.types import FloatArray, PixelArray
+from upholster.base.types import FloatArray, PixelArray
 
 __all__ = ["BLOCK", "OVERLAP", "quilting"]
 

@@ -7,11 +7,14 @@ import numpy as np
 import upholster
 from benchmarks.measure import Request, one_pixel_a_texel, samples
 from benchmarks.tables import Table
-from upholster.geometry import surface_from_spec
-from upholster.measure import Measures, measure_cover
-from upholster.methods import Exemplar, Scene, execute, prepare
-from upholster.options import SynthesisOptions
-from upholster.types import PixelArray
+from upholster.base.options.synthesis_options import SynthesisOptions
+from upholster.base.types import PixelArray
+from upholster.covering.measure import Measures, measure_cover
+from upholster.geometry.built_in.catalog import surface_from_spec
+from upholster.synthesis.execution import execute
+from upholster.synthesis.exemplar import Exemplar
+from upholster.synthesis.quilt.scene import Scene
+from upholster.synthesis.setup import prepare
 
 __all__ = ["measured"]
 

@@ -15,8 +15,9 @@ from benchmarks.cad_part import rounded_part, write_assembly
 from benchmarks.lattice_samples import lattice_sample
 from benchmarks.measure import EXEMPLAR
 from benchmarks.nets import bent_vase, write_nets
-from upholster.image import read_image, write_image
-from upholster.lengths import parse_length
+from upholster.base.lengths import parse_length
+from upholster.image.files.read import read_image
+from upholster.image.files.write import write_image
 
 __all__ = ["CASES", "EXAMPLES", "Case", "make_inputs", "places"]
 

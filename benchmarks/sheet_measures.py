@@ -8,13 +8,14 @@ import numpy as np
 
 from benchmarks.sheet_cases import Case
 from benchmarks.sheet_views import broken, find, flat_views, recurrence, views
+from upholster.base.types import FloatArray, IntArray, PixelArray
 from upholster.charts.creases import CREASE
-from upholster.elements import find_lattice
-from upholster.image import read_exemplar, read_image, read_material
-from upholster.measure import patch_distance, sliced_wasserstein, wrap_seams
-from upholster.measure.samples import bilinear
-from upholster.redrawn import ShownModel, shown_model
-from upholster.types import FloatArray, IntArray, PixelArray
+from upholster.covering.measure import patch_distance, sliced_wasserstein, wrap_seams
+from upholster.covering.measure.samples import bilinear
+from upholster.image.elements.lattice import find_lattice
+from upholster.image.files.material_files import read_material
+from upholster.image.files.read import read_exemplar, read_image
+from upholster.output.glb_picture import ShownModel, shown_model
 
 __all__ = ["MEASURES", "Figures", "Measure", "measure", "seam_ratio"]
 

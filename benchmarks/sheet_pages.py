@@ -9,10 +9,12 @@ from numpy.typing import NDArray
 
 from benchmarks.contact_sheet import Tile, write_sheet
 from benchmarks.sheet_cases import Case
-from upholster.image import from_linear, read_image, resize_image
-from upholster.parallel import running
-from upholster.redrawn import redrawn
-from upholster.types import PixelArray
+from upholster.base.types import PixelArray
+from upholster.image.color import from_linear
+from upholster.image.files.read import read_image
+from upholster.image.resize import resize_image
+from upholster.output.glb_picture import redrawn
+from upholster.runtime.parallel import running
 
 __all__ = ["Drawn", "draw", "write_pages"]
 

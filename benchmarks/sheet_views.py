@@ -12,10 +12,10 @@ from embreex.rtcore_scene import EmbreeScene
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
-from upholster.elements import Lattice
-from upholster.measure.samples import SEED, bilinear, coded
-from upholster.redrawn import ShownModel
-from upholster.types import FloatArray, PixelArray
+from upholster.base.types import FloatArray, PixelArray
+from upholster.covering.measure.samples import SEED, bilinear, coded
+from upholster.image.elements.lattice import Lattice
+from upholster.output.glb_picture import ShownModel
 
 Flags = NDArray[np.bool_]
 

@@ -7,14 +7,18 @@ from pathlib import Path
 import upholster
 from benchmarks.measure import EXEMPLAR, Request, one_pixel_a_texel, psnr, row
 from benchmarks.tables import Table
-from upholster.export import PagedMesh, write_glb
-from upholster.image import encode_image, read_image
-from upholster.levels import texels_psnr
-from upholster.options import WriteOptions
-from upholster.quilt import Texels
-from upholster.stream import StreamDecoder, describe, encode_stream
-from upholster.textured import TexturedModel
-from upholster.types import PixelArray
+from upholster.base.options.write_options import WriteOptions
+from upholster.base.types import PixelArray
+from upholster.codec.stream.description import describe
+from upholster.codec.stream.reader import StreamDecoder
+from upholster.codec.stream.writer import encode_stream
+from upholster.image.files.read import read_image
+from upholster.image.files.write import encode_image
+from upholster.model.textured_model import TexturedModel
+from upholster.output.export.glb import write_glb
+from upholster.output.export.pages import PagedMesh
+from upholster.output.levels import texels_psnr
+from upholster.quilt.model import Texels
 
 __all__ = ["measured"]
 

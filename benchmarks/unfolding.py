@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.sheet_views import frames
+from upholster.base.types import FloatArray, PixelArray
 from upholster.charts.creases import CREASE
-from upholster.measure.samples import bilinear
-from upholster.redrawn import ShownModel
-from upholster.types import FloatArray, PixelArray
+from upholster.covering.measure.samples import bilinear
+from upholster.output.glb_picture import ShownModel
 
 __all__ = ["unfolded_windows"]
 

@@ -27,10 +27,11 @@ import upholster
 from benchmarks.browser import SIZE, fresh_page, open_chromium, serve_files
 from benchmarks.measure import EXEMPLAR, Request, psnr
 from benchmarks.tables import Table
-from upholster.export import PagedMesh, write_glb
-from upholster.options import WriteOptions
-from upholster.stream import StreamDecoder
-from upholster.textured import TexturedModel
+from upholster.base.options.write_options import WriteOptions
+from upholster.codec.stream.reader import StreamDecoder
+from upholster.model.textured_model import TexturedModel
+from upholster.output.export.glb import write_glb
+from upholster.output.export.pages import PagedMesh
 
 __all__ = ["PLAYERS", "RATES", "measured"]
 

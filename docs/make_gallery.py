@@ -21,9 +21,9 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
-from upholster.cli import run_words
-from upholster.errors import InputError, UpholsterError, nearest
-from upholster.image import write_image
+from upholster.apps.cli import run_words
+from upholster.base.errors import InputError, UpholsterError, nearest
+from upholster.image.files.write import write_image
 
 DOCS = Path(__file__).resolve().parent
 sys.path.append(str(DOCS.parent))  # where benchmarks are

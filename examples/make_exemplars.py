@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.image import write_image
+from upholster.image.files.write import write_image
 
 Field = NDArray[np.float64]
 """(256, 256): one number per pixel."""

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from upholster.types import FloatArray, PixelArray
+from upholster.base.types import FloatArray, PixelArray
 
 __all__ = ["DEPTHS", "PICTURES", "picture"]
 

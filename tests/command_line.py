@@ -9,7 +9,7 @@ from io import StringIO
 from pathlib import Path
 from unittest.mock import patch
 
-from upholster import cli
+from upholster.apps import cli
 
 
 @dataclass(frozen=True)
@@ -22,7 +22,7 @@ class Done:
 
 
 def run_cli(*arguments: object, cwd: Path | None = None) -> Done:
-    """Run ``upholster`` with these arguments, in folder `cwd`, as `upholster.cli.main` runs it.
+    """Run ``upholster`` with these arguments, in folder `cwd`, as `upholster.apps.cli.main` runs it.
 
     An exception that `main` did not foresee fails the test that calls.
     """
@@ -35,7 +35,7 @@ def run_cli(*arguments: object, cwd: Path | None = None) -> Done:
             during.enter_context(patch.object(sys, "argv", ["upholster", *map(str, arguments)]))
             during.enter_context(patch.object(os, "_exit", _leave))
             # Kernels are compiled before the tests begin (conftest.py), not by helpers of each command.
-            during.enter_context(patch("upholster.warm.jobs_for", lambda *_: []))
+            during.enter_context(patch("upholster.runtime.warm.jobs_for", lambda *_: []))
             during.enter_context(redirect_stdout(out))
             during.enter_context(redirect_stderr(err))
             cli.main()

@@ -16,7 +16,7 @@ settings.load_profile("same")
 os.environ["UPHOLSTER_CACHE"] = "off"
 
 
-# Uses of the program, as `upholster/kernels.json` names them.
+# Uses of the program, as `upholster/runtime/kernels.json` names them.
 DECODING = ("refine paper", "refine material", "levels", "encode", "encode lossless", "decode")
 
 
@@ -25,7 +25,7 @@ def pytest_sessionstart(session: pytest.Session) -> None:
     several = getattr(session.config.option, "numprocesses", None)
     if not several or hasattr(session.config, "workerinput") or os.environ.get("NUMBA_DISABLE_JIT"):
         return
-    from upholster.warm import compiling
+    from upholster.runtime.warm import compiling
 
     # With bounds checked only decoders run (.ci/run): kernels that lay quilts are not compiled for them.
     uses = DECODING if os.environ.get("NUMBA_BOUNDSCHECK") else None

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from upholster.image import encode_image
+from upholster.image.files.write import encode_image
 
 TYPES = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4", 16: "MAT4"}
 CODES = {"int8": 5120, "uint8": 5121, "int16": 5122, "uint16": 5123, "uint32": 5125, "float32": 5126}

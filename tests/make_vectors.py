@@ -19,15 +19,18 @@ sys.path.insert(0, str(Path(__file__).parent / "stream"))
 from mesh_quilts import charts_of, icosphere, sheets, soup
 from streams import CHARTS, anything, anything_bent, bent, laid, noise, stream
 
-from upholster.codec import decode, encode
-from upholster.geometry import Surface, surface_from_spec
-from upholster.image import read_image
-from upholster.quilt import Chart, Quilt
+from upholster.codec.ezw import decode, encode
+from upholster.codec.stream.byte_reader import varint
+from upholster.codec.stream.chunks import ChunkReader, assembled, pack_chunk
+from upholster.codec.stream.reader import StreamDecoder
+from upholster.codec.stream.writer import encode_stream
+from upholster.geometry.built_in.catalog import surface_from_spec
+from upholster.geometry.patches.surface import Surface
+from upholster.image.files.read import read_image
+from upholster.quilt.chart import Chart
 from upholster.quilt.labels import LabelMap
+from upholster.quilt.model import Quilt
 from upholster.quilt.placement import PLACEMENT
-from upholster.stream import StreamDecoder, encode_stream
-from upholster.stream.byte_reader import varint
-from upholster.stream.chunks import ChunkReader, assembled, pack_chunk
 
 FOLDER = Path(__file__).parent / "vectors"
 REFUSED = FOLDER / "refused"

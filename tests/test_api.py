@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import upholster
-from upholster.image import write_image
-from upholster.photos import fill_files
+from upholster.covering.photos import fill_files
+from upholster.image.files.write import write_image
 
 SMALL = {"method": "paper", "chart": 32, "block": 24}
 
@@ -147,7 +147,7 @@ def test_the_viewer_is_one_frame_without_anything_beside_it(made, tmp_path):
 
 def test_a_view_of_a_long_stream_is_bounded(made, monkeypatch):
     stream = made[-1]
-    monkeypatch.setattr("upholster.notebook.MOST_BYTES", 2000)
+    monkeypatch.setattr("upholster.apps.notebook.MOST_BYTES", 2000)
     viewer = upholster.view(stream)
     assert viewer.stream == stream[:2000]
     assert f"2,000 of {len(stream):,} bytes" in repr(viewer)

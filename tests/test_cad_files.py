@@ -14,14 +14,14 @@ import pytest
 from cad_models import part, write_step
 from command_line import assert_one_line, run_cli
 
+from upholster.base.errors import InputError
 from upholster.charts.axis_directions import axis_direction, closed_rounds
 from upholster.charts.creases import CREASE
-from upholster.charts.directions import direction_field
+from upholster.charts.directions.field import direction_field
 from upholster.charts.part_directions import part_direction
-from upholster.errors import InputError
-from upholster.geometry.mesh_files import read_model
-from upholster.occt.process import read_cad
-from upholster.parallel import running
+from upholster.geometry.model_files.model_reader import read_model
+from upholster.geometry.occt.process import read_cad
+from upholster.runtime.parallel import running
 
 OCP = pytest.importorskip("OCP")
 
@@ -256,7 +256,7 @@ def test_limits_are_kept(files):
 def test_out_of_time_or_memory_is_one_line_and_writes_nothing(
     files, monkeypatch, tmp_path, limit, value, said
 ):
-    monkeypatch.setattr(f"upholster.occt.process.{limit}", value)
+    monkeypatch.setattr(f"upholster.geometry.occt.process.{limit}", value)
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     done = run_cli("cover", SAMPLE, "--on", files / "two.step", "-q", "-o", "a.glb", cwd=tmp_path)
     assert_one_line(done, said)
@@ -281,7 +281,7 @@ def test_a_crash_is_one_line_and_nothing_else_is_called_one(files, monkeypatch, 
     fake = tmp_path / "python"
     fake.write_text(f"#!/bin/sh\n{does}\n")
     fake.chmod(0o755)
-    monkeypatch.setattr("upholster.occt.process.sys.executable", str(fake))
+    monkeypatch.setattr("upholster.geometry.occt.process.sys.executable", str(fake))
     with pytest.raises(InputError, match=said):
         read_cad(files / "two.step")
 

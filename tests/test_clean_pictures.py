@@ -8,13 +8,15 @@ from clean_pictures import DEPTHS, PICTURES, picture
 from command_line import run_cli
 
 import upholster
-from upholster.elements import Lattice, find_joints, find_lattice
-from upholster.image import Material, write_image
-from upholster.image.even_light import even_light
-from upholster.image.material_files import read_material
-from upholster.image.perspective import proposed_corners
-from upholster.measure import measure_image
-from upholster.notes import sample_notes
+from upholster.covering.measure import measure_image
+from upholster.covering.notes import sample_notes
+from upholster.image.elements.joints import find_joints
+from upholster.image.elements.lattice import Lattice, find_lattice
+from upholster.image.files.material import Material
+from upholster.image.files.material_files import read_material
+from upholster.image.files.write import write_image
+from upholster.image.photo.even_light import even_light
+from upholster.image.photo.perspective import proposed_corners
 
 pytestmark = pytest.mark.filterwarnings("error")
 

@@ -14,9 +14,9 @@ import numpy as np
 import pytest
 from command_line import assert_one_line, run_cli
 
-from upholster.cli.console import bars, share
-from upholster.errors import InputError
-from upholster.image import write_image
+from upholster.apps.cli.console import bars, share
+from upholster.base.errors import InputError
+from upholster.image.files.write import write_image
 
 COMMAND = [sys.executable, "-m", "upholster"]
 PATIENCE = 600
@@ -283,7 +283,7 @@ def test_without_colours_nothing_is_bold_or_dim(words):
 
 
 def test_surfaces_lists_every_surface(folder):
-    from upholster.geometry import SURFACES
+    from upholster.geometry.built_in.catalog import SURFACES
 
     done = run_cli("surfaces", cwd=folder)
     assert done.returncode == 0
@@ -295,7 +295,7 @@ def test_surfaces_lists_every_surface(folder):
 
 def test_help_and_version_answer_without_heavy_imports(folder):
     heavy = ("numpy", "numba", "OpenImageIO", "rich")
-    code = f"import sys, upholster.cli; print([name for name in {heavy} if name in sys.modules])"
+    code = f"import sys, upholster.apps.cli; print([name for name in {heavy} if name in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
     assert run_cli("--version", cwd=folder).stdout.startswith("upholster 0")
@@ -307,7 +307,7 @@ def test_help_and_version_answer_without_heavy_imports(folder):
 @pytest.mark.parametrize("command", [["--help"], ["surfaces"], ["info", "sample:chair"]])
 def test_commands_without_kernels_load_no_numba(command, folder):
     code = (
-        "import sys, upholster.cli as cli; cli.run_words(sys.argv[1:]); "
+        "import sys, upholster.apps.cli as cli; cli.run_words(sys.argv[1:]); "
         "print([name for name in ('numba', 'scipy') if name in sys.modules])"
     )
     done = subprocess.run([sys.executable, "-c", code, *command], capture_output=True, text=True, check=True)
@@ -317,7 +317,7 @@ def test_commands_without_kernels_load_no_numba(command, folder):
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="lists threads there")
 def test_no_threads_wait_beside_those_of_the_program():
     code = (
-        "import os, sys, upholster.cli as cli\n"
+        "import os, sys, upholster.apps.cli as cli\n"
         "def end(status):\n"
         "    import numpy; numpy.ones((500, 500)) @ numpy.ones((500, 500))\n"
         "    print(len(os.listdir('/proc/self/task'))); sys.exit(status)\n"
@@ -371,7 +371,7 @@ def test_a_reader_who_has_enough_is_no_error():
 
 
 def test_a_log_hears_of_progress_every_few_seconds(folder, tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr("upholster.cli.console.EVERY", 0.01)
+    monkeypatch.setattr("upholster.apps.cli.console.EVERY", 0.01)
     with bars(False, None) as report:
         report("blocks", 3, 40)
         said, until = "", time.monotonic() + PATIENCE

@@ -2,8 +2,8 @@
 
 import pytest
 
-from upholster.conditions import read_conditions
-from upholster.errors import InputError
+from upholster.base.conditions import read_conditions
+from upholster.base.errors import InputError
 
 
 def test_conditions_are_bounds() -> None:

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from upholster import InputError, cover
-from upholster.image import read_image, write_image
-from upholster.outputs import parse_output
+from upholster.image.files.read import read_image
+from upholster.image.files.write import write_image
+from upholster.output.outputs import parse_output
 
 CHAIR = Path(__file__).parent.parent / "examples" / "chair.glb"
 

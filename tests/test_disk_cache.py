@@ -4,8 +4,8 @@ import os
 
 import pytest
 
-import upholster.disk_cache as disk_cache
-from upholster.disk_cache import kept_on_disk
+import upholster.runtime.disk_cache as disk_cache
+from upholster.runtime.disk_cache import kept_on_disk
 
 
 @pytest.fixture

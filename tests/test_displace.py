@@ -7,14 +7,16 @@ import numpy as np
 import pytest
 from command_line import assert_one_line, run_cli
 
+from upholster.base.errors import InputError
+from upholster.base.files import outputs
+from upholster.base.options.write_options import WriteOptions
 from upholster.charts.layout import density_layout
-from upholster.errors import InputError
-from upholster.files import outputs
-from upholster.geometry import Surface, plane, sphere
-from upholster.options import WriteOptions
-from upholster.outputs import Output, parse_output, parse_outputs, write_output
-from upholster.quilt import Texels
-from upholster.textured import TexturedModel, check_displacement
+from upholster.geometry.built_in.plane import plane
+from upholster.geometry.built_in.sphere import sphere
+from upholster.geometry.patches.surface import Surface
+from upholster.model.textured_model import TexturedModel, check_displacement
+from upholster.output.outputs import Output, parse_output, parse_outputs, write_output
+from upholster.quilt.model import Texels
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 

@@ -13,7 +13,7 @@ import pytest
 import typer
 from documented import run_shown
 
-from upholster.cli import app
+from upholster.apps.cli import app
 
 ROOT = Path(__file__).parent.parent
 RECIPES = ROOT / "docs" / "recipes.md"
@@ -170,4 +170,4 @@ def test_the_reference_has_every_public_name_once() -> None:
     public = {name for name in upholster.__all__ if not name.startswith("__")}
     assert sorted(listed) == sorted(public - {"measure"})
     measures = re.findall(r"^\.\. auto\w+:: upholster\.measure\.(\w+)$", made, re.MULTILINE)
-    assert sorted(measures) == sorted(name for name in upholster.measure.__all__)
+    assert sorted(measures) == sorted(name for name in upholster.covering.measure.__all__)

@@ -25,7 +25,7 @@ def test_every_field_is_described_once() -> None:
             if missing or len(listed) != len(set(listed)):
                 wrong[name] = missing
     # What a base class describes, such as the name of a method, is not described again.
-    assert wrong == {"methods/paper/method.py: PaperOptions": {"method"}}
+    assert wrong == {"synthesis/paper/method.py: PaperOptions": {"method"}}
 
 
 def test_every_parameter_is_described_once() -> None:

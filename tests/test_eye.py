@@ -10,8 +10,8 @@ from benchmarks.eye_pairs import write_pairs
 from benchmarks.quilting import quilting
 from benchmarks.unfolding import unfolded_windows
 
-from upholster.image import write_image
-from upholster.redrawn import ShownModel
+from upholster.image.files.write import write_image
+from upholster.output.glb_picture import ShownModel
 
 
 def noise(height: int, width: int, seed: int = 1) -> np.ndarray:

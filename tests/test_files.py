@@ -10,19 +10,17 @@ from typing import Any
 import numpy as np
 import pytest
 
-from upholster.errors import InputError
-from upholster.export import (
-    PagedMesh,
-    write_3mf,
-    write_bare_obj,
-    write_bare_ply,
-    write_glb,
-    write_npz,
-    write_stl,
-)
-from upholster.files import outputs, read_bytes, write_bytes
-from upholster.model import Mesh
-from upholster.quilt import Chart, Texels
+from upholster.base.errors import InputError
+from upholster.base.files import outputs, read_bytes, write_bytes
+from upholster.charts.tessellation.mesh import Mesh
+from upholster.output.export.bare import write_bare_obj, write_bare_ply
+from upholster.output.export.glb import write_glb
+from upholster.output.export.npz import write_npz
+from upholster.output.export.pages import PagedMesh
+from upholster.output.export.stl import write_stl
+from upholster.output.export.three_mf import write_3mf
+from upholster.quilt.chart import Chart
+from upholster.quilt.model import Texels
 
 
 def listing(folder: Path) -> Any:
@@ -263,7 +261,7 @@ def test_what_killed_runs_left_is_swept(tmp_path: Path) -> None:
 def test_a_killed_run_leaves_the_old_file(tmp_path: Path) -> None:
     (tmp_path / "a.png").write_text("old")
     code = (
-        "import os, signal, sys; from upholster.files import outputs\n"
+        "import os, signal, sys; from upholster.base.files import outputs\n"
         "with outputs([sys.argv[1]]) as files:\n"
         "    files.path(sys.argv[1]).write_text('new'); os.kill(os.getpid(), signal.SIGKILL)"
     )

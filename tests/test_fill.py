@@ -8,7 +8,9 @@ from command_line import assert_one_line, run_cli
 
 import upholster
 from upholster import InputError, Material
-from upholster.image import read_image, to_linear, write_image
+from upholster.image.color import to_linear
+from upholster.image.files.read import read_image
+from upholster.image.files.write import write_image
 from upholster.image.masks import is_white
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -163,7 +165,7 @@ def test_holes_that_touch_the_edge_and_several_at_once() -> None:
 
 
 def test_a_large_hole_is_filled_tile_by_tile(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("upholster.filling._TILE", 32)
+    monkeypatch.setattr("upholster.synthesis.photo_fill._TILE", 32)
     hole = box()
     found = upholster.fill(marked(PEBBLES, hole), hole, block=16)
     assert isinstance(found, np.ndarray)

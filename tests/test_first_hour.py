@@ -8,18 +8,20 @@ import numpy as np
 import pytest
 from gltf_models import BOX, BOX_TRIANGLES
 
-from upholster import notes, surface_from_spec
+from upholster import surface_from_spec
+from upholster.base.errors import InputError
+from upholster.base.options.synthesis_options import SynthesisOptions
 from upholster.charts import layout
 from upholster.charts.layout import texture_scale
 from upholster.charts.surface_to_cover import as_covered
-from upholster.errors import InputError
-from upholster.geometry import TriangleMesh
-from upholster.image import read_exemplar, write_image
-from upholster.methods import prepare
-from upholster.methods.exemplar import Exemplar
-from upholster.notes import notes_before
-from upholster.options import SynthesisOptions
+from upholster.covering import notes
+from upholster.covering.notes import notes_before
+from upholster.geometry.meshes.triangle_mesh import TriangleMesh
+from upholster.image.files.read import read_exemplar
+from upholster.image.files.write import write_image
 from upholster.pipeline import cover
+from upholster.synthesis.exemplar import Exemplar
+from upholster.synthesis.setup import prepare
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 

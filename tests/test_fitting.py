@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from upholster.charts.axis_directions import Round
-from upholster.elements import Lattice
-from upholster.methods.fitting import MOST_CHANGE, fitted
+from upholster.image.elements.lattice import Lattice
+from upholster.synthesis.size_fit import MOST_CHANGE, fitted
 
 
 def test_fit_makes_whole_periods_go_round():

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from sources import SOURCES, trees
 
-from upholster.cli import app
+from upholster.apps.cli import app
 
 ROOT = Path(__file__).parent.parent
 WEB = ROOT / "web"
@@ -59,7 +59,7 @@ def test_no_two_modules_have_one_name() -> None:
     places = defaultdict(list)
     for path in trees():
         folder, _, name = path.rpartition("/")
-        if not (folder == "cli" and name.removesuffix(".py") in {*_commands(), "codec", "stream"}):
+        if not (folder == "apps/cli" and name.removesuffix(".py") in {*_commands(), "codec", "stream"}):
             places[name.removesuffix(".py")].append(path)
     twice = {name: found for name, found in places.items() if len(found) > 1}
     assert set(twice) == set(SHARED_MODULES), twice

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from upholster import InputError
-from upholster.guide_texts import (
+from upholster.base.guide_texts import (
     AgainText,
     GuideText,
     PutText,

@@ -9,16 +9,18 @@ import pytest
 from command_line import assert_one_line, run_cli
 
 import upholster
-from upholster.batch import check_within, read_jobs
+from upholster.apps.project.file import read_project, save_project
+from upholster.apps.project.project import Project
+from upholster.apps.studio.folder import Folder
+from upholster.apps.studio.routes import Studio
+from upholster.base.errors import InputError
+from upholster.base.examples import included_models, included_samples, model_path, sample_path
+from upholster.base.options.model_options import ModelOptions
 from upholster.charts.surface_to_cover import as_covered, covered_files, covered_parts
-from upholster.errors import InputError
-from upholster.image import read_image, write_image
-from upholster.image.source import Sample, read_source, source_files
-from upholster.included import included_models, included_samples, model_path, sample_path
-from upholster.options import ModelOptions
-from upholster.project import Project, read_project, save_project
-from upholster.studio.folder import Folder
-from upholster.studio.routes import Studio
+from upholster.covering.tasks.jobs import check_within, read_jobs
+from upholster.image.files.read import read_image
+from upholster.image.files.source import Sample, read_source, source_files
+from upholster.image.files.write import write_image
 
 ROOT = Path(__file__).parents[1]
 EXAMPLES = ROOT / "examples"
@@ -30,7 +32,7 @@ def test_the_wheel_has_what_a_checkout_has() -> None:
     packed = {source: target for source, target in forced.items() if source.endswith((".png", ".glb"))}
     assert set(packed) == {f"examples/{file.name}" for file in EXAMPLES.glob("*.[pg][nl][gb]")}
     for source, target in packed.items():
-        assert target == f"upholster/studio/{source}"
+        assert target == f"upholster/apps/studio/{source}"
     assert included_samples() == {file.stem: file for file in EXAMPLES.glob("*.png")}
     assert included_models() == {file.stem: file for file in EXAMPLES.glob("*.glb")}
 

@@ -12,11 +12,15 @@ import pytest
 from benchmarks.nets import write_nets
 
 import upholster
-from upholster import cli, codec, pipeline, writing
-from upholster.coverings import request
-from upholster.errors import InputError
-from upholster.image import Material, write_image
-from upholster.image.source import source_files
+from upholster import pipeline
+from upholster.apps import cli
+from upholster.base.errors import InputError
+from upholster.codec.ezw import encode
+from upholster.covering import request
+from upholster.image.files.material import Material
+from upholster.image.files.source import source_files
+from upholster.image.files.write import write_image
+from upholster.output import output_writer
 
 STREAM = Path(__file__).parent / "vectors" / "quilt.uph"
 ROLES = ("albedo", "normal", "roughness")
@@ -33,7 +37,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         write_image(tmp_path / "wall" / f"b_{role}.png", shown)
     write_image(tmp_path / "wall" / "b_normal_dx.png", pixels)
     write_image(tmp_path / "x.png", pixels)
-    (tmp_path / "x.ezw").write_bytes(codec.encode(pixels))
+    (tmp_path / "x.ezw").write_bytes(encode(pixels))
     write_nets(tmp_path / "n.json", upholster.plane(1, 1))
     (tmp_path / "s.json").write_text('[{"line": [[0, 0, 0], [1, 0, 0]]}]')
     shutil.copy(STREAM, tmp_path / "r.uph")
@@ -123,7 +127,8 @@ def test_an_output_that_is_an_input_is_refused(
         raise AssertionError("work began")
 
     for module, name in (
-        (request, "prepare"), (request, "execute"), (writing, "paint"), (writing, "paint_material")
+        (request, "prepare"), (request, "execute"), (output_writer, "paint"), (output_writer,
+        "paint_material")
     ):  # fmt: skip
         monkeypatch.setattr(module, name, work)
     before = contents(folder)

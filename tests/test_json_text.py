@@ -2,8 +2,8 @@
 
 import pytest
 
-from upholster.errors import FormatError
-from upholster.json_text import read_json
+from upholster.base.errors import FormatError
+from upholster.base.json_text import read_json
 
 
 def test_what_json_allows_is_read():

@@ -4,8 +4,8 @@ import math
 
 import pytest
 
-from upholster.errors import InputError
-from upholster.lengths import METRES, parse_length, read_length
+from upholster.base.errors import InputError
+from upholster.base.lengths import METRES, parse_length, read_length
 
 
 @pytest.mark.parametrize(

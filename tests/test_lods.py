@@ -12,13 +12,14 @@ import pytest
 from command_line import assert_one_line, run_cli
 
 import upholster
-from upholster.errors import InputError
-from upholster.image import Material, read_image
-from upholster.limits import Limits
-from upholster.options import WriteOptions
-from upholster.outputs import parse_output, parse_outputs
+from upholster.base.errors import InputError
+from upholster.base.limits import Limits
+from upholster.base.options.write_options import WriteOptions
+from upholster.base.types import PixelArray
+from upholster.image.files.material import Material
+from upholster.image.files.read import read_image
+from upholster.output.outputs import parse_output, parse_outputs
 from upholster.pipeline import cover, refine, write
-from upholster.types import PixelArray
 
 ASKED = {"texels": 60_000, "sample_size": 1.0}
 OPTIONS = WriteOptions(lods=3, texture="png", quads=400)
@@ -88,7 +89,7 @@ def test_several_materials_have_lods_as_well(tmp_path: Path) -> None:
     corners = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (1, 1, 0)], float)
     lines = ["v {} {} {}".format(*corner) for corner in corners]
     (tmp_path / "m.obj").write_text("\n".join([*lines, "o a", "f 1 2 3", "o b", "f 2 4 3", ""]))
-    upholster.image.write_image(tmp_path / "s.png", sample())
+    upholster.image.files.write.write_image(tmp_path / "s.png", sample())
     materials = {"a": tmp_path / "s.png", "b": tmp_path / "s.png"}
     cover(
         None,

@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from upholster.image import encode_image, read_image, write_image
-from upholster.options import WriteOptions
+from upholster.base.options.write_options import WriteOptions
+from upholster.image.files.read import read_image
+from upholster.image.files.write import encode_image, write_image
 from upholster.pipeline import cover
 
 SIDE = 64

@@ -8,12 +8,14 @@ import numpy as np
 import pytest
 
 import upholster
-from upholster.image import Material, from_linear, read_image
-from upholster.options import WriteOptions
+from upholster.apps.server.html_pages import THUMBNAIL_SIZE
+from upholster.apps.server.thumbnail_picture import draw_thumbnail
+from upholster.base.options.write_options import WriteOptions
+from upholster.image.color import from_linear
+from upholster.image.files.material import Material
+from upholster.image.files.read import read_image
+from upholster.model.textured_model import TexturedModel
 from upholster.pipeline import cover, refine
-from upholster.server.html_pages import THUMBNAIL_SIZE
-from upholster.server.thumbnail_drawing import draw_thumbnail
-from upholster.textured import TexturedModel
 
 SIDE = 64
 

@@ -12,9 +12,10 @@ import pytest
 from command_line import assert_one_line, run_cli
 
 import upholster
-from upholster.errors import InputError
-from upholster.image import read_image, write_image
-from upholster.options import WriteOptions
+from upholster.base.errors import InputError
+from upholster.base.options.write_options import WriteOptions
+from upholster.image.files.read import read_image
+from upholster.image.files.write import write_image
 from upholster.pipeline import cover, refine
 
 SIDE = 64

@@ -7,7 +7,7 @@ import pytest
 from command_line import run_cli
 from gltf_models import Glb
 
-from upholster.export import write_3mf
+from upholster.output.export.three_mf import write_3mf
 
 
 def test_info_tells_parts_and_sizes(tmp_path: Path) -> None:

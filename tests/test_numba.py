@@ -15,8 +15,8 @@ import numpy as np
 import pytest
 from numba.core import config
 
-from upholster.jit import Kernel, by_type, inline, is_float, kernel, shared
-from upholster.kernel_cache import KernelCache
+from upholster.runtime.jit import Kernel, by_type, inline, is_float, kernel, shared
+from upholster.runtime.kernel_cache import KernelCache
 
 ROOT = Path(__file__).parent.parent
 
@@ -156,7 +156,7 @@ def test_bitcode_is_parsed_where_a_kernel_from_disk_is_compiled_into_another(
         parsed.append(len(bitcode))
         return llvmlite.binding.parse_bitcode(bitcode)
 
-    monkeypatch.setattr("upholster.kernel_cache.parse_bitcode", parse)
+    monkeypatch.setattr("upholster.runtime.kernel_cache.parse_bitcode", parse)
 
     def triple(value: float) -> float:
         return 3 * value
@@ -184,7 +184,7 @@ def test_machine_code_of_strangers_is_not_loaded(
     def owned(path: Path, *others: int) -> bool:
         return owners.get(path, 0) in (1000, *others)
 
-    monkeypatch.setattr("upholster.kernel_cache.belongs", owned)
+    monkeypatch.setattr("upholster.runtime.kernel_cache.belongs", owned)
 
     def twice(value: float) -> float:
         return 2 * value

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from upholster import InputError, Quilt, cover, synthesize
-from upholster.image import write_image
-from upholster.options import SynthesisOptions
+from upholster.base.options.synthesis_options import SynthesisOptions
+from upholster.image.files.write import write_image
 
 STOOL = """o Seat
 v 0 1 0

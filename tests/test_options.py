@@ -11,27 +11,27 @@ import numpy as np
 import pytest
 
 import upholster
-from upholster.charts.directions import parse_direction
-from upholster.charts.directions.wishes import BY_WORD
-from upholster.cli.cover import cover
-from upholster.cli.stream import refine
-from upholster.errors import InputError
-from upholster.geometry import plane, sphere
-from upholster.methods import prepare
-from upholster.methods.exemplar import Exemplar
-from upholster.methods.paper import PaperOptions
-from upholster.methods.quilt import QuiltOptions
-from upholster.options import (
+from upholster.apps.cli.cover import cover
+from upholster.apps.cli.stream import refine
+from upholster.base.errors import InputError
+from upholster.base.options.choices import chosen, method_options
+from upholster.base.options.direction_words import (
     AXIS_DIRECTIONS,
     DIRECTIONS,
     FIELD_DIRECTIONS,
     PATCH_DIRECTIONS,
-    SampleOptions,
-    SynthesisOptions,
-    WriteOptions,
-    chosen,
-    settled_options,
 )
+from upholster.base.options.sample_options import SampleOptions
+from upholster.base.options.synthesis_options import SynthesisOptions
+from upholster.base.options.write_options import WriteOptions
+from upholster.charts.directions.direction import parse_direction
+from upholster.charts.directions.direction_request import BY_WORD
+from upholster.geometry.built_in.plane import plane
+from upholster.geometry.built_in.sphere import sphere
+from upholster.synthesis.exemplar import Exemplar
+from upholster.synthesis.paper.method import PaperOptions
+from upholster.synthesis.quilt.quilt_options import QuiltOptions
+from upholster.synthesis.setup import prepare
 
 KINDS = (SynthesisOptions, WriteOptions)
 EXAMPLES = Path(__file__).parent.parent / "examples"
@@ -76,7 +76,7 @@ def test_defaults_of_commands_are_those_of_the_fields():
 
 def run(command, monkeypatch, target, *arguments):
     """Run a command with its work replaced; return the options that the work is given, and its request."""
-    from upholster.cli import app
+    from upholster.apps.cli import app
 
     class StoppedError(Exception):
         pass
@@ -95,7 +95,8 @@ def run(command, monkeypatch, target, *arguments):
 
 def test_what_is_written_arrives_as_options(monkeypatch):
     given = run(
-        "cover", monkeypatch, "upholster.project.project.carry_out", "a.png", "--on", "plane", "-o", "b.uph",
+        "cover", monkeypatch, "upholster.apps.project.project.carry_out", "a.png", "--on", "plane", "-o",
+        "b.uph",
         "--texels", "512x400", "--tileable", "--tolerance", "1.5", "--shortlist", "8", "--size", "20x30",
         "--view", "10,-5.5", "--wavelet", "haar", "--sample-quality", "lossless", "--bytes", "8k",
         "--texture", "webp",
@@ -112,7 +113,8 @@ def test_what_is_written_arrives_as_options(monkeypatch):
     )
     assert request.writing.stream_choices == ["wavelet", "sample_quality", "bytes"]
     paper = run(
-        "cover", monkeypatch, "upholster.project.project.carry_out", "a.png", "--on", "plane", "-o", "b.png",
+        "cover", monkeypatch, "upholster.apps.project.project.carry_out", "a.png", "--on", "plane", "-o",
+        "b.png",
         "--method", "paper", "--no-seams", "--chart", "64",
     )  # fmt: skip
     assert paper["request"].synthesis == SynthesisOptions(method="paper", seams=False, chart=64)
@@ -125,7 +127,7 @@ def test_what_is_written_arrives_as_options(monkeypatch):
 
 
 def test_a_default_that_is_written_is_refused_by_the_other_method(monkeypatch):
-    from upholster.cli import app
+    from upholster.apps.cli import app
 
     with pytest.raises(InputError, match="levels belongs to method 'paper' and 'pixel'"):
         app(["cover", "a.png", "--on", "plane", "-o", "b.png", "--levels", "3"], standalone_mode=False)
@@ -190,12 +192,12 @@ def test_choices_come_before_options_and_none_chooses_nothing():
 
 def test_methods_get_all_options_settled():
     options = SynthesisOptions(method="paper", levels=2, seams=False)
-    own = settled_options(options, PaperOptions)
+    own = method_options(options, PaperOptions)
     assert (own.block, own.overlap, own.levels, own.seams) == (32, 8, 2, False)
     with pytest.raises(InputError, match="block is 32; allowed: multiples of 2"):
-        settled_options(SynthesisOptions(method="paper", levels=5), PaperOptions)
+        method_options(SynthesisOptions(method="paper", levels=5), PaperOptions)
     with pytest.raises(InputError, match=r"edge_block is 16; allowed: more than two overlaps \(16\)"):
-        settled_options(SynthesisOptions(method="paper", edge_block=16), PaperOptions)
+        method_options(SynthesisOptions(method="paper", edge_block=16), PaperOptions)
     exemplar = np.random.default_rng(1).integers(0, 256, (64, 64, 3), dtype=np.uint8)
     options = SynthesisOptions(texels=(64, 48), tileable=True, tolerance=1.5)
     prepared = prepare(Exemplar(exemplar), plane(), options)
@@ -216,7 +218,7 @@ def test_synthesize_takes_options_and_choices_alike():
 
 
 def test_options_are_known_without_numpy():
-    code = "import sys, upholster.options; print('numpy' in sys.modules)"
+    code = "import sys, upholster.base.options; print('numpy' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "False"
 

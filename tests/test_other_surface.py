@@ -8,11 +8,12 @@ import pytest
 from command_line import assert_one_line, run_cli
 
 import upholster
-from upholster.errors import FormatError, InputError
-from upholster.geometry import check_same_edges
-from upholster.image import write_image
-from upholster.options import WriteOptions
-from upholster.stream import on_surface, read_stream
+from upholster.base.errors import FormatError, InputError
+from upholster.base.options.write_options import WriteOptions
+from upholster.codec.stream.reader import read_stream
+from upholster.codec.stream.surface_swap import on_surface
+from upholster.geometry.patches.same_edges import check_same_edges
+from upholster.image.files.write import write_image
 
 
 @pytest.fixture(scope="module")

@@ -10,20 +10,24 @@ import pytest
 
 import upholster
 from upholster import cover
+from upholster.base.errors import InputError
+from upholster.base.formats import OUTPUTS, OutputKind, kind_of, outputs_in_words, split_name
+from upholster.base.options.write_options import WriteOptions
 from upholster.charts.chart_seams import find_seams
 from upholster.charts.unwrap._raster_kernels import coverage
-from upholster.errors import InputError
-from upholster.export import udim_tile, write_map
-from upholster.formats import OUTPUTS, OutputKind, kind_of, outputs_in_words, split_name
-from upholster.geometry import plane, sphere
-from upholster.image import read_image
-from upholster.model import build_atlas, build_normal_atlas
+from upholster.geometry.built_in.plane import plane
+from upholster.geometry.built_in.sphere import sphere
+from upholster.image.files.read import read_image
+from upholster.model.atlas import build_atlas
+from upholster.model.normal_atlas import build_normal_atlas
 from upholster.model.packing import pack_charts
-from upholster.options import WriteOptions
-from upholster.outputs import parse_output, parse_outputs
-from upholster.quilt import Chart, Texels
-from upholster.textured import TexturedModel
-from upholster.writing import files_of
+from upholster.model.textured_model import TexturedModel
+from upholster.output.export.map_files import write_map
+from upholster.output.export.pages import udim_tile
+from upholster.output.output_writer import files_of
+from upholster.output.outputs import parse_output, parse_outputs
+from upholster.quilt.chart import Chart
+from upholster.quilt.model import Texels
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 README = (EXAMPLES.parent / "README.md").read_text(encoding="utf-8")

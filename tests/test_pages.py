@@ -11,19 +11,21 @@ import pytest
 from gltf_models import rigged
 
 import upholster
+from upholster.base.errors import InputError
+from upholster.base.files import outputs
+from upholster.base.options.write_options import WriteOptions
 from upholster.charts.layout import uniform_layout
 from upholster.charts.mesh_layout import mesh_charts
-from upholster.charts.unwrap import unwrap
-from upholster.coverings import request
-from upholster.errors import InputError
-from upholster.files import outputs
-from upholster.geometry.mesh_files import read_model
-from upholster.image import Material, read_image, write_image
-from upholster.options import WriteOptions
-from upholster.outputs import parse_outputs, write_output
+from upholster.charts.unwrap.flat_islands import unwrap
+from upholster.covering import request
+from upholster.geometry.model_files.model_reader import read_model
+from upholster.image.files.material import Material
+from upholster.image.files.read import read_image
+from upholster.image.files.write import write_image
+from upholster.model.textured_model import TexturedModel
+from upholster.output.outputs import parse_outputs, write_output
 from upholster.pipeline import cover, refine, write
-from upholster.quilt import Texels
-from upholster.textured import TexturedModel
+from upholster.quilt.model import Texels
 
 OPTIONS = WriteOptions(atlas_size=256, padding=8, quads=600, size=(64, 48), texture="png")
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from upholster.image import read_image
+from upholster.image.files.read import read_image
 
 pytest.importorskip("PIL")
 

@@ -5,8 +5,8 @@ import time
 
 import pytest
 
-from upholster.errors import InputError
-from upholster.parallel import (
+from upholster.base.errors import InputError
+from upholster.runtime.parallel import (
     Stop,
     cancelled_by,
     given_threads,

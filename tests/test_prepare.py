@@ -8,10 +8,12 @@ import pytest
 from command_line import assert_one_line, run_cli
 
 import upholster
-from upholster.image import from_linear, read_image, write_image
-from upholster.image.rectify import Rectification
-from upholster.options import SampleOptions
-from upholster.photos import prepare_sample
+from upholster.base.options.sample_options import SampleOptions
+from upholster.covering.photos import prepare_sample
+from upholster.image.color import from_linear
+from upholster.image.files.read import read_image
+from upholster.image.files.write import write_image
+from upholster.image.photo.rectify import Rectification
 
 BRICKS = Path(__file__).parents[1] / "examples" / "bricks.png"
 CORNERS = ("--rectify", "10,12", "240,20", "250,251", "5,240")

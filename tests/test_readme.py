@@ -15,7 +15,8 @@ from pathlib import Path
 import pytest
 from documented import PATIENCE, run_shown
 
-from upholster.image import read_image, write_image
+from upholster.image.files.read import read_image
+from upholster.image.files.write import write_image
 
 pytestmark = [
     pytest.mark.slow(reason="runs every command"),

@@ -7,10 +7,11 @@ import pytest
 from command_line import assert_one_line, run_cli
 from gltf_models import OLD_IMAGE, Glb
 
-from upholster.geometry.mesh_files import read_model
-from upholster.image import read_image, write_image
+from upholster.geometry.model_files.model_reader import read_model
+from upholster.image.files.read import read_image
+from upholster.image.files.write import write_image
+from upholster.output.glb_picture import part_colors, redrawn
 from upholster.pipeline import cover
-from upholster.redrawn import part_colors, redrawn
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 SIZE = (160, 120)

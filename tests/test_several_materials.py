@@ -10,15 +10,17 @@ import numpy as np
 import pytest
 from gltf_models import Glb
 
+from upholster.base.errors import InputError
+from upholster.base.options.model_options import ModelOptions
+from upholster.base.options.write_options import WriteOptions
 from upholster.charts.surface_to_cover import covered_parts
-from upholster.coverings.joint_work import share_of
-from upholster.coverings.sample_arguments import read_materials
-from upholster.errors import InputError
-from upholster.geometry import MeshSurface
-from upholster.image import read_image, write_image
-from upholster.options import ModelOptions, WriteOptions
-from upholster.parallel import report_progress, running
+from upholster.covering.joint_work import share_of
+from upholster.covering.sample_arguments import read_materials
+from upholster.geometry.meshes.triangle_mesh import MeshSurface
+from upholster.image.files.read import read_image
+from upholster.image.files.write import write_image
 from upholster.pipeline import CoverReport, cover
+from upholster.runtime.parallel import report_progress, running
 
 RED, GREEN = (200, 40, 30), (30, 160, 50)
 SMALL = {"texels": 60_000}

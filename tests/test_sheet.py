@@ -11,9 +11,9 @@ from benchmarks.sheet_cases import CASES, EXAMPLES, places
 from benchmarks.sheet_measures import MEASURES, Measure, seam_ratio
 from benchmarks.sheet_views import SIDE, find, flat_views
 
-from upholster.image import read_exemplar
-from upholster.measure.samples import bilinear
-from upholster.redrawn import ShownModel
+from upholster.covering.measure.samples import bilinear
+from upholster.image.files.read import read_exemplar
+from upholster.output.glb_picture import ShownModel
 
 ROOT = Path(__file__).parents[1]
 

@@ -11,10 +11,10 @@ from command_line import run_cli
 from gltf_models import Glb
 
 import upholster
-from upholster import cli
-from upholster.errors import InputError, printable
-from upholster.shown import number_of
-from upholster.stream import encode_stream
+from upholster.apps import cli
+from upholster.base.display import number_of
+from upholster.base.errors import InputError, printable
+from upholster.codec.stream.writer import encode_stream
 
 EVIL = "\x1b]0;mine\x07[bold]x[/foo]\u202e\r"
 SHOWN = r"\x1b]0;mine\x07[bold]x[/foo]\u202e"

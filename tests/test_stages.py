@@ -9,13 +9,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from upholster.base.errors import CancelledError
+from upholster.base.options.sample_options import SampleOptions
 from upholster.charts.surface_to_cover import as_covered
-from upholster.errors import CancelledError
-from upholster.image import write_image
-from upholster.image.source import Sample, read_source
-from upholster.options import SampleOptions
-from upholster.parallel import Stop, cancelled_by, check_cancelled, run_tasks
-from upholster.stages import Stages, file_stage, keeping, stage
+from upholster.image.files.source import Sample, read_source
+from upholster.image.files.write import write_image
+from upholster.runtime.parallel import Stop, cancelled_by, check_cancelled, run_tasks
+from upholster.runtime.stages import Stages, file_stage, keeping, stage
 
 
 def _counted(calls):

@@ -3,7 +3,7 @@
 import pytest
 from cad_models import write_step
 
-from upholster.geometry.mesh_files import read_model
+from upholster.geometry.model_files.model_reader import read_model
 
 OCP = pytest.importorskip("OCP")
 
@@ -37,7 +37,7 @@ def read(path):
     from OCP.TopAbs import TopAbs_SOLID
     from OCP.TopExp import TopExp_Explorer
 
-    from upholster.occt.shape_reading import read_shapes
+    from upholster.geometry.occt.shape_reader import read_shapes
 
     record, leaves = read_shapes(path, None)
     solid = [leaf.name for leaf in leaves if TopExp_Explorer(leaf.shape, TopAbs_SOLID).More()]
@@ -86,7 +86,7 @@ def test_a_document_of_a_part_that_has_a_shape_is_not_missed(folder):
 
 
 def test_parts_of_parts_are_read_and_checked(folder):
-    from upholster.occt.shape_reading import UnreadableError
+    from upholster.geometry.occt.shape_reader import UnreadableError
 
     top = folder / "top.step"
     top.write_text((folder / "all.step").read_text())

@@ -9,15 +9,17 @@ import pytest
 from command_line import assert_one_line, run_cli
 
 import upholster
-from upholster import codec
-from upholster.errors import FormatError, InputError
-from upholster.image import read_image, write_image
+from upholster.base.errors import FormatError, InputError
+from upholster.base.options.write_options import WriteOptions
+from upholster.codec.ezw import decode, encode
+from upholster.codec.stream.prefix import Limit, feed_until
+from upholster.codec.stream.reader import StreamDecoder
+from upholster.codec.stream.writer import encode_stream
 from upholster.image.drawing import Drawing
-from upholster.levels import curve_picture, levels_picture, refine_steps, share_text
-from upholster.options import WriteOptions
+from upholster.image.files.read import read_image
+from upholster.image.files.write import write_image
+from upholster.output.levels import curve_picture, levels_picture, refine_steps, share_text
 from upholster.pipeline import refine
-from upholster.stream import StreamDecoder, encode_stream
-from upholster.stream.prefix import Limit, feed_until
 
 
 def sample():
@@ -123,11 +125,11 @@ def test_images_through_the_codec(folder, tmp_path):
 
 
 def test_bytes_behind_the_end_are_refused():
-    data = codec.encode(sample(), sample_quality="lossless")
-    assert codec.decode(data).complete
-    assert (codec.decode(data).image == sample()).all()
+    data = encode(sample(), sample_quality="lossless")
+    assert decode(data).complete
+    assert (decode(data).image == sample()).all()
     with pytest.raises(FormatError, match=f"byte {len(data)}: 3 bytes too many"):
-        codec.decode(data + b"end")
+        decode(data + b"end")
 
 
 def psnr(image, original):
@@ -292,7 +294,7 @@ def test_levels_picture_shows_as_many_models_as_levels(parts):
 
 def test_refine_says_which_part_of_a_damaged_stream_is_good(folder, tmp_path):
     data = (folder / "ring.uph").read_bytes()
-    for chunk in upholster.stream.read_stream(data).chunks:
+    for chunk in upholster.codec.stream.reader.read_stream(data).chunks:
         (tmp_path / "bad.uph").write_bytes(
             data[: chunk.end - 1] + bytes([data[chunk.end - 1] ^ 1]) + data[chunk.end :]
         )

@@ -8,8 +8,8 @@ import pytest
 from benchmarks.nets import write_nets
 from command_line import run_cli
 
-from upholster.cli.show_surface import show_surface
-from upholster.geometry import surface_from_spec
+from upholster.apps.cli.surface_info import show_surface
+from upholster.geometry.built_in.catalog import surface_from_spec
 
 
 @pytest.mark.parametrize(

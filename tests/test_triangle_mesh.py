@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from tests.charts.meshes import on_charts
 
-from upholster.errors import InputError
-from upholster.geometry import MeshSurface, TriangleMesh, welded
+from upholster.base.errors import InputError
+from upholster.geometry.meshes.triangle_mesh import MeshSurface, TriangleMesh, welded
 
 
 def tetrahedron() -> TriangleMesh:

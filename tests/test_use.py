@@ -10,9 +10,10 @@ from command_line import assert_one_line, run_cli
 
 import upholster
 from upholster import Project, Sample, read_project, save_project
-from upholster.image import read_image, write_image
-from upholster.stream.reader import read_stream
-from upholster.studio.words import command, python
+from upholster.apps.studio.words import command, python
+from upholster.codec.stream.reader import read_stream
+from upholster.image.files.read import read_image
+from upholster.image.files.write import write_image
 
 BRICKS = Path(__file__).parents[1] / "examples" / "bricks.png"
 FLAT = ("--on", "plane", "--texels", "160x140")

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from upholster.vectors import unit_vectors
+from upholster.base.vectors import unit_vectors
 
 
 def test_unit_vectors_keep_directions_and_have_length_1() -> None:

@@ -12,9 +12,9 @@ import numba
 import pytest
 from benchmarks.kernel_table import USES
 
-from upholster.kernel_cache import _KEPT, KernelCache, _imported, _report_damage
-from upholster.signatures import read_type, type_as_json
-from upholster.warm import TABLE, Compiler, jobs_for
+from upholster.runtime.kernel_cache import _KEPT, KernelCache, _imported, _report_damage
+from upholster.runtime.signatures import read_type, type_as_json
+from upholster.runtime.warm import TABLE, Compiler, jobs_for
 
 ROOT = Path(__file__).parent.parent
 
@@ -32,9 +32,11 @@ def test_a_kernel_comes_after_what_it_is_made_of():
 
 
 def test_sources_are_followed_through_packages_and_modules():
-    found = _imported(ROOT / "src/upholster/warm.py") | _imported(ROOT / "src/upholster/cli/__init__.py")
+    found = _imported(ROOT / "src/upholster/runtime/warm.py") | _imported(
+        ROOT / "src/upholster/apps/cli/__init__.py"
+    )
     names = {str(path.relative_to(ROOT / "src/upholster")) for path in found}
-    assert {"parallel.py", "signatures.py", "kernel_cache.py", "cli/codec.py", "errors.py"} <= names
+    assert {"runtime/parallel.py", "runtime/signatures.py", "apps/cli/codec.py", "base/errors.py"} <= names
 
 
 def _kernel(tmp_path, monkeypatch):
@@ -72,7 +74,7 @@ def test_versions_side_by_side_keep_their_code_and_old_ones_go(tmp_path, monkeyp
         return {path.name.split(".")[-3] for path in tmp_path.rglob("*.kernel")}
 
     def use(stamp):
-        monkeypatch.setattr("upholster.kernel_cache._stamp", lambda *_: stamp)
+        monkeypatch.setattr("upholster.runtime.kernel_cache._stamp", lambda *_: stamp)
         again = _kernel(tmp_path, monkeypatch)
         again.compile((numba.int64,))
         for path in tmp_path.rglob(f"*.{stamp}.*"):  # a clock may stand still for a test
@@ -140,7 +142,7 @@ def _run(code, tmp_path):
 
 
 PICK = """
-from upholster.warm import *
+from upholster.runtime.warm import *
 jobs = sorted(jobs_for(), key=lambda job: job.seconds)
 jobs = [job for job in jobs if not job.needs][:2]
 assert len(missing(jobs)) == 2
@@ -152,9 +154,9 @@ def test_helpers_compile_what_the_command_then_loads(tmp_path):
     code = (
         PICK
         + """
-import upholster.warm
+import upholster.runtime.warm
 from numba.core import event
-upholster.warm.jobs_for = lambda uses: jobs
+upholster.runtime.warm.jobs_for = lambda uses: jobs
 with event.install_recorder("numba:compile") as compiled, compiling(["any"], 2) as compiler:
     assert compiler.total == 2
     jobs[1].dispatcher().compile(jobs[1].types())  # waits
@@ -173,7 +175,7 @@ def test_kernels_are_compiled_for_a_process_without_numba(tmp_path):
     code = """
 import os, sys, time
 from pathlib import Path
-from upholster.warm import compiling_apart
+from upholster.runtime.warm import compiling_apart
 with compiling_apart(["info model"], "compiling {} kernels"):
     while not list(Path(os.environ["NUMBA_CACHE_DIR"]).glob("*.kernel")):
         time.sleep(0.1)
@@ -189,8 +191,8 @@ def test_a_helper_that_dies_costs_time_and_no_more(tmp_path):
     code = (
         PICK
         + """
-import upholster.warm
-upholster.warm.jobs_for = lambda uses: jobs
+import upholster.runtime.warm
+upholster.runtime.warm.jobs_for = lambda uses: jobs
 with compiling(["any"], 2) as compiler:
     for helper in compiler._helpers:
         helper.kill()
@@ -259,7 +261,7 @@ EVERY_USE = """
 import json, sys
 from pathlib import Path
 from benchmarks.kernel_table import begin_record
-from upholster.cli import run_words
+from upholster.apps.cli import run_words
 begin_record(Path("record.jsonl"))
 for arguments in json.load(sys.stdin):
     run_words(arguments)

@@ -6,8 +6,8 @@ import zipfile
 
 import pytest
 
-from upholster.errors import InputError
-from upholster.zip_files import open_zip
+from upholster.base.errors import InputError
+from upholster.base.zip_files import open_zip
 
 
 def package(entries: int) -> bytes:

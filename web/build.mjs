@@ -11,7 +11,7 @@ import { fileURLToPath } from 'node:url'
 import { build } from 'esbuild'
 
 const here = (path) => fileURLToPath(new URL(path, import.meta.url))
-const SHOWN = 'src/upholster/web'
+const SHOWN = 'src/upholster/output/web'
 
 /** What viewer and loader load on demand. */
 const ON_DEMAND = ['upholster-lab.js', 'upholster-environment.js', 'uph-picture.js', 'uph-glb.js']

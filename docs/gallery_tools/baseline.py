@@ -9,13 +9,16 @@ from PIL import Image, ImageDraw
 from gallery_tools.drawing import PAPER, Panel, compose, text
 from gallery_tools.shots import OWN, Exemplars, read, take
 from upholster import paint, synthesize
+from upholster.base.options.write_options import WriteOptions
+from upholster.base.types import PixelArray
 from upholster.charts.layout import texture_scale
-from upholster.geometry import Surface, plane, ring_cyclide, sphere
-from upholster.measure import sliced_wasserstein
-from upholster.measure.mesh_seams import mesh_seams
-from upholster.options import WriteOptions
-from upholster.textured import TexturedModel
-from upholster.types import PixelArray
+from upholster.covering.measure import sliced_wasserstein
+from upholster.covering.measure.mesh_seams import mesh_seams
+from upholster.geometry.built_in.cyclide import ring_cyclide
+from upholster.geometry.built_in.plane import plane
+from upholster.geometry.built_in.sphere import sphere
+from upholster.geometry.patches.surface import Surface
+from upholster.model.textured_model import TexturedModel
 
 __all__ = ["baseline", "draft"]
 

@@ -22,11 +22,12 @@ from gallery_tools.method import (
 )
 from gallery_tools.shots import Exemplars, charted, read, take
 from gallery_tools.surfaces import TINTS
-from upholster.codec import decode, encode
-from upholster.coverings.synthesis import synthesize
-from upholster.geometry import ring_cyclide
-from upholster.quilt import Quilt, paint
-from upholster.types import PixelArray
+from upholster.base.types import PixelArray
+from upholster.codec.ezw import decode, encode
+from upholster.covering.synthesis import synthesize
+from upholster.geometry.built_in.cyclide import ring_cyclide
+from upholster.quilt.model import Quilt
+from upholster.quilt.painting import paint
 
 __all__ = ["on_one_patch", "overview"]
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from gallery_tools.drawing import Panel, compose
 from gallery_tools.shots import OWN, Exemplars, cover, read, take
-from upholster.geometry import ring_cyclide
+from upholster.geometry.built_in.cyclide import ring_cyclide
 
 __all__ = ["directions"]
 

@@ -8,12 +8,13 @@ from PIL import Image, ImageDraw
 
 from gallery_tools.drawing import PAPER, Panel, compose, enlarged, heat, text, text_width
 from gallery_tools.shots import Exemplars, read
-from upholster.coverings.synthesis import synthesize
-from upholster.geometry import plane
-from upholster.quilt import Quilt, paint
+from upholster.base.types import FloatArray, PixelArray
+from upholster.codec.haar import dwt2, subbands
+from upholster.covering.synthesis import synthesize
+from upholster.geometry.built_in.plane import plane
 from upholster.quilt.labels import nearest_labels
-from upholster.types import FloatArray, PixelArray
-from upholster.wavelet import dwt2, subbands
+from upholster.quilt.model import Quilt
+from upholster.quilt.painting import paint
 
 __all__ = [
     "BLOCK",

@@ -7,8 +7,8 @@ from numpy.typing import ArrayLike, NDArray
 from PIL import Image, ImageDraw
 
 from gallery_tools.drawing import PAPER, text, text_width
-from upholster.render import Camera
-from upholster.types import FloatArray
+from upholster.base.types import FloatArray
+from upholster.model.render.camera import Camera
 
 __all__ = ["Overlay"]
 
@@ -28,7 +28,7 @@ class Overlay:
     camera
         Where it was taken from.
     depth
-        (h, w): the picture's depths, see `upholster.render.render`.
+        (h, w): the picture's depths, see `upholster.model.render.picture.render`.
     slack
         How far behind the surface, in model units, a point still counts as visible.
     """

@@ -5,11 +5,11 @@ from typing import Any
 from gallery_tools.drawing import Panel, compose
 from gallery_tools.shots import OWN, Exemplars, read, take
 from upholster import synthesize
-from upholster.geometry import ring_cyclide
-from upholster.levels import refine_steps
-from upholster.stream import encode_stream
-from upholster.stream.prefix import Limit
-from upholster.textured import TexturedModel
+from upholster.codec.stream.prefix import Limit
+from upholster.codec.stream.writer import encode_stream
+from upholster.geometry.built_in.cyclide import ring_cyclide
+from upholster.model.textured_model import TexturedModel
+from upholster.output.levels import refine_steps
 
 __all__ = ["refining"]
 

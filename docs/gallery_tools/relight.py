@@ -8,10 +8,10 @@ from PIL import Image
 from gallery_tools.drawing import Panel, compose
 from gallery_tools.shots import OWN, Exemplars
 from upholster import WriteOptions, paint_material, read_material, synthesize
-from upholster.geometry import torus
-from upholster.image import from_linear
-from upholster.quilt import Texels
-from upholster.textured import TexturedModel
+from upholster.geometry.built_in.cyclide import torus
+from upholster.image.color import from_linear
+from upholster.model.textured_model import TexturedModel
+from upholster.quilt.model import Texels
 
 __all__ = ["material"]
 

@@ -11,12 +11,14 @@ from PIL import Image, ImageDraw
 from gallery_tools.drawing import Panel, compose, enlarged
 from gallery_tools.method import BLOCK, LEVELS, OVERLAP, RED, YELLOW, first_pixel
 from gallery_tools.shots import Exemplars, charted, read, take
-from upholster.coverings.synthesis import synthesize
-from upholster.geometry import ring_cyclide
-from upholster.methods.paper.layers import edge_placements
-from upholster.methods.paper.strips import Strip, strip_along
-from upholster.quilt import Chart, Quilt, Texels, paint
-from upholster.types import PixelArray
+from upholster.base.types import PixelArray
+from upholster.covering.synthesis import synthesize
+from upholster.geometry.built_in.cyclide import ring_cyclide
+from upholster.quilt.chart import Chart
+from upholster.quilt.model import Quilt, Texels
+from upholster.quilt.painting import paint
+from upholster.synthesis.paper.layers import edge_placements
+from upholster.synthesis.paper.strips import Strip, strip_along
 
 __all__ = ["seams"]
 

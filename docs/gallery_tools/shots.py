@@ -10,16 +10,21 @@ from numpy.typing import ArrayLike, NDArray
 from PIL import Image
 
 from gallery_tools.overlay import Overlay
-from upholster.coverings.synthesis import synthesize
-from upholster.errors import InputError
-from upholster.geometry import AnySurface, Surface
-from upholster.image import from_linear, read_exemplar, to_linear
-from upholster.model import tessellate
-from upholster.options import WriteOptions
-from upholster.quilt import Chart, Texels, paint
-from upholster.render import Camera, render
-from upholster.textured import TexturedModel
-from upholster.types import PixelArray
+from upholster.base.errors import InputError
+from upholster.base.options.write_options import WriteOptions
+from upholster.base.types import PixelArray
+from upholster.charts.tessellation.mesh import tessellate
+from upholster.covering.synthesis import synthesize
+from upholster.geometry.any_surface import AnySurface
+from upholster.geometry.patches.surface import Surface
+from upholster.image.color import from_linear, to_linear
+from upholster.image.files.read import read_exemplar
+from upholster.model.render.camera import Camera
+from upholster.model.render.picture import render
+from upholster.model.textured_model import TexturedModel
+from upholster.quilt.chart import Chart
+from upholster.quilt.model import Texels
+from upholster.quilt.painting import paint
 
 __all__ = ["OWN", "Exemplars", "Shot", "charted", "cover", "read", "take"]
 
@@ -113,7 +118,7 @@ class Shot:
     camera
         Where it was taken from.
     depth
-        (h, w) float32, see `upholster.render.render`.
+        (h, w) float32, see `upholster.model.render.picture.render`.
     slack
         How far behind the surface a line on it may seem to be, in model units.
     """
@@ -144,11 +149,11 @@ def take(
     subject
         What to show.
     size, view
-        See `upholster.render.Camera.fit`.
+        See `upholster.model.render.camera.Camera.fit`.
     around
         (N, 3): more points that have to be in the picture.
     options
-        Of `Camera.fit` ("zoom", "target") and of `upholster.render.render`.
+        Of `Camera.fit` ("zoom", "target") and of `upholster.model.render.picture.render`.
     """
     if isinstance(subject, TexturedModel):
         mesh, uv, pixels = subject.mesh, subject.uv, subject.atlas.pixels

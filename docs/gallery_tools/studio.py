@@ -18,8 +18,8 @@ _SHOWN = (760, 490)
 
 def strip(_exemplars: Exemplars) -> Any:
     """Show four moments of a session."""
-    from upholster.server import serving
-    from upholster.studio.routes import Studio, make_studio
+    from upholster.apps.server import serving
+    from upholster.apps.studio.routes import Studio, make_studio
 
     panels: list[Panel] = []
     with closing(Studio([str(OWN / "weave.png"), str(OWN / "chair.glb")], None, 10**8)) as session:

@@ -9,8 +9,10 @@ from PIL import Image, ImageDraw
 from gallery_tools.drawing import INK, PAPER, Panel, compose, heat, text
 from gallery_tools.overlay import Overlay
 from gallery_tools.shots import Exemplars, charted, cover, read, take
-from upholster.geometry import RationalPatch, Surface, ring_cyclide
-from upholster.types import FloatArray
+from upholster.base.types import FloatArray
+from upholster.geometry.built_in.cyclide import ring_cyclide
+from upholster.geometry.patches.patch import RationalPatch
+from upholster.geometry.patches.surface import Surface
 
 __all__ = ["mapping", "patches", "stretch", "stretch_ratios", "surface"]
 

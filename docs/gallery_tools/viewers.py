@@ -71,10 +71,10 @@ def lights(_exemplars: Exemplars) -> Any:
 
 def arriving(_exemplars: Exemplars) -> Any:
     """Show a stream at five counts of bytes: in the browser, and below as Python renders it."""
-    from upholster.image import from_linear
-    from upholster.options import WriteOptions
-    from upholster.stream import StreamDecoder
-    from upholster.textured import TexturedModel
+    from upholster.base.options.write_options import WriteOptions
+    from upholster.codec.stream.reader import StreamDecoder
+    from upholster.image.color import from_linear
+    from upholster.model.textured_model import TexturedModel
 
     size = (300, 250)
     upper, lower = [], []
@@ -183,7 +183,7 @@ class _Pages:
 
 @contextmanager
 def _pages() -> Iterator[_Pages]:
-    from upholster.server import Catalogue, make_app, serving
+    from upholster.apps.server import Catalogue, make_app, serving
 
     with TemporaryDirectory() as name:
         folder = Path(name)

@@ -4,7 +4,7 @@ from typing import Any
 
 import typer
 
-from upholster.cli import app
+from upholster.apps.cli import app
 
 __all__ = ["markdown"]
 

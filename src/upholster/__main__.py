@@ -1,6 +1,6 @@
 """``python -m upholster``."""
 
-from upholster.cli import main
+from upholster.apps.cli import main
 
 if __name__ == "__main__":  # processes that draw load this, too
     main()

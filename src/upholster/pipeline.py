@@ -11,9 +11,16 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
+from upholster.base.files import outputs
+from upholster.base.options.choices import chosen, seed_number
+from upholster.base.options.model_options import ModelOptions
+from upholster.base.options.sample_options import SampleOptions
+from upholster.base.options.synthesis_options import SynthesisOptions
+from upholster.base.options.write_options import WriteOptions
+from upholster.base.types import Progress
 from upholster.charts.surface_to_cover import CoveredLike
-from upholster.coverings.cover_report import check_report, cover_report, written_report
-from upholster.coverings.joint_work import (
+from upholster.covering.cover_report import check_report, cover_report, written_report
+from upholster.covering.joint_work import (
     atlas_layout,
     check_read,
     counted,
@@ -24,26 +31,22 @@ from upholster.coverings.joint_work import (
     roles_of,
     work_notes,
 )
-from upholster.coverings.pins import Pinned
-from upholster.coverings.request import Request
-from upholster.coverings.sample_arguments import check_not_swapped, read_materials, read_sample
-from upholster.files import outputs
-from upholster.image.source import Sample, Source
-from upholster.options import (
-    ModelOptions,
-    SampleOptions,
-    SynthesisOptions,
-    WriteOptions,
-    chosen,
-    settled_seed,
+from upholster.covering.pins import Pinned
+from upholster.covering.request import Request
+from upholster.covering.sample_arguments import check_not_swapped, read_materials, read_sample
+from upholster.covering.tasks.task_covering import (
+    are_tiles_alone,
+    check_tasks,
+    spread_quilt,
+    task_pool,
+    tiled,
 )
-from upholster.parallel import given_threads, report_note, running
-from upholster.refining import RefineReport, refine
-from upholster.reports import CoverReport, timed
-from upholster.stages import keeping
-from upholster.tiles import are_tiles_alone, check_tasks, spread_quilt, task_pool, tiled
-from upholster.types import Progress
-from upholster.writing import check_several, files_of, notes_after, write, written_to
+from upholster.image.files.source import Sample, Source
+from upholster.output.output_writer import check_several, files_of, notes_after, write, written_to
+from upholster.output.refinement import RefineReport, refine
+from upholster.output.reports import CoverReport, timed
+from upholster.runtime.parallel import given_threads, report_note, running
+from upholster.runtime.stages import keeping
 
 __all__ = ["CoverReport", "RefineReport", "carry_out", "cover", "refine", "write"]
 
@@ -136,7 +139,7 @@ def cover(
         chosen(ModelOptions, model),
         chosen(SynthesisOptions, synthesis),
         chosen(WriteOptions, options),
-        settled_seed(seed),
+        seed_number(seed),
         pinned,
     )
     with running(threads, progress, tell):

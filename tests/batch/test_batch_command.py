@@ -13,7 +13,7 @@ import pytest
 from command_line import assert_one_line, run_cli
 
 from upholster import Project, save_project
-from upholster.image import read_image
+from upholster.image.files.read import read_image
 from upholster.pipeline import cover
 
 distributed = pytest.importorskip("distributed")

@@ -6,7 +6,8 @@ from pathlib import Path
 import pytest
 
 from upholster import FormatError, InputError
-from upholster.batch import check_apart, jobs, read_jobs
+from upholster.covering.tasks import jobs
+from upholster.covering.tasks.jobs import check_apart, read_jobs
 
 TOML = """
 texels = "1M"

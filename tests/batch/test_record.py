@@ -6,8 +6,8 @@ import os
 import pytest
 
 from upholster import FormatError, InputError
-from upholster.batch import Job, Record
-from upholster.batch.record import state_of
+from upholster.covering.tasks.jobs import Job
+from upholster.covering.tasks.record import Record, state_of
 
 JOB = Job("1: a on torus", ("--on=torus", "--output=x.glb", "--", "a"), ("x.glb",))
 
@@ -65,7 +65,7 @@ def test_a_change_of_inputs_or_outputs_makes_it_undone(tmp_path, change):
 def test_other_words_and_another_version_make_it_undone(tmp_path, monkeypatch):
     _done(tmp_path)
     assert not _again(tmp_path).is_done(Job(JOB.name, (*JOB.words, "--mirror"), JOB.outputs))
-    monkeypatch.setattr("upholster.batch.record.__version__", "0")
+    monkeypatch.setattr("upholster.covering.tasks.record.__version__", "0")
     assert not _again(tmp_path).is_done(JOB)
 
 

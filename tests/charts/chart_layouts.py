@@ -2,8 +2,11 @@
 
 import numpy as np
 
-from upholster.geometry import cone, plane, ring_cyclide, sphere, torus
-from upholster.quilt import Chart
+from upholster.geometry.built_in.cyclide import ring_cyclide, torus
+from upholster.geometry.built_in.plane import plane
+from upholster.geometry.built_in.revolution import cone
+from upholster.geometry.built_in.sphere import sphere
+from upholster.quilt.chart import Chart
 
 SURFACES = {
     "plane": plane(3, 2, spans=(2, 3)),

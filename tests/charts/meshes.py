@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from upholster.charts.charted import ChartedSurface, charted_mesh
+from upholster.charts.charted_surface import ChartedSurface, charted_mesh
 from upholster.charts.mesh_layout import mesh_charts
-from upholster.geometry import MeshSurface, TriangleMesh, welded
+from upholster.geometry.meshes.triangle_mesh import MeshSurface, TriangleMesh, welded
 
 
 def grid(rows: int, columns: int, *, wrap: tuple[bool, bool] = (False, False)) -> np.ndarray:

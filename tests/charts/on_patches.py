@@ -2,17 +2,14 @@
 
 from collections.abc import Sequence
 
-from upholster.charts.charted import ChartedSurface, charted_patches
-from upholster.charts.directions import (
-    default_on_patches,
-    direction_field,
-    parse_direction,
-    vectors_on_patches,
-)
+from upholster.charts.charted_surface import ChartedSurface, charted_patches
+from upholster.charts.directions.direction import parse_direction
+from upholster.charts.directions.field import direction_field
+from upholster.charts.directions.patch_directions import default_on_patches, vectors_on_patches
 from upholster.charts.mesh_warp_fields import triangle_frames, warp_fields
 from upholster.charts.turns import chart_turns
-from upholster.geometry import Surface
-from upholster.quilt import Chart
+from upholster.geometry.patches.surface import Surface
+from upholster.quilt.chart import Chart
 from upholster.quilt.warp_field import WarpField
 
 

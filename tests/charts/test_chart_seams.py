@@ -4,10 +4,12 @@ import numpy as np
 import pytest
 from chart_layouts import SURFACES, split, whole
 
+from upholster.base.errors import InputError
 from upholster.charts.chart_seams import find_seams
-from upholster.errors import InputError
-from upholster.geometry import RationalPatch, Surface, plane
-from upholster.quilt import Chart
+from upholster.geometry.built_in.plane import plane
+from upholster.geometry.patches.patch import RationalPatch
+from upholster.geometry.patches.surface import Surface
+from upholster.quilt.chart import Chart
 
 LAYOUTS = {f"{name}, {how.__name__}": (s, how(s)) for name, s in SURFACES.items() for how in (whole, split)}
 

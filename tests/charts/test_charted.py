@@ -3,15 +3,19 @@
 import numpy as np
 import pytest
 
+from upholster.base.types import FloatArray
 from upholster.charts.chart_seams import find_seams
-from upholster.charts.charted import ChartedSurface, charted_patches, charted_plane, charted_surface
-from upholster.charts.directions import parse_direction, vectors_on_patches
+from upholster.charts.charted_surface import ChartedSurface, charted_patches, charted_plane, charted_surface
+from upholster.charts.directions.direction import parse_direction
+from upholster.charts.directions.patch_directions import vectors_on_patches
 from upholster.charts.layout import density_layout
 from upholster.charts.subdivision import subdivided
-from upholster.charts.tessellation import face_parameters
-from upholster.geometry import RationalPatch, Surface, plane, surface_from_spec
-from upholster.quilt import Chart
-from upholster.types import FloatArray
+from upholster.charts.tessellation.mesh import face_parameters
+from upholster.geometry.built_in.catalog import surface_from_spec
+from upholster.geometry.built_in.plane import plane
+from upholster.geometry.patches.patch import RationalPatch
+from upholster.geometry.patches.surface import Surface
+from upholster.quilt.chart import Chart
 
 CLOSED = ["cyclide", "torus", "sphere", "sphere:tiling=octants", "vase", "torus:spans=6x4"]
 SURFACES = [*CLOSED, "cone", "cylinder", "plane:spans=3x2", "ellipsoid"]

@@ -6,9 +6,9 @@ from meshes import box, height_field, sphere
 from scipy.spatial import ConvexHull
 
 from upholster.charts.creases import CREASE, default_crease
-from upholster.charts.directions import direction_field
-from upholster.geometry import TriangleMesh
-from upholster.geometry.corner_normals import corner_normals
+from upholster.charts.directions.field import direction_field
+from upholster.geometry.meshes.corner_normals import corner_normals
+from upholster.geometry.meshes.triangle_mesh import TriangleMesh
 
 
 def hull(points: np.ndarray) -> TriangleMesh:

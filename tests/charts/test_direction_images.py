@@ -4,16 +4,20 @@ import numpy as np
 import pytest
 from meshes import height_field, on_charts
 
-from upholster.charts.charted import charted_patches
-from upholster.charts.directions import direction_field, in_detail, parse_direction, vectors_on_patches
-from upholster.charts.directions.asked import asked_at_corners
+from upholster.base.errors import InputError
+from upholster.charts.charted_surface import charted_patches
+from upholster.charts.directions.coordinate_directions import vectors_on_coordinates
+from upholster.charts.directions.detail import in_detail
+from upholster.charts.directions.direction import parse_direction
 from upholster.charts.directions.direction_image import read_direction_image
-from upholster.charts.directions.on_coordinates import vectors_on_coordinates
+from upholster.charts.directions.field import direction_field
+from upholster.charts.directions.level_directions import requested_at_corners
+from upholster.charts.directions.patch_directions import vectors_on_patches
 from upholster.charts.layout import density_layout
-from upholster.charts.unwrap import unwrap
-from upholster.errors import InputError
-from upholster.geometry import TriangleMesh, surface_from_spec
-from upholster.image import write_image
+from upholster.charts.unwrap.flat_islands import unwrap
+from upholster.geometry.built_in.catalog import surface_from_spec
+from upholster.geometry.meshes.triangle_mesh import TriangleMesh
+from upholster.image.files.write import write_image
 
 
 def image_of(path, along, strength=1.0, dtype=np.uint8):
@@ -51,7 +55,7 @@ def test_red_is_along_u_and_green_upward_in_the_texture(tmp_path, turn, right, u
         wanted = x * np.array([*right, 0]) + y * np.array([*up, 0])
         field = direction_field(mesh, path)
         np.testing.assert_allclose(field.face_vectors @ wanted, 1, atol=1e-3)
-        np.testing.assert_allclose(asked_at_corners(mesh, parse_direction(path)) @ wanted, 1, atol=1e-3)
+        np.testing.assert_allclose(requested_at_corners(mesh, parse_direction(path)) @ wanted, 1, atol=1e-3)
 
 
 def test_a_swirl_is_followed(tmp_path):
@@ -71,13 +75,13 @@ def test_blue_is_how_much_it_counts(tmp_path):
     strength[:, :4] = 1.0
     path = image_of(tmp_path / "half.png", np.broadcast_to((0.0, 1.0), (8, 8, 2)), strength)
     mesh = with_uv(height_field(16), np.eye(2))
-    asked = np.linalg.norm(asked_at_corners(mesh, parse_direction(path)), axis=2)
+    asked = np.linalg.norm(requested_at_corners(mesh, parse_direction(path)), axis=2)
     u = mesh.uv[..., 0]
     np.testing.assert_allclose(asked[(u > 0.1) & (u < 0.4)], 1, atol=1e-3)
     assert asked[(u > 0.6) & (u < 0.9)].max() == 0
     weak = image_of(tmp_path / "weak.png", np.broadcast_to((0.0, 1.0), (8, 8, 2)), 0.4)
     np.testing.assert_allclose(
-        np.linalg.norm(asked_at_corners(mesh, parse_direction(weak)), axis=2), 0.4, atol=1e-3
+        np.linalg.norm(requested_at_corners(mesh, parse_direction(weak)), axis=2), 0.4, atol=1e-3
     )
     none = image_of(tmp_path / "none.png", np.broadcast_to((0.0, 1.0), (8, 8, 2)), 0.0)
     np.testing.assert_allclose(np.linalg.norm(read_direction_image(none).along, axis=2), 1, atol=1e-3)

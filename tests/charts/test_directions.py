@@ -4,13 +4,16 @@ import numpy as np
 import pytest
 from tests.charts.on_patches import laid
 
-from upholster.charts.charted import charted_patches
-from upholster.charts.directions import default_on_patches, parse_direction
+from upholster.base.errors import InputError
+from upholster.base.types import FloatArray
+from upholster.charts.charted_surface import charted_patches
+from upholster.charts.directions.direction import parse_direction
+from upholster.charts.directions.patch_directions import default_on_patches
 from upholster.charts.layout import density_layout
-from upholster.errors import InputError
-from upholster.geometry import RationalPatch, Surface, surface_from_spec
-from upholster.quilt import Chart
-from upholster.types import FloatArray
+from upholster.geometry.built_in.catalog import surface_from_spec
+from upholster.geometry.patches.patch import RationalPatch
+from upholster.geometry.patches.surface import Surface
+from upholster.quilt.chart import Chart
 
 
 def of_size(vectors: FloatArray) -> FloatArray:

@@ -8,17 +8,18 @@ import pytest
 from meshes import box, grid, sphere
 
 from upholster import Surface, cover, surface_from_spec
-from upholster.charts.charted import charted_mesh, charted_patches
+from upholster.apps.cli.model_info import show_model
+from upholster.apps.cli.surface_info import show_surface
+from upholster.base.errors import InputError
+from upholster.charts.charted_surface import charted_mesh, charted_patches
 from upholster.charts.far_vertices import far_vertices
 from upholster.charts.layout import density_layout
 from upholster.charts.mesh_layout import mesh_charts
 from upholster.charts.subdivision import subdivided
-from upholster.charts.unwrap import unwrap
-from upholster.cli.models import show_model
-from upholster.cli.show_surface import show_surface
-from upholster.errors import InputError
-from upholster.geometry import RationalPatch, TriangleMesh
-from upholster.image import write_image
+from upholster.charts.unwrap.flat_islands import unwrap
+from upholster.geometry.meshes.triangle_mesh import TriangleMesh
+from upholster.geometry.patches.patch import RationalPatch
+from upholster.image.files.write import write_image
 
 SQUARE = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
 

@@ -7,10 +7,10 @@ from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
 from upholster.charts.creases import CREASE
-from upholster.charts.directions import direction_field
+from upholster.charts.directions.field import direction_field
 from upholster.charts.directions.flats import flat_faces
 from upholster.charts.directions.frames import plane_frames
-from upholster.geometry import TriangleMesh, welded
+from upholster.geometry.meshes.triangle_mesh import TriangleMesh, welded
 
 TURN = np.radians(20.0)
 ASKEW = np.array([[np.cos(TURN), np.sin(TURN), 0], [-np.sin(TURN), np.cos(TURN), 0], [0, 0, 1]])

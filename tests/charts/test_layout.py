@@ -3,11 +3,14 @@ import math
 import numpy as np
 import pytest
 
-from upholster.charts import uniform_layout
-from upholster.charts.layout import density_layout, texture_scale
-from upholster.errors import InputError
-from upholster.geometry import RationalPatch, Surface, plane, surface_from_spec, torus
-from upholster.measure import texel_scale
+from upholster.base.errors import InputError
+from upholster.charts.layout import density_layout, texture_scale, uniform_layout
+from upholster.covering.measure import texel_scale
+from upholster.geometry.built_in.catalog import surface_from_spec
+from upholster.geometry.built_in.cyclide import torus
+from upholster.geometry.built_in.plane import plane
+from upholster.geometry.patches.patch import RationalPatch
+from upholster.geometry.patches.surface import Surface
 
 EVEN = ["cyclide", "torus", "sphere", "cone", "vase"]
 

@@ -5,9 +5,9 @@ import scipy.sparse as sparse
 from meshes import sphere, two_rings
 from scipy.sparse.csgraph import connected_components
 
-from upholster.charts.directions import direction_field
+from upholster.charts.directions.field import direction_field
 from upholster.charts.directions.frames import plane_frames
-from upholster.geometry import TriangleMesh
+from upholster.geometry.meshes.triangle_mesh import TriangleMesh
 
 
 def cut_mesh():

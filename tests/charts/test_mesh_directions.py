@@ -6,17 +6,12 @@ import numpy as np
 import pytest
 from meshes import box, height_field, sphere, torus, two_rings
 
-from upholster.charts.directions import (
-    asked_at_corners,
-    default_direction,
-    direction_field,
-    parse_direction,
-    parse_strokes,
-    stroke_texts,
-)
-from upholster.charts.directions.asked import laid_over, shading_normals
-from upholster.errors import InputError
-from upholster.geometry import TriangleMesh
+from upholster.base.errors import InputError
+from upholster.charts.directions.direction import parse_direction
+from upholster.charts.directions.field import default_direction, direction_field
+from upholster.charts.directions.level_directions import laid_over, requested_at_corners, shading_normals
+from upholster.charts.directions.strokes import parse_strokes, stroke_texts
+from upholster.geometry.meshes.triangle_mesh import TriangleMesh
 
 
 def off(mesh, found, wanted):
@@ -66,7 +61,7 @@ def test_level_runs_to_the_right_seen_from_outside():
 @pytest.mark.parametrize(("direction", "turned"), [("level", 0), ("30", 30), ("0,0,1", -90)])
 def test_smooth_facets_are_asked_by_their_normals(direction, turned):
     mesh = sphere(6)
-    asked = asked_at_corners(mesh, parse_direction(direction))
+    asked = requested_at_corners(mesh, parse_direction(direction))
     rng = np.random.default_rng(1)
     shares = rng.dirichlet(np.ones(3), len(asked))[:, :, None]
     normals = (mesh.corners * shares).sum(axis=1)
@@ -86,7 +81,7 @@ def test_smooth_facets_are_asked_by_their_normals(direction, turned):
 @pytest.mark.parametrize("direction", ["level", "30", "1,2,3", "around:z"])
 def test_corners_have_what_is_asked_there(direction):
     mesh = sphere(3)
-    asked = asked_at_corners(mesh, parse_direction(direction))
+    asked = requested_at_corners(mesh, parse_direction(direction))
     length = np.linalg.norm(asked, axis=2)
     found = direction_field(mesh, direction).corner_vectors
     cosine = np.abs(np.einsum("tki,tki->tk", found, asked)) / length
@@ -133,9 +128,9 @@ def test_a_stroke_goes_straight_on_over_what_can_be_unrolled():
 
 def test_over_sharp_edges_each_side_is_asked_for_by_itself():
     cube = box()
-    asked = asked_at_corners(cube, parse_direction("1,2,3"))
+    asked = requested_at_corners(cube, parse_direction("1,2,3"))
     np.testing.assert_allclose(asked, np.repeat(asked[:, :1], 3, axis=1), atol=1e-12)
-    assert asked_at_corners(cube, parse_direction("smooth")) is None
+    assert requested_at_corners(cube, parse_direction("smooth")) is None
 
 
 def test_a_sheet_gets_the_plane_field():

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from tests.charts.meshes import height_field, on_charts
 
+from upholster.base.errors import InputError
 from upholster.charts.mesh_layout import GUTTER, chart_places, mesh_charts
 from upholster.charts.mesh_warp_fields import triangle_frames, warp_fields
-from upholster.errors import InputError
-from upholster.geometry import MeshSurface
+from upholster.geometry.meshes.triangle_mesh import MeshSurface
 
 
 def sheet(turned: float = 0.0, size: float = 2.0) -> MeshSurface:

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from tests.charts.meshes import height_field, on_charts, sphere
 
-from upholster.charts.charted import ChartedSurface
-from upholster.charts.directions import direction_field
+from upholster.charts.charted_surface import ChartedSurface
+from upholster.charts.directions.field import direction_field
 from upholster.charts.mesh_warp_fields import triangle_frames
 from upholster.charts.turns import chart_turns
-from upholster.geometry import MeshSurface, TriangleMesh
+from upholster.geometry.meshes.triangle_mesh import MeshSurface, TriangleMesh
 
 
 def roof(count: int = 24) -> MeshSurface:

@@ -6,18 +6,19 @@ import scipy.sparse as sparse
 import scipy.sparse.linalg as linalg
 from tests.charts.meshes import torus
 
-from upholster.charts.charted import ChartedSurface, charted_mesh, charted_patches, charted_plane
+from upholster.charts.charted_surface import ChartedSurface, charted_mesh, charted_patches, charted_plane
 from upholster.charts.mesh_layout import mesh_charts
 from upholster.charts.mesh_warp_fields import triangle_frames
-from upholster.charts.phases import TURN, phase_field
 from upholster.charts.phases.links import Links, matched_waves, signed
-from upholster.charts.phases.phase_solving import (
+from upholster.charts.phases.phase_cells import TURN, phase_field
+from upholster.charts.phases.phase_solution import (
     conjugate_phases,
     phase_system,
     smallest_phases,
     solved_phases,
 )
-from upholster.geometry import MeshSurface, plane
+from upholster.geometry.built_in.plane import plane
+from upholster.geometry.meshes.triangle_mesh import MeshSurface
 from upholster.quilt.chart import Chart
 
 SCALE = 20.0

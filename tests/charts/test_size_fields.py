@@ -3,16 +3,17 @@
 import numpy as np
 import pytest
 
-from upholster.charts.charted import ChartedSurface, charted_patches
-from upholster.charts.directions import parse_direction, vectors_on_patches
+from upholster.base.errors import InputError
+from upholster.charts.charted_surface import ChartedSurface, charted_patches
+from upholster.charts.directions.direction import parse_direction
+from upholster.charts.directions.patch_directions import vectors_on_patches
 from upholster.charts.layout import density_layout
-from upholster.charts.maps import MapGround
+from upholster.charts.maps.map_ground import MapGround
 from upholster.charts.mesh_warp_fields import triangle_frames, warp_fields
-from upholster.charts.phases import phase_field
+from upholster.charts.phases.phase_cells import phase_field
 from upholster.charts.size_map import FOLLOWED, SizeField, parse_size_map, size_field
-from upholster.errors import InputError
-from upholster.geometry import surface_from_spec
-from upholster.image import write_image
+from upholster.geometry.built_in.catalog import surface_from_spec
+from upholster.image.files.write import write_image
 
 PLANE = surface_from_spec("plane")
 CHARTED = charted_patches(PLANE, density_layout(PLANE, density=200.0, largest=1000))

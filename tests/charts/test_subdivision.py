@@ -7,9 +7,9 @@ import pytest
 from tests.charts.meshes import box, on_charts, sphere
 from tests.charts.plain_subdivision import PlainSubdivision
 
-from upholster.charts.charted import ChartedSurface
+from upholster.charts.charted_surface import ChartedSurface
 from upholster.charts.subdivision import subdivided
-from upholster.geometry import MeshSurface, TriangleMesh
+from upholster.geometry.meshes.triangle_mesh import MeshSurface, TriangleMesh
 
 
 def flat_surface(mesh: TriangleMesh) -> ChartedSurface:

@@ -3,7 +3,7 @@
 import numpy as np
 
 from upholster.charts.mesh_warp_fields import triangle_frames
-from upholster.geometry import TriangleMesh
+from upholster.geometry.meshes.triangle_mesh import TriangleMesh
 
 
 def test_axes_lie_in_the_triangles_planes_at_right_angles() -> None:

@@ -8,12 +8,12 @@ import pytest
 from numpy.typing import NDArray
 from tests.charts.meshes import on_charts
 
-from upholster.charts.unwrap import unwrap
+from upholster.base.errors import InputError
 from upholster.charts.unwrap._raster_kernels import coverage
-from upholster.charts.unwrap.flattening import flatten
+from upholster.charts.unwrap.flat_islands import unwrap
+from upholster.charts.unwrap.flat_piece import flatten
 from upholster.charts.unwrap.pieces import pieces_of
-from upholster.errors import InputError
-from upholster.geometry.triangle_mesh import MeshSurface, TriangleMesh, welded
+from upholster.geometry.meshes.triangle_mesh import MeshSurface, TriangleMesh, welded
 
 
 def grid(
@@ -150,7 +150,7 @@ def test_islands_do_not_depend_on_units(scale: float) -> None:
 
 def test_threads_do_not_change_the_result(monkeypatch: pytest.MonkeyPatch) -> None:
     first, _ = unwrap(torus())
-    monkeypatch.setattr("upholster.parallel.thread_count", lambda: 1)
+    monkeypatch.setattr("upholster.runtime.parallel.thread_count", lambda: 1)
     second, _ = unwrap(torus())
     np.testing.assert_array_equal(first.island, second.island)
     np.testing.assert_array_equal(first.parameters, second.parameters)

@@ -2,7 +2,9 @@
 
 import numpy as np
 
-from upholster.codec import ImageDecoder, ImageHeader, encode_parts
+from upholster.codec.header import ImageHeader
+from upholster.codec.image_code import encode_parts
+from upholster.codec.partial_image import ImageDecoder
 
 
 def textured(shape, dtype="uint8", seed=0):

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from codec_images import decoder_of, psnr, textured
 
-from upholster.codec import encode_parts
-from upholster.errors import InputError
+from upholster.base.errors import InputError
+from upholster.codec.image_code import encode_parts
 
 
 @pytest.mark.slow(reason="codes many images, or large ones")

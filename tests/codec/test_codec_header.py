@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 from codec_images import coded_parts, textured
 
-from upholster.codec import MAX_SAMPLES, ImageDecoder, ImageHeader, decode
-from upholster.codec.ezw import MAGIC
+from upholster.base.errors import FormatError, InputError
+from upholster.codec.ezw import MAGIC, decode
+from upholster.codec.header import MAX_SAMPLES, ImageHeader
+from upholster.codec.partial_image import ImageDecoder
 from upholster.codec.tree import _built
-from upholster.errors import FormatError, InputError
 
 
 def headers():

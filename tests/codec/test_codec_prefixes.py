@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 from codec_images import coded_parts, decoder_of, psnr, textured
 
-from upholster.codec import ImageDecoder, ImageHeader
 from upholster.codec._coder_kernels import NEGATIVE, PLANE, SIGNIFICANT
 from upholster.codec._model_kernels import WEIGHTS
+from upholster.codec.header import ImageHeader
+from upholster.codec.partial_image import ImageDecoder
 from upholster.codec.tree import FLAGS
 
 IMAGES = {

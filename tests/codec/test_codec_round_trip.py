@@ -6,8 +6,8 @@ from codec_images import coded_parts, round_trip, textured
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from upholster.codec import MAX_SAMPLES
-from upholster.errors import InputError
+from upholster.base.errors import InputError
+from upholster.codec.header import MAX_SAMPLES
 
 SIDES = st.one_of(st.integers(1, 9), st.integers(10, 70))
 DTYPES = st.sampled_from(["uint8", "uint16", "float32"])

@@ -6,9 +6,9 @@ from codec_images import coded_parts, decoder_of, textured
 from hypothesis import given
 from hypothesis import strategies as st
 
-from upholster.codec import ImageHeader
+from upholster.codec.haar import dwt2
+from upholster.codec.header import ImageHeader
 from upholster.codec.thresholds import SHARES, from_coded, share_thresholds, to_coded
-from upholster.wavelet import dwt2
 
 KNOTS = st.lists(st.integers(1, 2**20), max_size=4)
 

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from codec_images import coded_parts
 
-from upholster.codec import ImageDecoder, decode, encode
 from upholster.codec._coder_kernels import SYMBOLS
+from upholster.codec.ezw import decode, encode
 from upholster.codec.header import ImageHeader
+from upholster.codec.partial_image import ImageDecoder
 
 SIDE = 256
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from upholster.elements.autocorrelation import ALIKE, correlation, highest, shifted_products
-from upholster.elements.bases import shortest_pair
+from upholster.image.elements.autocorrelation import ALIKE, correlation, highest, shifted_products
+from upholster.image.elements.bases import shortest_pair
 
 
 def whole(height, width, seed=1):

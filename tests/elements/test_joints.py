@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from upholster.elements import find_joints
+from upholster.image.elements.joints import find_joints
 
 
 def noise(shape, seed):

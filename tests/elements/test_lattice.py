@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from benchmarks.lattice_samples import PATTERNS, lattice_sample
 
-from upholster.elements import Lattice, find_lattice
-from upholster.image import read_exemplar
+from upholster.image.elements.lattice import Lattice, find_lattice
+from upholster.image.files.read import read_exemplar
 from upholster.image.resize import resize_image
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

@@ -8,12 +8,14 @@ import pytest
 from textured import make_model
 
 from upholster._version import __version__
-from upholster.errors import InputError
-from upholster.export import PagedMesh, TextureFormat, write_glb
-from upholster.geometry import plane
-from upholster.geometry.mesh_files import read_model
-from upholster.image import from_linear, read_exemplar
-from upholster.model import tessellate
+from upholster.base.errors import InputError
+from upholster.charts.tessellation.mesh import tessellate
+from upholster.geometry.built_in.plane import plane
+from upholster.geometry.model_files.model_reader import read_model
+from upholster.image.color import from_linear
+from upholster.image.files.read import read_exemplar
+from upholster.output.export.glb import TextureFormat, write_glb
+from upholster.output.export.pages import PagedMesh
 
 
 class Glb:

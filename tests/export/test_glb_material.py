@@ -8,10 +8,12 @@ import pytest
 from test_glb import Glb
 from textured import Model, make_model
 
-from upholster.errors import InputError
-from upholster.export import PagedMesh, write_glb
-from upholster.image import read_image
-from upholster.model import face_parameters, vertex_tangents
+from upholster.base.errors import InputError
+from upholster.charts.tessellation.mesh import face_parameters
+from upholster.image.files.read import read_image
+from upholster.model.tangents import vertex_tangents
+from upholster.output.export.glb import write_glb
+from upholster.output.export.pages import PagedMesh
 
 
 def maps_of(model: Model, *roles: str, dtype: Any = np.uint8) -> dict[str, Any]:

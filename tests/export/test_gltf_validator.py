@@ -11,10 +11,16 @@ from gltf_validation import validated
 from textured import make_model
 
 from upholster.charts.chart_seams import find_seams
-from upholster.export import Cover, PagedMesh, write_glb, write_retextured_glb
-from upholster.geometry import Surface, ring_cyclide
-from upholster.geometry.mesh_files import read_model
-from upholster.model import build_atlas, pack_charts, tessellate, vertex_tangents
+from upholster.charts.tessellation.mesh import tessellate
+from upholster.geometry.built_in.cyclide import ring_cyclide
+from upholster.geometry.model_files.model_reader import read_model
+from upholster.geometry.patches.surface import Surface
+from upholster.model.atlas import build_atlas
+from upholster.model.packing import pack_charts
+from upholster.model.tangents import vertex_tangents
+from upholster.output.export.glb import write_glb
+from upholster.output.export.glb_copy import Cover, write_retextured_glb
+from upholster.output.export.pages import PagedMesh
 
 
 def test_retextured_files_are_valid(tmp_path: Path) -> None:

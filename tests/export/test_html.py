@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 
 import upholster
-from upholster.errors import InputError
-from upholster.export.html import as_printable_ascii, html_page
+from upholster.base.errors import InputError
+from upholster.output.export.html import as_printable_ascii, html_page
 from upholster.pipeline import refine
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "web"))

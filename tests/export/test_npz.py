@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from textured import make_model
 
-from upholster.export import write_npz
+from upholster.output.export.npz import write_npz
 from upholster.quilt.chart import Chart
 from upholster.quilt.model import Texels
 

@@ -5,12 +5,14 @@ import numpy as np
 import pytest
 from textured import Model, make_model
 
-from upholster.export import ObjPart, PagedMesh, write_obj
-from upholster.geometry import Surface, ring_cyclide
-from upholster.geometry.mesh_files import read_model
-from upholster.image import read_exemplar
-from upholster.model import Mesh, tessellate
-from upholster.outputs import parse_output
+from upholster.charts.tessellation.mesh import Mesh, tessellate
+from upholster.geometry.built_in.cyclide import ring_cyclide
+from upholster.geometry.model_files.model_reader import read_model
+from upholster.geometry.patches.surface import Surface
+from upholster.image.files.read import read_exemplar
+from upholster.output.export.obj import ObjPart, write_obj
+from upholster.output.export.pages import PagedMesh
+from upholster.output.outputs import parse_output
 
 
 def read_obj(path: Path) -> Any:

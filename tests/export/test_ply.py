@@ -7,9 +7,10 @@ import pytest
 import trimesh
 from textured import make_model
 
-from upholster.export import PagedMesh, write_ply
-from upholster.geometry.mesh_files import read_model
-from upholster.image import read_exemplar
+from upholster.geometry.model_files.model_reader import read_model
+from upholster.image.files.read import read_exemplar
+from upholster.output.export.pages import PagedMesh
+from upholster.output.export.ply import write_ply
 
 
 @pytest.mark.parametrize("kind", ["cyclide", "sphere"])

@@ -10,12 +10,13 @@ import numpy as np
 import pytest
 from gltf_models import BOX, BOX_TRIANGLES, OLD_IMAGE, Glb, rigged
 
-from upholster.errors import InputError
-from upholster.export import Cover, write_retextured_glb
-from upholster.geometry.mesh_files import ModelFile, read_model
-from upholster.geometry.mesh_files.accessors import Accessors
-from upholster.geometry.mesh_files.gltf import parse_gltf
-from upholster.types import FloatArray
+from upholster.base.errors import InputError
+from upholster.base.types import FloatArray
+from upholster.geometry.gltf.accessors import Accessors
+from upholster.geometry.gltf.gltf import parse_gltf
+from upholster.geometry.model_files.model_file import ModelFile
+from upholster.geometry.model_files.model_reader import read_model
+from upholster.output.export.glb_copy import Cover, write_retextured_glb
 
 CHECKER = np.kron(np.eye(2, dtype=np.uint8), np.full((8, 8), 255, np.uint8))[..., None].repeat(3, axis=2)
 FLAT = np.broadcast_to(np.array([128, 128, 255], np.uint8), (16, 16, 3))

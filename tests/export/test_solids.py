@@ -8,7 +8,9 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from upholster.export import write_3mf, write_bare_obj, write_bare_ply, write_stl
+from upholster.output.export.bare import write_bare_obj, write_bare_ply
+from upholster.output.export.stl import write_stl
+from upholster.output.export.three_mf import write_3mf
 
 POSITIONS = np.array([[0.0, 0, 0], [1.5, 0, 0], [0, 1, 0], [0, 0, 1e-7], [1 / 3, 1e6, -2]])
 TRIANGLES = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 4]], np.int32)

@@ -8,7 +8,7 @@ import pytest
 from command_line import assert_one_line, run_cli
 
 import upholster
-from upholster.export.usdz import write_usdz
+from upholster.output.export.usdz import write_usdz
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
@@ -43,7 +43,7 @@ def test_a_model_with_several_materials_is_the_same_in_usdz(chair):
     stage = checked(chair / "chair.usdz")
     assert UsdGeom.GetStageUpAxis(stage) == "Y"
     assert UsdGeom.GetStageMetersPerUnit(stage) == 1.0
-    wanted = upholster.geometry.mesh_files.read_model(chair / "chair.glb")
+    wanted = upholster.geometry.model_files.model_reader.read_model(chair / "chair.glb")
     assert {p.GetDisplayName() for p in stage.GetDefaultPrim().GetChildren() if p.IsA(UsdGeom.Xform)} >= {
         "Seat"
     }

@@ -5,13 +5,16 @@ from typing import Any
 
 import numpy as np
 
+from upholster.base.types import FloatArray, PixelArray
 from upholster.charts.chart_seams import find_seams
 from upholster.charts.layout import uniform_layout
-from upholster.geometry import Surface, ring_cyclide, sphere
-from upholster.image import to_linear
-from upholster.model import Atlas, Mesh, build_atlas, tessellate
+from upholster.charts.tessellation.mesh import Mesh, tessellate
+from upholster.geometry.built_in.cyclide import ring_cyclide
+from upholster.geometry.built_in.sphere import sphere
+from upholster.geometry.patches.surface import Surface
+from upholster.image.color import to_linear
+from upholster.model.atlas import Atlas, build_atlas
 from upholster.quilt.model import Texels
-from upholster.types import FloatArray, PixelArray
 
 
 @dataclass

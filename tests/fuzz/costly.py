@@ -10,18 +10,20 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "stream"))
 
-from upholster.geometry import MeshSurface, TriangleMesh, surface_from_spec
-from upholster.quilt import Chart, Quilt
+from upholster.codec.stream.byte_reader import varint
+from upholster.codec.stream.chunks import assembled, pack_chunk
+from upholster.codec.stream.field_chunks import pack_fields
+from upholster.codec.stream.layout_chunk import pack_layout
+from upholster.codec.stream.mesh.mesh_code import MeshPrecision, pack_mesh
+from upholster.codec.stream.plan import encode_plan
+from upholster.codec.stream.surface_chunk import pack_surface
+from upholster.geometry.built_in.catalog import surface_from_spec
+from upholster.geometry.meshes.triangle_mesh import MeshSurface, TriangleMesh
+from upholster.quilt.chart import Chart
 from upholster.quilt.labels import LabelMap, cell_centres, label_shape
+from upholster.quilt.model import Quilt
 from upholster.quilt.placement import PLACEMENT
 from upholster.quilt.warp_field import WarpField
-from upholster.stream.byte_reader import varint
-from upholster.stream.chunks import assembled, pack_chunk
-from upholster.stream.field_chunks import pack_fields
-from upholster.stream.layout_chunk import pack_layout
-from upholster.stream.mesh_code import MeshPrecision, pack_mesh
-from upholster.stream.plan import encode_plan
-from upholster.stream.surface_chunk import pack_surface
 
 __all__ = ["CASES", "costly", "image_header", "rebuilt"]
 

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
-from upholster.errors import FormatError, InputError
+from upholster.base.errors import FormatError, InputError
 
 __all__ = ["Costs"]
 

@@ -14,9 +14,10 @@ from mutants import any_mutant, scrambled
 from readers import CAD, SOURCES, injected, reader, written
 from streams import STREAMS, stream
 
-from upholster.errors import FormatError, InputError
-from upholster.limits import Limits
-from upholster.stream import StreamDecoder, describe, read_stream
+from upholster.base.errors import FormatError, InputError
+from upholster.base.limits import Limits
+from upholster.codec.stream.description import describe
+from upholster.codec.stream.reader import StreamDecoder, read_stream
 
 __all__ = ["LIMITS", "fuzz_files", "fuzz_pairs", "fuzz_streams"]
 

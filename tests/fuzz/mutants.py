@@ -4,7 +4,7 @@ from typing import Any
 
 from costly import CASES, costly, image_header, rebuilt
 
-from upholster.stream.chunks import ChunkReader
+from upholster.codec.stream.chunks import ChunkReader
 
 __all__ = ["any_mutant", "mutated", "scrambled"]
 

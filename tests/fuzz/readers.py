@@ -17,14 +17,17 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 from benchmarks.nets import write_nets
 from gltf_models import Glb
 
-from upholster.codec import decode, encode
-from upholster.export.bare import write_bare_obj, write_bare_ply
-from upholster.export.three_mf import write_3mf
-from upholster.geometry import read_surface, surface_from_spec
-from upholster.geometry.mesh_files import read_model
-from upholster.image import encode_image, read_exemplar, read_material
-from upholster.limits import Limits
-from upholster.occt.process import read_cad
+from upholster.base.limits import Limits
+from upholster.codec.ezw import decode, encode
+from upholster.geometry.built_in.catalog import surface_from_spec
+from upholster.geometry.built_in.surface_files import read_surface
+from upholster.geometry.model_files.model_reader import read_model
+from upholster.geometry.occt.process import read_cad
+from upholster.image.files.material_files import read_material
+from upholster.image.files.read import read_exemplar
+from upholster.image.files.write import encode_image
+from upholster.output.export.bare import write_bare_obj, write_bare_ply
+from upholster.output.export.three_mf import write_3mf
 
 __all__ = ["CAD", "SOURCES", "reader"]
 

@@ -11,24 +11,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from upholster.errors import InputError
-from upholster.geometry import (
-    BorderInterval,
-    RationalPatch,
-    SharedEdge,
-    Surface,
-    cone,
-    cylinder,
-    ellipsoid,
-    plane,
-    ring_cyclide,
-    sphere,
-    torus,
-    vase,
-)
-from upholster.geometry.bernstein import bernstein
-from upholster.geometry.edges import Edges
-from upholster.types import FloatArray
+from upholster.base.errors import InputError
+from upholster.base.types import FloatArray
+from upholster.geometry.built_in.cyclide import ring_cyclide, torus
+from upholster.geometry.built_in.plane import plane
+from upholster.geometry.built_in.revolution import cone, cylinder, ellipsoid, vase
+from upholster.geometry.built_in.sphere import sphere
+from upholster.geometry.patches.adjacency import BorderInterval, SharedEdge
+from upholster.geometry.patches.bernstein import bernstein
+from upholster.geometry.patches.edges import Edges
+from upholster.geometry.patches.patch import RationalPatch
+from upholster.geometry.patches.surface import Surface
 
 U = np.linspace(0.0, 1.0, 17)
 

@@ -5,7 +5,7 @@ from math import comb
 import numpy as np
 import pytest
 
-from upholster.geometry.bernstein import bernstein, bernstein_derivative, elevate_axis, split_axis
+from upholster.geometry.patches.bernstein import bernstein, bernstein_derivative, elevate_axis, split_axis
 
 
 @pytest.mark.parametrize("degree", [0, 1, 2, 4, 11, 32])

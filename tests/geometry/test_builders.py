@@ -12,21 +12,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from upholster.errors import InputError
-from upholster.geometry import (
-    Surface,
-    cone,
-    cylinder,
-    ellipsoid,
-    plane,
-    revolve,
-    ring_cyclide,
-    sphere,
-    torus,
-    vase,
-)
-from upholster.geometry.orientation import signed_volume
-from upholster.types import FloatArray
+from upholster.base.errors import InputError
+from upholster.base.types import FloatArray
+from upholster.geometry.built_in.cyclide import ring_cyclide, torus
+from upholster.geometry.built_in.plane import plane
+from upholster.geometry.built_in.revolution import cone, cylinder, ellipsoid, revolve, vase
+from upholster.geometry.built_in.sphere import sphere
+from upholster.geometry.patches.orientation import signed_volume
+from upholster.geometry.patches.surface import Surface
 
 DATA = Path(__file__).parent.parent / "data"
 GRID = np.linspace(0.0, 1.0, 7)

@@ -7,8 +7,9 @@ from pathlib import Path
 import pytest
 from benchmarks.nets import write_nets
 
-from upholster.errors import InputError
-from upholster.geometry import SURFACES, plane, surface_from_spec
+from upholster.base.errors import InputError
+from upholster.geometry.built_in.catalog import SURFACES, surface_from_spec
+from upholster.geometry.built_in.plane import plane
 
 
 @pytest.mark.parametrize("name", SURFACES)

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from upholster.geometry import TriangleMesh
-from upholster.geometry.edge_pairs import edge_pairs, numbered_edges, seams_of
+from upholster.geometry.meshes.edge_pairs import edge_pairs, numbered_edges, seams_of
+from upholster.geometry.meshes.triangle_mesh import TriangleMesh
 
 
 def some_triangles(seed: int, vertices: int, count: int) -> np.ndarray:

@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 from scipy.interpolate import BSpline
 
-from upholster.errors import InputError
-from upholster.geometry.cad import exact_body, exact_face
+from upholster.base.errors import InputError
+from upholster.geometry.cad.exact_body import exact_body
+from upholster.geometry.cad.exact_face import exact_face
 from upholster.geometry.cad.spans import arc_axis, curve_segments, spline_segments
-from upholster.geometry.patch import RationalPatch
-from upholster.occt.records import BodyRecord, CurveRecord, FaceRecord, SurfaceRecord
+from upholster.geometry.occt.records import BodyRecord, CurveRecord, FaceRecord, SurfaceRecord
+from upholster.geometry.patches.patch import RationalPatch
 
 
 def bezier(points, t):

@@ -3,8 +3,14 @@
 import numpy as np
 import pytest
 
-from upholster.errors import InputError
-from upholster.geometry import Face, RationalPatch, Surface, grid_face, plane, ring_cyclide, sphere, vase
+from upholster.base.errors import InputError
+from upholster.geometry.built_in.cyclide import ring_cyclide
+from upholster.geometry.built_in.plane import plane
+from upholster.geometry.built_in.revolution import vase
+from upholster.geometry.built_in.sphere import sphere
+from upholster.geometry.patches.face import Face, grid_face
+from upholster.geometry.patches.patch import RationalPatch
+from upholster.geometry.patches.surface import Surface
 
 RNG = np.random.default_rng(4)
 FACE = ring_cyclide().faces[0]

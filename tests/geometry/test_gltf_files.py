@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 from gltf_models import BOX, BOX_FACES, BOX_TRIANGLES, Glb
 
-from upholster.errors import FormatError, InputError
-from upholster.export import Cover, write_retextured_glb
-from upholster.geometry import TriangleMesh
-from upholster.geometry.mesh_files import read_model
-from upholster.redrawn import shown_model
+from upholster.base.errors import FormatError, InputError
+from upholster.geometry.meshes.triangle_mesh import TriangleMesh
+from upholster.geometry.model_files.model_reader import read_model
+from upholster.output.export.glb_copy import Cover, write_retextured_glb
+from upholster.output.glb_picture import shown_model
 
 
 def is_closed_cube(mesh: TriangleMesh, edge: float = 1.0) -> None:
@@ -246,7 +246,7 @@ def test_odd_instances_are_refused_in_one_line(tmp_path: Path, monkeypatch: pyte
     box = many.mesh("box", many.box())
     for _ in range(3):
         many.node(mesh=box, extensions=attributes)
-    monkeypatch.setattr("upholster.geometry.mesh_files.gltf_nodes._MOST_INSTANCES", 10)
+    monkeypatch.setattr("upholster.geometry.model_files.gltf_nodes._MOST_INSTANCES", 10)
     with pytest.raises(InputError, match="more than 10 instances"):
         read_model(many.write(tmp_path / "x.glb"))
 
@@ -255,7 +255,7 @@ def test_a_picture_shows_as_many_instances_as_it_can(tmp_path: Path, monkeypatch
     glb = Glb()
     places = instanced(glb, TRANSLATION=[(n, 0, 0) for n in range(9)])
     glb.node(mesh=glb.mesh("box", glb.box()), extensions=places)
-    monkeypatch.setattr("upholster.redrawn._MOST_TRIANGLES", 50)
+    monkeypatch.setattr("upholster.output.glb_picture._MOST_TRIANGLES", 50)
     shown = shown_model(glb.write(tmp_path / "x.glb"))
     assert (len(shown.corners), shown.left) == (48, 5)
 

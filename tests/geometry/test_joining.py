@@ -6,16 +6,14 @@ import numpy as np
 import pytest
 from benchmarks.nets import write_nets
 
-from upholster.errors import FormatError, InputError
-from upholster.geometry import (
-    RationalPatch,
-    Surface,
-    join_patches,
-    read_nets,
-    ring_cyclide,
-    surface_from_spec,
-    vase,
-)
+from upholster.base.errors import FormatError, InputError
+from upholster.geometry.built_in.catalog import surface_from_spec
+from upholster.geometry.built_in.cyclide import ring_cyclide
+from upholster.geometry.built_in.revolution import vase
+from upholster.geometry.built_in.surface_files import read_nets
+from upholster.geometry.patches.face_assembly import join_patches
+from upholster.geometry.patches.patch import RationalPatch
+from upholster.geometry.patches.surface import Surface
 
 
 def grids(surface):

@@ -5,8 +5,12 @@ import re
 import numpy as np
 import pytest
 
-from upholster.errors import InputError
-from upholster.geometry import RationalPatch, Surface, check_same_edges, plane, surface_from_spec
+from upholster.base.errors import InputError
+from upholster.geometry.built_in.catalog import surface_from_spec
+from upholster.geometry.built_in.plane import plane
+from upholster.geometry.patches.patch import RationalPatch
+from upholster.geometry.patches.same_edges import check_same_edges
+from upholster.geometry.patches.surface import Surface
 
 
 @pytest.mark.parametrize(

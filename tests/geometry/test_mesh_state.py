@@ -6,8 +6,8 @@ from gltf_models import BOX, BOX_TRIANGLES
 from hypothesis import given
 from hypothesis import strategies as st
 
-from upholster.geometry import TriangleMesh
-from upholster.geometry.mesh_state import inside_out_parts, mesh_states, uv_state
+from upholster.geometry.meshes.mesh_state import inside_out_parts, mesh_states, uv_state
+from upholster.geometry.meshes.triangle_mesh import TriangleMesh
 
 
 def state(triangles: np.ndarray, **more: np.ndarray):

@@ -10,11 +10,11 @@ import pytest
 from gltf_models import BOX, BOX_TRIANGLES, Glb
 from numpy.typing import NDArray
 
-from upholster.errors import FormatError, InputError
-from upholster.export import Cover, write_retextured_glb
-from upholster.geometry.mesh_files import read_model
-from upholster.geometry.mesh_files._meshopt_kernels import decode_attributes, decode_indices, decode_triangles
-from upholster.geometry.mesh_files.meshopt import _filtered
+from upholster.base.errors import FormatError, InputError
+from upholster.geometry.gltf._meshopt_kernels import decode_attributes, decode_indices, decode_triangles
+from upholster.geometry.gltf.meshopt import _filtered
+from upholster.geometry.model_files.model_reader import read_model
+from upholster.output.export.glb_copy import Cover, write_retextured_glb
 
 
 def leb128(value: int) -> bytes:

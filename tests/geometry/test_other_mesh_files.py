@@ -11,10 +11,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from three_mf_packages import mesh, model, package
 
-from upholster.errors import FormatError, InputError
-from upholster.geometry import TriangleMesh
-from upholster.geometry.mesh_files import read_model
-from upholster.geometry.mesh_files.polygons import cut_polygons
+from upholster.base.errors import FormatError, InputError
+from upholster.geometry.meshes.triangle_mesh import TriangleMesh
+from upholster.geometry.model_files.model_reader import read_model
+from upholster.geometry.model_files.polygons import cut_polygons
 
 POINTS = "\n".join(" ".join(map(str, row)) for row in BOX.tolist())
 QUADS = "\n".join("4 " + " ".join(map(str, row)) for row in BOX_FACES.tolist())

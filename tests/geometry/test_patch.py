@@ -8,10 +8,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import ArrayLike
 
-from upholster.errors import InputError
-from upholster.geometry import RationalPatch, cone, ring_cyclide, sphere
-from upholster.geometry.bernstein import bernstein
-from upholster.types import FloatArray
+from upholster.base.errors import InputError
+from upholster.base.types import FloatArray
+from upholster.geometry.built_in.cyclide import ring_cyclide
+from upholster.geometry.built_in.revolution import cone
+from upholster.geometry.built_in.sphere import sphere
+from upholster.geometry.patches.bernstein import bernstein
+from upholster.geometry.patches.patch import RationalPatch
 
 GRID = np.linspace(0.0, 1.0, 9)
 

@@ -3,12 +3,15 @@
 import numpy as np
 import pytest
 
+from upholster.base.errors import InputError
+from upholster.base.options.synthesis_options import SynthesisOptions
 from upholster.charts.surface_to_cover import as_covered
-from upholster.errors import InputError
-from upholster.geometry import MeshSurface, RationalPatch, Surface, surface_from_spec
-from upholster.geometry.patch_mesh import patch_mesh
-from upholster.methods import needs_patches
-from upholster.options import SynthesisOptions
+from upholster.geometry.built_in.catalog import surface_from_spec
+from upholster.geometry.meshes.patch_mesh import patch_mesh
+from upholster.geometry.meshes.triangle_mesh import MeshSurface
+from upholster.geometry.patches.patch import RationalPatch
+from upholster.geometry.patches.surface import Surface
+from upholster.synthesis.surface_request import needs_patches
 
 
 def cone(folder):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from upholster import InputError
-from upholster.geometry.rays import first_hit
+from upholster.geometry.meshes.rays import first_hit
 
 
 def _plain(corners: np.ndarray, origin: np.ndarray, direction: np.ndarray) -> float:

@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 
 from upholster.geometry.cad.slivers import without_slivers
-from upholster.geometry.edge_pairs import edge_pairs
+from upholster.geometry.meshes.edge_pairs import edge_pairs
 
 
 def bent(uv):

@@ -11,20 +11,16 @@ from benchmarks.nets import write_nets
 from hypothesis import given
 from hypothesis import strategies as st
 
-from upholster.errors import FormatError, InputError, UpholsterError
-from upholster.geometry import (
-    RationalPatch,
-    Surface,
-    plane,
-    read_bpt,
-    read_nets,
-    read_surface,
-    ring_cyclide,
-    sphere,
-    surface_files,
-    vase,
-)
-from upholster.geometry.orientation import signed_volume
+from upholster.base.errors import FormatError, InputError, UpholsterError
+from upholster.geometry.built_in import surface_files
+from upholster.geometry.built_in.cyclide import ring_cyclide
+from upholster.geometry.built_in.plane import plane
+from upholster.geometry.built_in.revolution import vase
+from upholster.geometry.built_in.sphere import sphere
+from upholster.geometry.built_in.surface_files import read_bpt, read_nets, read_surface
+from upholster.geometry.patches.orientation import signed_volume
+from upholster.geometry.patches.patch import RationalPatch
+from upholster.geometry.patches.surface import Surface
 
 
 def box_bpt(*, indexed: bool, inward: bool = False) -> str:

@@ -7,9 +7,10 @@ import pytest
 from gltf_models import BOX, BOX_TRIANGLES
 from three_mf_packages import CORE, mesh, model, package, placed
 
-from upholster.errors import FormatError, InputError
-from upholster.geometry.mesh_files import ModelFile, read_model
-from upholster.studio.folder import file_kind
+from upholster.apps.studio.folder import file_kind
+from upholster.base.errors import FormatError, InputError
+from upholster.geometry.model_files.model_file import ModelFile
+from upholster.geometry.model_files.model_reader import read_model
 
 
 def read(folder: Path, data: str | bytes, **files: str) -> ModelFile:

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from gltf_models import BOX, BOX_FACES, BOX_TRIANGLES, Glb
 
-from upholster.geometry.mesh_files import ModelFile, read_model
+from upholster.geometry.model_files.model_file import ModelFile
+from upholster.geometry.model_files.model_reader import read_model
 
 COLORS = np.round(np.random.default_rng(4).random((8, 3)) * 255).astype(np.uint8)
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from upholster.image.blending import blended
+from upholster.image.blend import blended
 
 REACH = 8
 

@@ -3,8 +3,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from upholster.errors import InputError
-from upholster.image import alpha_channel, from_linear, to_linear
+from upholster.base.errors import InputError
+from upholster.image.color import alpha_channel, from_linear, to_linear
 
 
 @pytest.mark.parametrize("channels", [1, 2, 3, 4])

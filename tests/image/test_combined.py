@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from upholster import InputError
-from upholster.image import Material
 from upholster.image.color import to_linear
-from upholster.image.combined import combined
+from upholster.image.files.collage import combined
+from upholster.image.files.material import Material
 
 
 def sample(height: int, width: int, channels: int = 3, **maps: np.ndarray) -> Material:

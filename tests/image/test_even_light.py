@@ -6,8 +6,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from upholster.image import from_linear, read_exemplar, read_material, to_linear, write_image
-from upholster.image.even_light import UNEVEN, even_light, light_range
+from upholster.image.color import from_linear, to_linear
+from upholster.image.files.material_files import read_material
+from upholster.image.files.read import read_exemplar
+from upholster.image.files.write import write_image
+from upholster.image.photo.even_light import UNEVEN, even_light, light_range
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 NAMES = ("bricks", "granite", "grass", "gravel", "pebbles", "weave")

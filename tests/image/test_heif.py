@@ -12,9 +12,9 @@ from icc_profiles import P3, gamma, matrix_profile
 from image_files import FOUR_COLORS, FOUR_COLORS_HEIC
 from PIL import Image
 
-from upholster.errors import InputError
-from upholster.image import read_exemplar
-from upholster.image.heif import heif_kind
+from upholster.base.errors import InputError
+from upholster.image.files.heif import heif_kind
+from upholster.image.files.read import read_exemplar
 
 
 def quarters(pixels: Any) -> Any:
@@ -80,7 +80,7 @@ def test_files_cut_short_are_refused_in_one_line(tmp_path: Path, data: bytes) ->
 @pytest.mark.parametrize("data", [FOUR_COLORS_HEIC, avif()], ids=["heic", "avif"])
 def test_size_is_checked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, data: bytes) -> None:
     path = written(tmp_path / "x.heic", data)
-    monkeypatch.setattr("upholster.image.read.MAX_BYTES", 5000)
+    monkeypatch.setattr("upholster.image.files.read.MAX_BYTES", 5000)
     with pytest.raises(InputError, match="64x48 pixels"):
         read_exemplar(path)
 

@@ -7,9 +7,11 @@ import numpy as np
 import pytest
 
 from upholster import InputError, read_material
-from upholster.image import Material, read_image, write_image
+from upholster.image.files.material import Material
+from upholster.image.files.read import read_image
+from upholster.image.files.source import Sample, read_source
+from upholster.image.files.write import write_image
 from upholster.image.masks import as_alpha, filled, is_white, largest_square, on_shape, squares
-from upholster.image.source import Sample, read_source
 
 GREEN, HIDDEN = (20, 180, 30), (255, 0, 255)
 CORNERS = ((10, 12), (90, 6), (96, 70), (4, 76))

@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from upholster.errors import InputError
-from upholster.image import write_image
-from upholster.image.material import MATCH_WEIGHTS, Material
-from upholster.image.material_files import read_material
+from upholster.base.errors import InputError
+from upholster.image.files.material import MATCH_WEIGHTS, Material
+from upholster.image.files.material_files import read_material
+from upholster.image.files.write import write_image
 from upholster.image.roles import role_of
 
 SIZE = (48, 64)

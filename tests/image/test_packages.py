@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from upholster.errors import InputError
-from upholster.image import encode_image, write_image
-from upholster.image.material_files import read_material
+from upholster.base.errors import InputError
+from upholster.base.options.sample_options import SampleOptions
+from upholster.image.files.material_files import read_material
+from upholster.image.files.source import Sample, read_source, source_files
+from upholster.image.files.write import encode_image, write_image
 from upholster.image.normal_convention import points_down
-from upholster.image.source import Sample, read_source, source_files
-from upholster.options import SampleOptions
 
 SIZE = (40, 48)
 

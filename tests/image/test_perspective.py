@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from upholster.image.perspective import proposed_corners
-from upholster.types import FloatArray, PixelArray
+from upholster.base.types import FloatArray, PixelArray
+from upholster.image.photo.perspective import proposed_corners
 
 WIDTH, HEIGHT = 640, 480
 

@@ -23,8 +23,8 @@ from icc_profiles import (
 from image_files import write_raw
 from PIL import Image
 
-from upholster.errors import FormatError
-from upholster.image import read_exemplar, read_image
+from upholster.base.errors import FormatError
+from upholster.image.files.read import read_exemplar, read_image
 from upholster.image.icc import read_profile
 
 RNG = np.random.default_rng(4)

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 from image_files import CMYK_RED, png, tiff, write_raw
 
-from upholster.errors import InputError
-from upholster.image import check_exemplar, read_exemplar, to_linear, write_image
+from upholster.base.errors import InputError
+from upholster.image.color import to_linear
+from upholster.image.files.read import check_exemplar, read_exemplar
+from upholster.image.files.write import write_image
 
 RNG = np.random.default_rng(11)
 

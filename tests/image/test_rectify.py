@@ -6,11 +6,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from upholster.errors import InputError
-from upholster.image import Material, from_linear, read_exemplar, read_material, to_linear, write_image
-from upholster.image.preparing import cut_out
-from upholster.image.rectify import Rectification
-from upholster.options import SampleOptions
+from upholster.base.errors import InputError
+from upholster.base.options.sample_options import SampleOptions
+from upholster.image.color import from_linear, to_linear
+from upholster.image.files.material import Material
+from upholster.image.files.material_files import read_material
+from upholster.image.files.read import read_exemplar
+from upholster.image.files.write import write_image
+from upholster.image.photo.preparation import cut_out
+from upholster.image.photo.rectify import Rectification
 
 WIDTH, HEIGHT = 640, 480
 
@@ -125,7 +129,7 @@ def test_alpha_weights_colours() -> None:
 def test_tiles_and_threads_make_no_difference(monkeypatch: pytest.MonkeyPatch) -> None:
     pixels = from_linear(smooth(HEIGHT, WIDTH), np.uint8)
     whole = Rectification(seen(1.2, 25, 15), WIDTH, HEIGHT).apply(pixels)
-    monkeypatch.setattr("upholster.image.rectify._TILE", 37)
+    monkeypatch.setattr("upholster.image.photo.rectify._TILE", 37)
     np.testing.assert_array_equal(Rectification(seen(1.2, 25, 15), WIDTH, HEIGHT).apply(pixels), whole)
 
 

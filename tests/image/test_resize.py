@@ -3,8 +3,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from upholster.image import from_linear, resize_image, to_linear
 from upholster.image import resize as module
+from upholster.image.color import from_linear, to_linear
+from upholster.image.resize import resize_image
 
 
 @pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32])

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from upholster.image import read_image
+from upholster.image.files.read import read_image
 from upholster.image.sameness import differing_region
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

@@ -12,10 +12,10 @@ from image_files import png, write_raw
 from OpenImageIO import TypeDesc
 from PIL import Image
 
-from upholster.errors import InputError
-from upholster.image import read_exemplar, read_image
-from upholster.image.jpeg import base_image
-from upholster.image.stated import STATEMENTS
+from upholster.base.errors import InputError
+from upholster.image.files.jpeg import base_image
+from upholster.image.files.read import read_exemplar, read_image
+from upholster.image.files.statements import STATEMENTS
 
 DOCS = Path(__file__).parents[2] / "docs" / "photos.md"
 MARK = b"\xff\xd9"

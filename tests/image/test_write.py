@@ -7,8 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from upholster.errors import InputError
-from upholster.image import ImageFormat, encode_image, from_linear, read_exemplar, to_linear, write_image
+from upholster.base.errors import InputError
+from upholster.image.color import from_linear, to_linear
+from upholster.image.files.read import read_exemplar
+from upholster.image.files.write import ImageFormat, encode_image, write_image
 
 
 @st.composite

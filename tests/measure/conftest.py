@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from upholster.measure import places
+from upholster.covering.measure import places
 
 
 @pytest.fixture(scope="module")

@@ -3,8 +3,9 @@
 import numpy as np
 from warp_fields import quantised
 
-from upholster.quilt import Chart, Quilt
+from upholster.quilt.chart import Chart
 from upholster.quilt.labels import LabelMap, label_shape, nearest_labels
+from upholster.quilt.model import Quilt
 from upholster.quilt.placement import PLACEMENT
 from upholster.quilt.warp_field import node_count
 

@@ -4,18 +4,20 @@ import numpy as np
 import pytest
 from measured import grains, quilt_of, quilt_of_nearest, tiles
 
-from upholster.charts.charted import charted_surface
-from upholster.coverings.synthesis import synthesize
-from upholster.elements import Lattice, find_lattice
-from upholster.errors import InputError
-from upholster.geometry import MeshSurface, TriangleMesh, plane, surface_from_spec
-from upholster.measure import broken_elements, measure_cover
-from upholster.measure.broken import longest_run
-from upholster.measure.places import SeamPlaces
-from upholster.measure.samples import Window
-from upholster.measure.source_cuts import SourceCuts, cuts_inside
-from upholster.measure.trace import Trace
-from upholster.quilt import Chart
+from upholster.base.errors import InputError
+from upholster.charts.charted_surface import charted_surface
+from upholster.covering.measure import broken_elements, measure_cover
+from upholster.covering.measure.faults import longest_run
+from upholster.covering.measure.places import SeamPlaces
+from upholster.covering.measure.samples import Window
+from upholster.covering.measure.source_cuts import SourceCuts, cuts_inside
+from upholster.covering.measure.trace import Trace
+from upholster.covering.synthesis import synthesize
+from upholster.geometry.built_in.catalog import surface_from_spec
+from upholster.geometry.built_in.plane import plane
+from upholster.geometry.meshes.triangle_mesh import MeshSurface, TriangleMesh
+from upholster.image.elements.lattice import Lattice, find_lattice
+from upholster.quilt.chart import Chart
 from upholster.quilt.placement import PLACEMENT
 
 

@@ -9,11 +9,11 @@ from command_line import assert_one_line, run_cli
 from measured import grains
 
 import upholster
-from upholster.charts.directions import parse_direction
-from upholster.errors import InputError
-from upholster.image import write_image
-from upholster.measure import mapping, measure_cover
-from upholster.stream import encode_stream
+from upholster.base.errors import InputError
+from upholster.charts.directions.direction import parse_direction
+from upholster.codec.stream.writer import encode_stream
+from upholster.covering.measure import mapping, measure_cover
+from upholster.image.files.write import write_image
 
 pytestmark = pytest.mark.usefixtures("few_samples")
 
@@ -85,7 +85,7 @@ def test_a_sample_is_prepared_as_for_the_stream(folder, monkeypatch):
         compared.append(exemplar)
         raise InputError("seen")
 
-    monkeypatch.setattr(upholster.measure, "measure_cover", measured)
+    monkeypatch.setattr(upholster.covering.measure, "measure_cover", measured)
     given = ["--sample", "more.png", "--crop", "20,30,80,80", "--resize", "64"]
     assert_one_line(run("ring.uph", *given, cwd=folder), "seen")
     np.testing.assert_array_equal(compared[0], prepared)

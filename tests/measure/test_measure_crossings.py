@@ -1,11 +1,12 @@
 import numpy as np
 
 from upholster.charts.layout import density_layout
-from upholster.coverings.synthesis import synthesize
-from upholster.geometry import surface_from_spec
-from upholster.measure.crossings import crossings
-from upholster.quilt import Chart, Quilt
+from upholster.covering.measure.crossings import crossings
+from upholster.covering.synthesis import synthesize
+from upholster.geometry.built_in.catalog import surface_from_spec
+from upholster.quilt.chart import Chart
 from upholster.quilt.labels import LabelMap, label_shape
+from upholster.quilt.model import Quilt
 from upholster.quilt.placement import PLACEMENT
 from upholster.quilt.warp_field import WarpField
 

@@ -6,15 +6,17 @@ import numpy as np
 import pytest
 from measured import grains, quilt_of, quilt_of_nearest, tiles, warped
 
-from upholster.charts.charted import charted_plane, charted_surface
-from upholster.coverings.synthesis import synthesize
-from upholster.errors import InputError
-from upholster.geometry import plane, surface_from_spec
-from upholster.measure import cut_seam_ratio, matched_cut_ratio, mesh_seams
-from upholster.measure.places import SeamPlaces
-from upholster.measure.trace import Trace, quilt_windows
-from upholster.quilt import Texels, paint
+from upholster.base.errors import InputError
+from upholster.charts.charted_surface import charted_plane, charted_surface
+from upholster.covering.measure import cut_seam_ratio, matched_cut_ratio, mesh_seams
+from upholster.covering.measure.places import SeamPlaces
+from upholster.covering.measure.trace import Trace, quilt_windows
+from upholster.covering.synthesis import synthesize
+from upholster.geometry.built_in.catalog import surface_from_spec
+from upholster.geometry.built_in.plane import plane
 from upholster.quilt.chart import Chart
+from upholster.quilt.model import Texels
+from upholster.quilt.painting import paint
 from upholster.quilt.placement import PLACEMENT
 
 
@@ -62,7 +64,7 @@ def test_bands_do_not_change_the_figure(monkeypatch):
     quilt = synthesize(exemplar, surface, method="paper", chart=100, seed=1)
     texels = paint(quilt, exemplar)
     whole = cut_seam_ratio(quilt, texels)
-    monkeypatch.setattr("upholster.measure.cuts.BAND", 7)
+    monkeypatch.setattr("upholster.covering.measure.cuts.BAND", 7)
     assert cut_seam_ratio(quilt, texels) == pytest.approx(whole)
 
 

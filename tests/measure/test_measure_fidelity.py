@@ -6,11 +6,11 @@ from measured import grains, tiles
 from scipy.ndimage import convolve1d
 from scipy.stats import wasserstein_distance
 
-from upholster.errors import InputError
-from upholster.image import to_linear
-from upholster.measure import measure_image, sliced_wasserstein
-from upholster.measure.fidelity import _distance, _doubled, _halved, _pyramid
-from upholster.measure.samples import coded
+from upholster.base.errors import InputError
+from upholster.covering.measure import measure_image, sliced_wasserstein
+from upholster.covering.measure.fidelity import _distance, _doubled, _halved, _pyramid
+from upholster.covering.measure.samples import coded
+from upholster.image.color import to_linear
 
 
 @pytest.mark.parametrize("make", [grains, tiles])

@@ -6,10 +6,10 @@ from tests.elements.test_joints import stones
 from tests.measure.test_measure_broken import quilt_of
 
 from upholster import synthesize
-from upholster.elements import Joints, find_joints
-from upholster.geometry import plane
-from upholster.measure import joint_ends, measure_cover
-from upholster.methods.quilt import method
+from upholster.covering.measure import joint_ends, measure_cover
+from upholster.geometry.built_in.plane import plane
+from upholster.image.elements.joints import Joints, find_joints
+from upholster.synthesis.quilt import method
 
 
 def test_a_joint_that_meets_a_stone_is_counted():

@@ -7,12 +7,14 @@ import pytest
 from measured import quilt_of, quilt_of_nearest, random_field, warped
 from tests.charts.on_patches import laid
 
-from upholster.charts.directions import parse_direction
+from upholster.base.errors import InputError
+from upholster.charts.directions.direction import parse_direction
 from upholster.charts.layout import density_layout, uniform_layout
-from upholster.errors import InputError
-from upholster.geometry import plane, surface_from_spec, torus
-from upholster.measure import mapping
-from upholster.measure.mapping import _derivative, _turning
+from upholster.covering.measure import mapping
+from upholster.covering.measure.mapping import _derivative, _turning
+from upholster.geometry.built_in.catalog import surface_from_spec
+from upholster.geometry.built_in.cyclide import torus
+from upholster.geometry.built_in.plane import plane
 from upholster.quilt.chart import Chart
 from upholster.quilt.placement import PLACEMENT
 

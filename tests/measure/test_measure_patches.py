@@ -5,11 +5,13 @@ import pytest
 from measured import grains, tiles, warped
 from tests.measure.test_measure_broken import sheet
 
-from upholster.coverings.synthesis import synthesize
-from upholster.errors import InputError
-from upholster.geometry import plane, surface_from_spec
-from upholster.measure import measure_cover, patch_distance, undistorted_views
-from upholster.quilt import Texels, paint
+from upholster.base.errors import InputError
+from upholster.covering.measure import measure_cover, patch_distance, undistorted_views
+from upholster.covering.synthesis import synthesize
+from upholster.geometry.built_in.catalog import surface_from_spec
+from upholster.geometry.built_in.plane import plane
+from upholster.quilt.model import Texels
+from upholster.quilt.painting import paint
 
 
 def test_what_is_copied_is_at_no_distance():

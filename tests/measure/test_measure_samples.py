@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from upholster.image import to_linear
-from upholster.measure.samples import chosen_windows, coded
+from upholster.covering.measure.samples import chosen_windows, coded
+from upholster.image.color import to_linear
 
 
 @pytest.mark.parametrize("dtype", [np.uint8, np.uint16])

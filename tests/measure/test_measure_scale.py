@@ -5,10 +5,14 @@ import math
 import numpy as np
 import pytest
 
+from upholster.base.errors import InputError
 from upholster.charts.layout import uniform_layout
-from upholster.errors import InputError
-from upholster.geometry import RationalPatch, Surface, plane, surface_from_spec, torus
-from upholster.measure import texel_scale
+from upholster.covering.measure import texel_scale
+from upholster.geometry.built_in.catalog import surface_from_spec
+from upholster.geometry.built_in.cyclide import torus
+from upholster.geometry.built_in.plane import plane
+from upholster.geometry.patches.patch import RationalPatch
+from upholster.geometry.patches.surface import Surface
 from upholster.quilt.chart import Chart
 
 

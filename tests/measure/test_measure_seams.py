@@ -8,13 +8,15 @@ import pytest
 from measured import grains
 from tests.charts.on_patches import laid
 
+from upholster.base.errors import InputError
 from upholster.charts.layout import density_layout, uniform_layout
-from upholster.coverings.synthesis import synthesize
-from upholster.errors import InputError
-from upholster.geometry import plane, surface_from_spec
-from upholster.measure import edge_seam_ratio, wrap_seams
-from upholster.quilt import Texels, paint
+from upholster.covering.measure import edge_seam_ratio, wrap_seams
+from upholster.covering.synthesis import synthesize
+from upholster.geometry.built_in.catalog import surface_from_spec
+from upholster.geometry.built_in.plane import plane
 from upholster.quilt.chart import Chart
+from upholster.quilt.model import Texels
+from upholster.quilt.painting import paint
 
 WAVES = np.random.default_rng(3).normal(size=(3, 24))  # no direction is better than another
 WAVES /= np.linalg.norm(WAVES, axis=0)

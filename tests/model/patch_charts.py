@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from upholster.charts.layout import uniform_layout
-from upholster.geometry import Surface
-from upholster.quilt import Chart
+from upholster.geometry.patches.surface import Surface
+from upholster.quilt.chart import Chart
 
 
 def patch_charts(surface: Surface, sizes: Sequence[tuple[int, int]]) -> tuple[Chart, ...]:

@@ -7,32 +7,21 @@ from hypothesis import given
 from hypothesis import strategies as st
 from patch_charts import patch_charts
 
+from upholster.base.errors import InputError
 from upholster.charts.chart_seams import find_seams
 from upholster.charts.layout import density_layout
-from upholster.errors import InputError
-from upholster.geometry import (
-    RationalPatch,
-    Surface,
-    cylinder,
-    plane,
-    ring_cyclide,
-    sphere,
-    torus,
-    vase,
-)
-from upholster.model import (
-    Atlas,
-    build_atlas,
-    build_page,
-    by_chart,
-    face_parameters,
-    pack_charts,
-    page_windows,
-    tessellate,
-)
-from upholster.parallel import running
+from upholster.charts.tessellation.mesh import face_parameters, tessellate
+from upholster.geometry.built_in.cyclide import ring_cyclide, torus
+from upholster.geometry.built_in.plane import plane
+from upholster.geometry.built_in.revolution import cylinder, vase
+from upholster.geometry.built_in.sphere import sphere
+from upholster.geometry.patches.patch import RationalPatch
+from upholster.geometry.patches.surface import Surface
+from upholster.model.atlas import Atlas, build_atlas, build_page, by_chart, page_windows
+from upholster.model.packing import pack_charts
 from upholster.quilt.chart import Chart
 from upholster.quilt.model import Texels
+from upholster.runtime.parallel import running
 
 
 def painted(surface: Surface, charts: Sequence[Chart]) -> Texels:

@@ -8,14 +8,21 @@ import numpy as np
 import pytest
 from plain_displaced import PlainMesh, bilinear, block_means
 
+from upholster.base.conditions import read_conditions
+from upholster.base.errors import InputError
 from upholster.charts.layout import density_layout
-from upholster.charts.tessellation import face_parameters, own_patches
-from upholster.conditions import read_conditions
-from upholster.errors import InputError
-from upholster.geometry import Surface, plane, revolve, ring_cyclide, sphere, surface_from_spec, torus, vase
-from upholster.model import Mesh, check_solid, displaced, kept_box, plain_solid, tessellate
+from upholster.charts.tessellation.mesh import Mesh, face_parameters, own_patches, tessellate
+from upholster.geometry.built_in.catalog import surface_from_spec
+from upholster.geometry.built_in.cyclide import ring_cyclide, torus
+from upholster.geometry.built_in.plane import plane
+from upholster.geometry.built_in.revolution import revolve, vase
+from upholster.geometry.built_in.sphere import sphere
+from upholster.geometry.patches.surface import Surface
+from upholster.model.displaced_mesh import displaced, kept_box, plain_solid
 from upholster.model.heights import height_levels, height_values
-from upholster.quilt import Chart, Texels
+from upholster.model.solid import check_solid
+from upholster.quilt.chart import Chart
+from upholster.quilt.model import Texels
 
 Field = Callable[[np.ndarray], np.ndarray]
 

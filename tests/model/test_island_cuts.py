@@ -5,12 +5,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from upholster.base.errors import InputError
 from upholster.charts.mesh_layout import chart_places, mesh_charts
-from upholster.errors import InputError
-from upholster.geometry import MeshSurface, TriangleMesh
-from upholster.model import build_atlas, mesh_on_charts
+from upholster.geometry.meshes.triangle_mesh import MeshSurface, TriangleMesh
+from upholster.model.atlas import build_atlas
 from upholster.model.islands import pack_islands
-from upholster.quilt import Texels
+from upholster.model.mesh_on_charts import mesh_on_charts
+from upholster.quilt.model import Texels
 
 BOX = np.array([[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]])
 """Corners of a cube's sides, counter-clockwise from outside; corner 4x + 2y + z."""

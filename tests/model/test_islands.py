@@ -8,12 +8,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from upholster.base.errors import InputError
 from upholster.charts.mesh_layout import GUTTER, chart_places, mesh_charts
-from upholster.errors import InputError
-from upholster.geometry import MeshSurface, TriangleMesh
-from upholster.model import AtlasLayout, build_atlas, islands, mesh_on_charts, pack_atlas, pack_charts
-from upholster.model.islands import island_padding, pack_islands
-from upholster.quilt import Chart, Texels
+from upholster.geometry.meshes.triangle_mesh import MeshSurface, TriangleMesh
+from upholster.model import islands
+from upholster.model.atlas import build_atlas
+from upholster.model.islands import island_padding, pack_atlas, pack_islands
+from upholster.model.mesh_on_charts import mesh_on_charts
+from upholster.model.packing import AtlasLayout, pack_charts
+from upholster.quilt.chart import Chart
+from upholster.quilt.model import Texels
 
 
 def of_triangles(corners: Any, island: Any) -> MeshSurface:
@@ -166,7 +170,7 @@ def test_shapes_take_less_room_than_rectangles() -> None:
 
 def test_patches_are_packed_as_rectangles() -> None:
     from upholster.charts.layout import density_layout
-    from upholster.geometry import vase
+    from upholster.geometry.built_in.revolution import vase
 
     charts = density_layout(vase(), texels=30_000)
     assert pack_atlas(vase(), charts, gutter=4) == pack_charts(charts, gutter=4)

@@ -9,22 +9,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from upholster.base.errors import InputError
 from upholster.charts.layout import density_layout, uniform_layout
-from upholster.errors import InputError
-from upholster.geometry import (
-    Face,
-    RationalPatch,
-    Surface,
-    cone,
-    cylinder,
-    plane,
-    ring_cyclide,
-    sphere,
-    torus,
-    vase,
-)
-from upholster.model import Mesh, face_parameters, tessellate
-from upholster.quilt import Chart
+from upholster.charts.tessellation.mesh import Mesh, face_parameters, tessellate
+from upholster.geometry.built_in.cyclide import ring_cyclide, torus
+from upholster.geometry.built_in.plane import plane
+from upholster.geometry.built_in.revolution import cone, cylinder, vase
+from upholster.geometry.built_in.sphere import sphere
+from upholster.geometry.patches.face import Face
+from upholster.geometry.patches.patch import RationalPatch
+from upholster.geometry.patches.surface import Surface
+from upholster.quilt.chart import Chart
 
 
 def topology(mesh: Mesh) -> tuple[int, int, int]:

@@ -6,11 +6,16 @@ import numpy as np
 import pytest
 from patch_charts import patch_charts
 
+from upholster.base.errors import InputError
 from upholster.charts.chart_seams import find_seams
 from upholster.charts.layout import density_layout
-from upholster.errors import InputError
-from upholster.geometry import Surface, cylinder, ring_cyclide, sphere
-from upholster.model import build_atlas, build_normal_atlas, face_parameters
+from upholster.charts.tessellation.mesh import face_parameters
+from upholster.geometry.built_in.cyclide import ring_cyclide
+from upholster.geometry.built_in.revolution import cylinder
+from upholster.geometry.built_in.sphere import sphere
+from upholster.geometry.patches.surface import Surface
+from upholster.model.atlas import build_atlas
+from upholster.model.normal_atlas import build_normal_atlas
 from upholster.quilt.chart import Chart
 from upholster.quilt.model import Texels
 

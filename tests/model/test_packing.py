@@ -9,11 +9,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 from patch_charts import patch_charts
 
+from upholster.base.errors import InputError
 from upholster.charts.chart_seams import find_seams
-from upholster.errors import InputError
-from upholster.geometry import ring_cyclide, torus
-from upholster.model import Atlas, build_atlas, build_normal_atlas, pack_charts, tessellate
-from upholster.quilt import Chart, Texels
+from upholster.charts.tessellation.mesh import tessellate
+from upholster.geometry.built_in.cyclide import ring_cyclide, torus
+from upholster.model.atlas import Atlas, build_atlas
+from upholster.model.normal_atlas import build_normal_atlas
+from upholster.model.packing import pack_charts
+from upholster.quilt.chart import Chart
+from upholster.quilt.model import Texels
 
 SIZES = st.lists(st.tuples(st.integers(1, 90), st.integers(1, 90)), min_size=1, max_size=40)
 

@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 
-from upholster.geometry import sphere, vase
-from upholster.model import plain_solid, tessellate
+from upholster.charts.tessellation.mesh import tessellate
+from upholster.geometry.built_in.revolution import vase
+from upholster.geometry.built_in.sphere import sphere
+from upholster.model.displaced_mesh import plain_solid
 from upholster.model.solid import check_solid, solid_lines, volume
 
 

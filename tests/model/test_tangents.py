@@ -6,8 +6,11 @@ import numpy as np
 import pytest
 
 from upholster.charts.layout import density_layout
-from upholster.geometry import cone, ring_cyclide, sphere, vase
-from upholster.model import face_parameters, tessellate, vertex_tangents
+from upholster.charts.tessellation.mesh import face_parameters, tessellate
+from upholster.geometry.built_in.cyclide import ring_cyclide
+from upholster.geometry.built_in.revolution import cone, vase
+from upholster.geometry.built_in.sphere import sphere
+from upholster.model.tangents import vertex_tangents
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from upholster import InputError, Project, Sample
-from upholster.notebook import LiveView
+from upholster.apps.notebook import LiveView
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 

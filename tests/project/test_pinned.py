@@ -7,12 +7,14 @@ import numpy as np
 import pytest
 
 from upholster import InputError, Project, paint, read_project, save_project
-from upholster.charts.maps import MapGround, parse_map, region
-from upholster.coverings.pins import MOST_PINNED
-from upholster.errors import FormatError
-from upholster.image import write_image
-from upholster.methods import Scene
-from upholster.quilt import Quilt
+from upholster.base.errors import FormatError
+from upholster.charts.maps.map_ground import MapGround
+from upholster.charts.maps.map_text import parse_map
+from upholster.charts.maps.surface_map import region
+from upholster.covering.pins import MOST_PINNED
+from upholster.image.files.write import write_image
+from upholster.quilt.model import Quilt
+from upholster.synthesis.quilt.scene import Scene
 
 HERE, THERE = "2.5,0,0.5:1.4", "-2.5,0,0.5:1.4"
 

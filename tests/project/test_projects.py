@@ -9,9 +9,9 @@ import pytest
 from command_line import assert_one_line, run_cli
 
 from upholster import FormatError, InputError, Project, Sample, read_project, save_project, synthesize
-from upholster.image import write_image
-from upholster.project.joint_progress import JointProgress
-from upholster.quilt import paint
+from upholster.apps.project.joint_progress import JointProgress
+from upholster.image.files.write import write_image
+from upholster.quilt.painting import paint
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 CHAIR = str(EXAMPLES / "chair.glb")

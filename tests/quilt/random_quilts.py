@@ -4,8 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from upholster.quilt import Chart, Quilt
+from upholster.quilt.chart import Chart
 from upholster.quilt.labels import LabelMap, cell_centres, label_shape, nearest_labels
+from upholster.quilt.model import Quilt
 from upholster.quilt.placement import PLACEMENT
 from upholster.quilt.warp_field import WarpField, node_count
 

@@ -4,15 +4,19 @@ import numpy as np
 import pytest
 from random_quilts import SHAPE, exemplar_of, random_quilt
 
+from upholster.base.errors import InputError
 from upholster.charts.chart_seams import find_seams
-from upholster.errors import InputError
-from upholster.export import PagedMesh, write_glb
-from upholster.geometry import sphere
-from upholster.image.material import Material
-from upholster.model import build_atlas, build_normal_atlas, tessellate, vertex_tangents
-from upholster.quilt import paint
+from upholster.charts.tessellation.mesh import tessellate
+from upholster.geometry.built_in.sphere import sphere
+from upholster.image.files.material import Material
+from upholster.model.atlas import build_atlas
+from upholster.model.normal_atlas import build_normal_atlas
+from upholster.model.tangents import vertex_tangents
+from upholster.output.export.glb import write_glb
+from upholster.output.export.pages import PagedMesh
 from upholster.quilt.materials import paint_material
 from upholster.quilt.normal_painting import paint_normals, unit_normal_texels
+from upholster.quilt.painting import paint
 
 MAPS = {
     "albedo": exemplar_of(np.uint8, 3),

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from upholster.quilt import Chart
+from upholster.quilt.chart import Chart
 from upholster.quilt.labels import cell_centres, label_shape, nearest_labels
 
 

@@ -5,12 +5,15 @@ import pytest
 from plain_painting import plain_turned
 from warp_fields import quantised
 
-from upholster.errors import InputError
-from upholster.geometry import ring_cyclide, sphere
-from upholster.quilt import Chart, Quilt, Texels, paint
+from upholster.base.errors import InputError
+from upholster.geometry.built_in.cyclide import ring_cyclide
+from upholster.geometry.built_in.sphere import sphere
 from upholster.quilt._normal_kernels import turn_vectors
+from upholster.quilt.chart import Chart
 from upholster.quilt.labels import LabelMap, cell_centres, label_shape
+from upholster.quilt.model import Quilt, Texels
 from upholster.quilt.normal_painting import paint_normals, unit_normal_texels
+from upholster.quilt.painting import paint
 from upholster.quilt.placement import PLACEMENT
 from upholster.quilt.warp_field import FIELD_STEP, WarpField, node_count
 

@@ -6,12 +6,13 @@ from plain_painting import plain_halved, plain_matrix, plain_paint
 from random_quilts import SHAPE, changed, exemplar_of, random_field, random_quilt
 from warp_fields import quantised
 
-from upholster.errors import InputError
-from upholster.quilt import Chart, Quilt, paint
+from upholster.base.errors import InputError
+from upholster.quilt.chart import Chart
 from upholster.quilt.displacement import centre_matrices, levels_of, warped_sources
 from upholster.quilt.labels import LabelMap, cell_centres, label_shape, nearest_labels
 from upholster.quilt.materials import WindowPainter
-from upholster.quilt.painting import ChartPainter, image_pyramid, painted_charts, texel_places
+from upholster.quilt.model import Quilt
+from upholster.quilt.painting import ChartPainter, image_pyramid, paint, painted_charts, texel_places
 from upholster.quilt.placement import PLACEMENT, SYMMETRIES, bare_placement
 from upholster.quilt.pyramid import halved, most_levels
 from upholster.quilt.warp_field import WarpField

@@ -2,16 +2,8 @@ import numpy as np
 import pytest
 from warp_fields import quantised
 
-from upholster.errors import InputError
-from upholster.quilt.warp_field import (
-    ANGLES,
-    MOST_OCTAVES,
-    MOST_SHEAR,
-    OCTAVE,
-    UNIT,
-    WarpField,
-    node_count,
-)
+from upholster.base.errors import InputError
+from upholster.quilt.warp_field import ANGLES, MOST_OCTAVES, MOST_SHEAR, OCTAVE, UNIT, WarpField, node_count
 
 
 def nodes(rng, shape=(5, 7)):

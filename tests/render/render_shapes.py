@@ -1,4 +1,4 @@
-"""Models and textures that the tests of `upholster.render` look at."""
+"""Models and textures that the tests of `upholster.model.render` look at."""
 
 from typing import Any
 

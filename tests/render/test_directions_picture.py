@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from upholster.charts.directions import direction_field
-from upholster.errors import InputError
-from upholster.geometry import TriangleMesh, welded
-from upholster.parallel import running
-from upholster.render._direction_kernels import DrawnField, trace_lines
-from upholster.render.directions import directions_picture, going_on
+from upholster.base.errors import InputError
+from upholster.charts.directions.field import direction_field
+from upholster.geometry.meshes.triangle_mesh import TriangleMesh, welded
+from upholster.model.render._direction_kernels import DrawnField, trace_lines
+from upholster.model.render.directions import directions_picture, going_on
+from upholster.runtime.parallel import running
 
 
 def sheet(count=6):

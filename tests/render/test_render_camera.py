@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from render_shapes import sheet, sphere
 
-from upholster.errors import InputError
-from upholster.render import Camera, render
-from upholster.render.camera import FILL
+from upholster.base.errors import InputError
+from upholster.model.render.camera import FILL, Camera
+from upholster.model.render.picture import render
 
 
 @pytest.mark.parametrize("view", [(0, 0), (30, 30), (-200, -45), (90, 90), (12, -90), (1e6, 10)])

@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
-from upholster.render._kernels import COVER, DEPTH, FLOOR, LIGHT, NORMAL, SUMS
-from upholster.render.camera import Camera
-from upholster.render.light import TILE, averaged, key_direction, occlusion_pattern
+from upholster.model.render._kernels import COVER, DEPTH, FLOOR, LIGHT, NORMAL, SUMS
+from upholster.model.render.camera import Camera
+from upholster.model.render.light import TILE, averaged, key_direction, occlusion_pattern
 
 AXES = Camera.fit(np.eye(3), view=(30, 20)).axes
 

@@ -8,10 +8,12 @@ import pytest
 from numpy.typing import NDArray
 from render_shapes import sheet, sphere
 
-from upholster.errors import InputError
-from upholster.render import Camera, _material_kernels, environment, render
-from upholster.render.environment import HORIZON, HORIZON_WIDTH, KEY_LIGHT, SKY_ABOVE, SKY_BELOW, lamps
-from upholster.render.material_maps import build_maps
+from upholster.base.errors import InputError
+from upholster.model.render import _material_kernels, environment
+from upholster.model.render.camera import Camera
+from upholster.model.render.environment import HORIZON, HORIZON_WIDTH, KEY_LIGHT, SKY_ABOVE, SKY_BELOW, lamps
+from upholster.model.render.material_maps import build_maps
+from upholster.model.render.picture import render
 
 AXES = Camera.fit(np.eye(3), view=(30, 20)).axes
 LAMPS = lamps(AXES)

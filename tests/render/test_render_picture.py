@@ -5,12 +5,13 @@ import numpy as np
 import pytest
 from render_shapes import Model, checker, joined, sheet, sphere
 
-from upholster.errors import InputError
-from upholster.parallel import running
-from upholster.render import Camera, render
-from upholster.render._kernels import resolve, shade
-from upholster.render.texture import MipPyramid, build_mip_pyramid
-from upholster.types import frozen_array
+from upholster.base.errors import InputError
+from upholster.base.types import frozen_array
+from upholster.model.render._kernels import resolve, shade
+from upholster.model.render.camera import Camera
+from upholster.model.render.picture import render
+from upholster.model.render.texture import MipPyramid, build_mip_pyramid
+from upholster.runtime.parallel import running
 
 SMALL: dict[str, Any] = {"size": (160, 120), "background": (0.9, 0.9, 0.9)}
 PLAIN: dict[str, Any] = {**SMALL, "shadows": False}
@@ -121,7 +122,7 @@ def test_mip_level_follows_the_footprint(monkeypatch: pytest.MonkeyPatch, tilt: 
     for level, (start, height, width) in enumerate(pyramid.levels):
         texels[start : start + height * width] = (0.1 * level, 0.1 * level, 0.1 * level, 1)
     coded = pyramid._replace(texels=frozen_array(texels))
-    monkeypatch.setattr("upholster.render.picture.build_mip_pyramid", lambda *_, **__: coded)
+    monkeypatch.setattr("upholster.model.render.picture.build_mip_pyramid", lambda *_, **__: coded)
     place, normals, uv, triangles = sheet()
     c, s = math.cos(math.radians(tilt)), math.sin(math.radians(tilt))
     turn = np.array([[1, 0, 0], [0, c, s], [0, -s, c]])
@@ -148,7 +149,7 @@ def test_levels_finer_than_needed_are_not_missed(monkeypatch: pytest.MonkeyPatch
         built.append(first)
         return build_mip_pyramid(texture, last=last)
 
-    monkeypatch.setattr("upholster.render.picture.build_mip_pyramid", whole)
+    monkeypatch.setattr("upholster.model.render.picture.build_mip_pyramid", whole)
     np.testing.assert_array_equal(render(*model, texture, **options), image)
     assert built[0] > 0
 
@@ -168,8 +169,8 @@ def test_bands_and_batches_leave_no_trace(monkeypatch: pytest.MonkeyPatch) -> No
     texture = np.random.default_rng(10).integers(0, 256, (64, 64, 3), np.uint8)
     options: dict[str, Any] = {"size": (90, 120), "supersample": 2}
     whole = render(*sphere(), texture, **options)
-    monkeypatch.setattr("upholster.render.picture._BAND_ROWS", 7)
-    monkeypatch.setattr("upholster.render.picture._BATCH_RAYS", 151)
+    monkeypatch.setattr("upholster.model.render.picture._BAND_ROWS", 7)
+    monkeypatch.setattr("upholster.model.render.picture._BATCH_RAYS", 151)
     np.testing.assert_allclose(render(*sphere(), texture, **options), whole, atol=1e-5)
 
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from upholster.errors import InputError
+from upholster.base.errors import InputError
 from upholster.image.color import to_linear
-from upholster.render import _lookup
-from upholster.render.texture import MipPyramid, build_mip_pyramid, checked_texture
+from upholster.model.render import _lookup
+from upholster.model.render.texture import MipPyramid, build_mip_pyramid, checked_texture
 
 
 @numba.njit

@@ -3,7 +3,7 @@
 import pytest
 from live_server import PATIENCE, VECTORS
 
-from upholster.server import connections, thumbnails
+from upholster.apps.server import connections, thumbnails
 
 
 @pytest.fixture(autouse=True)

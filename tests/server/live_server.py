@@ -10,9 +10,9 @@ from types import SimpleNamespace
 
 import anyio
 
-from upholster.server import Catalogue, make_app
-from upholster.server.serving import serving
-from upholster.server.throttle import Pace
+from upholster.apps.server import Catalogue, make_app
+from upholster.apps.server.http_server import serving
+from upholster.apps.server.throttle import Pace
 
 PATIENCE = 600
 """Seconds after which what has not come never will: the machine may be busy, and ten times slower."""

@@ -16,8 +16,8 @@ import pytest
 from command_line import assert_one_line, run_cli
 from live_server import PATIENCE, wait_until
 
-from upholster import server
-from upholster.server import open_in_browser
+from upholster.apps import server
+from upholster.apps.server import open_in_browser
 
 # Where the cache is empty, kernels are compiled, and the user reads so.
 REPORTED = "compiling "
@@ -29,7 +29,7 @@ QUIET = {
 
 @pytest.fixture(autouse=True)
 def _no_helpers(monkeypatch):
-    monkeypatch.setattr("upholster.warm.compiling_apart", lambda *_: nullcontext())
+    monkeypatch.setattr("upholster.runtime.warm.compiling_apart", lambda *_: nullcontext())
 
 
 @pytest.mark.slow(reason="starts processes")
@@ -87,8 +87,8 @@ def test_processes_take_nothing_from_the_working_directory(folder):
     for name in ("anyio", "pickle", "runpy", "subprocess", "upholster"):
         (folder / f"{name}.py").write_text("raise SystemExit")
     code = (  # a busy machine may take longer for a picture than a reader is made to wait
-        "from upholster.server import thumbnails; thumbnails._MOST_SECONDS = 600; "
-        "from upholster.cli import main; main()"
+        "from upholster.apps.server import thumbnails; thumbnails._MOST_SECONDS = 600; "
+        "from upholster.apps.cli import main; main()"
     )
     process = subprocess.Popen(
         [sys.executable, "-P", "-c", code, "serve", ".", "--port", "0"],
@@ -161,9 +161,9 @@ def test_bad_input_is_refused_before_the_server_starts(folder, arguments, named)
 
 @pytest.mark.parametrize("missing", ["starlette", "uvicorn"])
 def test_without_the_extra_it_says_what_to_install(folder, monkeypatch, missing):
-    for name in [name for name in sys.modules if name.startswith(("upholster.server", f"{missing}."))]:
+    for name in [name for name in sys.modules if name.startswith(("upholster.apps.server", f"{missing}."))]:
         monkeypatch.delitem(sys.modules, name)
-    monkeypatch.delattr("upholster.server")
+    monkeypatch.delattr("upholster.apps.server")
     monkeypatch.setitem(sys.modules, missing, None)
     done = run_cli("serve", ".", cwd=folder)
     assert_one_line(done)
@@ -174,7 +174,8 @@ def test_without_the_extra_it_says_what_to_install(folder, monkeypatch, missing)
 
 def test_help_needs_no_server():
     code = (
-        "import sys, upholster.cli; print([n for n in ('starlette', 'uvicorn', 'numpy') if n in sys.modules])"
+        "import sys, upholster.apps.cli; "
+        "print([n for n in ('starlette', 'uvicorn', 'numpy') if n in sys.modules])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
@@ -193,7 +194,7 @@ class Opened:
 
 @pytest.fixture
 def desk(monkeypatch):
-    monkeypatch.setattr("upholster.server.browser.sys.platform", "linux")
+    monkeypatch.setattr("upholster.apps.server.browser.sys.platform", "linux")
     for name in ("WAYLAND_DISPLAY", "BROWSER"):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setenv("DISPLAY", ":0")

@@ -16,11 +16,11 @@ import numpy as np
 import pytest
 from live_server import PATIENCE, VECTORS, Turns, running, wait_until
 
-from upholster.errors import InputError
-from upholster.image import read_image
-from upholster.limits import Limits
-from upholster.server import check_origin, connections, thumbnail_drawing, thumbnails
-from upholster.server.html_pages import THUMBNAIL_SIZE, content_security_policy, script_digest
+from upholster.apps.server import check_origin, connections, thumbnail_picture, thumbnails
+from upholster.apps.server.html_pages import THUMBNAIL_SIZE, content_security_policy, script_digest
+from upholster.base.errors import InputError
+from upholster.base.limits import Limits
+from upholster.image.files.read import read_image
 
 POSIX = pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX file systems")
 
@@ -206,7 +206,7 @@ SECRETS = [
     "/thumbnails/../secret.uph.png",
     "/thumbnails/secret.uph.png",
     "/thumbnails/quilt.uph",
-    "/assets/../server/app.py",
+    "/assets/../apps/server/app.py",
     "/assets/..%2fserver%2fapp.py",
     "/assets/%2e%2e/server/app.py",
     "/assets/app.py",
@@ -397,7 +397,7 @@ def drawn_by(monkeypatch, draw):
 
 def honest(path):
     with open(path, "rb") as file:
-        return thumbnail_drawing.draw_thumbnail(file)
+        return thumbnail_picture.draw_thumbnail(file)
 
 
 def sleep_long(_path):
@@ -458,7 +458,7 @@ def test_what_cannot_be_shown_says_so(folder, tmp_path, monkeypatch):
 
 
 def test_a_model_of_very_many_texels_is_shown_bare(folder, tmp_path, monkeypatch):
-    monkeypatch.setattr(thumbnail_drawing, "_PAINTED", Limits(texels=1))
+    monkeypatch.setattr(thumbnail_picture, "_PAINTED", Limits(texels=1))
     drawn_by(monkeypatch, honest)
     with running(folder) as client:
         (tmp_path / "a.png").write_bytes(client.get("/thumbnails/quilt.uph.png")[2])
@@ -493,7 +493,7 @@ def test_a_picture_that_fails_is_given_up_and_that_is_remembered(folder, monkeyp
         reported = capsys.readouterr().err
         assert reported.count("\n") == reported.count("upholster: picture of 'quilt.uph' failed: ") == 1
         assert why in reported
-        monkeypatch.setattr(thumbnails, "draw_file", thumbnail_drawing.draw_file)
+        monkeypatch.setattr(thumbnails, "draw_file", thumbnail_picture.draw_file)
         monkeypatch.setattr(thumbnails, "_MOST_SECONDS", PATIENCE)
         if draw is mistaken:
             drawn_by(monkeypatch, honest)
@@ -605,7 +605,7 @@ def test_a_mistake_of_ours_is_one_line_here_and_nothing_there(folder, monkeypatc
     def broken(*_):
         raise RuntimeError("internal\nmatters")
 
-    monkeypatch.setattr("upholster.server.app.start_page", broken)
+    monkeypatch.setattr("upholster.apps.server.app.start_page", broken)
     with running(folder) as client:
         status, headers, body = client.get("/")
         assert (status, body) == (500, b"Internal Server Error")

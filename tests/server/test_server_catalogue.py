@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from upholster.errors import FormatError, InputError
-from upholster.server import Catalogue
+from upholster.apps.server import Catalogue
+from upholster.base.errors import FormatError, InputError
 
 POSIX = pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX file systems")
 

@@ -8,7 +8,7 @@ from contextlib import ExitStack
 import pytest
 from live_server import PATIENCE, Turns, running, wait_until
 
-from upholster.server import connections
+from upholster.apps.server import connections
 
 ASKED = b"GET /streams/quilt.uph HTTP/1.1\r\nHost: 127.0.0.1\r\n"
 

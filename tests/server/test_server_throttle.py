@@ -10,7 +10,7 @@ import anyio
 import pytest
 from live_server import PATIENCE, Turns, running
 
-from upholster.server.throttle import Pace
+from upholster.apps.server.throttle import Pace
 
 
 @pytest.mark.parametrize(("rate", "piece"), [(256_000, 640), (1000, 64), (10**11, 65536)])
@@ -23,8 +23,10 @@ class Clock:
 
     def __init__(self, monkeypatch, late=0.0):
         self.now, self.late = 1000.0, late
-        monkeypatch.setattr("upholster.server.throttle.time", SimpleNamespace(monotonic=lambda: self.now))
-        monkeypatch.setattr("upholster.server.throttle.anyio", SimpleNamespace(sleep=self.sleep))
+        monkeypatch.setattr(
+            "upholster.apps.server.throttle.time", SimpleNamespace(monotonic=lambda: self.now)
+        )
+        monkeypatch.setattr("upholster.apps.server.throttle.anyio", SimpleNamespace(sleep=self.sleep))
 
     async def sleep(self, seconds):
         assert seconds >= 0
@@ -75,7 +77,7 @@ def paces(monkeypatch):
         async def wait(self, count):
             self.counts.append(count)
 
-    monkeypatch.setattr("upholster.server.app.Pace", Counted)
+    monkeypatch.setattr("upholster.apps.server.app.Pace", Counted)
     return kept
 
 

@@ -5,8 +5,9 @@ from typing import Any
 import numpy as np
 from streams import anything
 
-from upholster.geometry import MeshSurface, TriangleMesh
-from upholster.quilt import Chart, Quilt
+from upholster.geometry.meshes.triangle_mesh import MeshSurface, TriangleMesh
+from upholster.quilt.chart import Chart
+from upholster.quilt.model import Quilt
 
 
 def flattened(mesh: Any, island: Any) -> Any:

@@ -5,13 +5,14 @@ from typing import Any
 
 import numpy as np
 
-from upholster.coverings.synthesis import synthesize
-from upholster.geometry import surface_from_spec
-from upholster.quilt import Chart, Quilt
+from upholster.codec.stream.writer import encode_stream
+from upholster.covering.synthesis import synthesize
+from upholster.geometry.built_in.catalog import surface_from_spec
+from upholster.quilt.chart import Chart
 from upholster.quilt.labels import LabelMap, cell_centres, label_shape, nearest_labels
+from upholster.quilt.model import Quilt
 from upholster.quilt.placement import PLACEMENT
 from upholster.quilt.warp_field import WarpField, node_count
-from upholster.stream import encode_stream
 
 
 def noise(height: Any = 32, width: Any = 40, channels: Any = 3, dtype: Any = np.uint8, seed: Any = 0) -> Any:

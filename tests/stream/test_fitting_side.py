@@ -4,12 +4,11 @@ import numpy as np
 import pytest
 
 from upholster import InputError, cover
-from upholster.codec import MAX_SAMPLES
-from upholster.codec.header import MAX_PLACES
+from upholster.codec.header import MAX_PLACES, MAX_SAMPLES
+from upholster.codec.stream.maps import MAX_MAP_SAMPLES
+from upholster.codec.stream.sample import fitting_side
 from upholster.codec.tree import tree_size
-from upholster.image import Material
-from upholster.stream import fitting_side
-from upholster.stream.maps import MAX_MAP_SAMPLES
+from upholster.image.files.material import Material
 
 
 @pytest.mark.parametrize(

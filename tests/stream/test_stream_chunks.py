@@ -6,9 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from upholster.errors import FormatError
-from upholster.stream.byte_reader import ByteReader, varint
-from upholster.stream.chunks import ChunkReader, header, pack_chunk
+from upholster.base.errors import FormatError
+from upholster.codec.stream.byte_reader import ByteReader, varint
+from upholster.codec.stream.chunks import ChunkReader, header, pack_chunk
 
 
 def framed(*chunks: Any) -> Any:

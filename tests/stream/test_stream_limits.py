@@ -5,9 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from upholster import Limits, codec
-from upholster.errors import FormatError, InputError
-from upholster.stream import StreamDecoder, read_stream
+from upholster import Limits
+from upholster.base.errors import FormatError, InputError
+from upholster.codec.ezw import decode, encode
+from upholster.codec.stream.reader import StreamDecoder, read_stream
 
 REFUSED = Path(__file__).parents[1] / "vectors" / "refused"
 
@@ -48,7 +49,7 @@ def test_images_of_a_wider_range_are_not_written(largest: float) -> None:
     image = np.zeros((32, 32, 1), np.float32)
     image[3, 4] = largest
     with pytest.raises(InputError, match="within ±65504"):
-        codec.encode(image)
+        encode(image)
 
 
 def test_limits_that_are_not_given_go_with_the_texels() -> None:
@@ -109,7 +110,7 @@ def test_cells_of_labels_count_like_texels() -> None:
 
 
 def test_samples_of_images_are_limited() -> None:
-    data = codec.encode(np.zeros((300, 300, 1), np.uint8))
-    codec.decode(data, limits=Limits(samples=90_000))
+    data = encode(np.zeros((300, 300, 1), np.uint8))
+    decode(data, limits=Limits(samples=90_000))
     with pytest.raises(FormatError, match="the image has 90000 samples; allowed here: 89999"):
-        codec.decode(data, limits=Limits(samples=89_999))
+        decode(data, limits=Limits(samples=89_999))

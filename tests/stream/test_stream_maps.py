@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 from streams import laid, noise, same, stream
 
-from upholster.errors import FormatError, InputError
-from upholster.quilt import paint
-from upholster.stream import StreamDecoder, encode_stream, read_stream
-from upholster.stream.chunks import ChunkReader, header, pack_chunk
+from upholster.base.errors import FormatError, InputError
+from upholster.codec.stream.chunks import ChunkReader, header, pack_chunk
+from upholster.codec.stream.reader import StreamDecoder, read_stream
+from upholster.codec.stream.writer import encode_stream
+from upholster.quilt.painting import paint
 
 
 def maps_like(exemplar: Any) -> Any:

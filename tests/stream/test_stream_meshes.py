@@ -8,11 +8,13 @@ from mesh_quilts import charts_of, cube, grid, icosphere, in_steps, sheets, soup
 from streams import noise, same
 from tests.charts.meshes import on_charts
 
-from upholster.errors import FormatError, InputError
-from upholster.geometry import MeshSurface, TriangleMesh
-from upholster.stream import StreamDecoder, describe, encode_stream, read_stream
-from upholster.stream.byte_reader import ByteReader
-from upholster.stream.mesh_code import MeshPrecision, pack_mesh, parse_mesh
+from upholster.base.errors import FormatError, InputError
+from upholster.codec.stream.byte_reader import ByteReader
+from upholster.codec.stream.description import describe
+from upholster.codec.stream.mesh.mesh_code import MeshPrecision, pack_mesh, parse_mesh
+from upholster.codec.stream.reader import StreamDecoder, read_stream
+from upholster.codec.stream.writer import encode_stream
+from upholster.geometry.meshes.triangle_mesh import MeshSurface, TriangleMesh
 
 SURFACES = {
     "cube": cube(),

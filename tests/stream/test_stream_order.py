@@ -5,10 +5,10 @@ from itertools import pairwise
 import numpy as np
 from streams import anything_bent, laid
 
-from upholster.quilt import Chart
-from upholster.stream.field_chunks import pack_fields
-from upholster.stream.order import StreamPart, ordered, plan_parts
-from upholster.stream.plan import encode_plan
+from upholster.codec.stream.field_chunks import pack_fields
+from upholster.codec.stream.order import StreamPart, ordered, plan_parts
+from upholster.codec.stream.plan import encode_plan
+from upholster.quilt.chart import Chart
 
 ERRORS = 10.0, {0: 5.0, 100: 1.0}
 

@@ -10,15 +10,16 @@ from plain_coder import PlainBytes
 from streams import anything, anything_bent, at_cells, bent, laid
 from warp_fields import quantised
 
-from upholster.errors import FormatError
-from upholster.quilt import Chart, Quilt
+from upholster.base.errors import FormatError
+from upholster.codec.stream.byte_reader import ByteReader
+from upholster.codec.stream.field_chunks import FieldDecoder, pack_fields
+from upholster.codec.stream.plan import PlanCode, PlanDecoder, encode_plan
+from upholster.codec.stream.plan_head import PlanHead
+from upholster.quilt.chart import Chart
 from upholster.quilt.labels import LabelMap, nearest_labels
+from upholster.quilt.model import Quilt
 from upholster.quilt.placement import bare_placement
 from upholster.quilt.warp_field import WarpField
-from upholster.stream.byte_reader import ByteReader
-from upholster.stream.field_chunks import FieldDecoder, pack_fields
-from upholster.stream.plan import PlanCode, PlanDecoder, encode_plan
-from upholster.stream.plan_head import PlanHead
 
 NAMES = "row", "column", "layer", "symmetry", "offset", "source_row", "source_column"
 

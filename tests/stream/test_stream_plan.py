@@ -11,13 +11,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 from streams import CHARTS, anything, anything_bent, at_cells, laid, noise, same, same_labels
 
-from upholster.errors import FormatError, InputError
-from upholster.quilt import Chart, Quilt, paint
+from upholster.base.errors import FormatError, InputError
+from upholster.codec.stream.byte_reader import ByteReader, varint
+from upholster.codec.stream.plan import PlanCode, PlanDecoder, encode_plan
+from upholster.codec.stream.plan_head import PlanHead, PlanPart
+from upholster.quilt.chart import Chart
 from upholster.quilt.labels import LabelMap, label_shape, nearest_labels
+from upholster.quilt.model import Quilt
+from upholster.quilt.painting import paint
 from upholster.quilt.placement import PLACEMENT, bare_placement
-from upholster.stream.byte_reader import ByteReader, varint
-from upholster.stream.plan import PlanCode, PlanDecoder, encode_plan
-from upholster.stream.plan_head import PlanHead, PlanPart
 
 
 def decoder_of(quilt: Quilt, head: bytes) -> PlanDecoder:

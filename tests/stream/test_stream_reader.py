@@ -9,12 +9,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 from streams import STREAMS, anything, laid, noise, same, stream
 
-from upholster.errors import FormatError, InputError
-from upholster.levels import texels_psnr
-from upholster.quilt import Chart, paint
-from upholster.stream import StreamDecoder, describe, encode_stream, read_stream
-from upholster.stream import reader as stream_reader
-from upholster.stream.chunks import ChunkReader, header, pack_chunk
+from upholster.base.errors import FormatError, InputError
+from upholster.codec.stream import reader as stream_reader
+from upholster.codec.stream.chunks import ChunkReader, header, pack_chunk
+from upholster.codec.stream.description import describe
+from upholster.codec.stream.reader import StreamDecoder, read_stream
+from upholster.codec.stream.writer import encode_stream
+from upholster.output.levels import texels_psnr
+from upholster.quilt.chart import Chart
+from upholster.quilt.painting import paint
 
 
 def test_everything_comes_back() -> None:

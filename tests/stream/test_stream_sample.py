@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 from streams import laid
 
-import upholster.stream.sample as sample
-from upholster.stream import encode_stream, read_stream
+import upholster.codec.stream.sample as sample
+from upholster.codec.stream.reader import read_stream
+from upholster.codec.stream.writer import encode_stream
 
 
 def test_a_sample_is_coded_once_and_gives_the_same_bytes(

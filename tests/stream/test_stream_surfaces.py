@@ -8,20 +8,17 @@ from typing import Any
 import numpy as np
 import pytest
 
-from upholster.errors import FormatError, InputError
-from upholster.geometry import (
-    SURFACES,
-    RationalPatch,
-    Surface,
-    read_nets,
-    ring_cyclide,
-    sphere,
-    surface_from_spec,
-)
-from upholster.quilt import Chart
-from upholster.stream.byte_reader import ByteReader
-from upholster.stream.layout_chunk import pack_layout, parse_layout
-from upholster.stream.surface_chunk import pack_surface, parse_surface
+from upholster.base.errors import FormatError, InputError
+from upholster.codec.stream.byte_reader import ByteReader
+from upholster.codec.stream.layout_chunk import pack_layout, parse_layout
+from upholster.codec.stream.surface_chunk import pack_surface, parse_surface
+from upholster.geometry.built_in.catalog import SURFACES, surface_from_spec
+from upholster.geometry.built_in.cyclide import ring_cyclide
+from upholster.geometry.built_in.sphere import sphere
+from upholster.geometry.built_in.surface_files import read_nets
+from upholster.geometry.patches.patch import RationalPatch
+from upholster.geometry.patches.surface import Surface
+from upholster.quilt.chart import Chart
 
 SPECS = (
     "cyclide",

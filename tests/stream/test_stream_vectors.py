@@ -13,9 +13,9 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from make_vectors import hashes, images_at
 
-from upholster.codec import decode
-from upholster.image import read_image
-from upholster.stream import StreamDecoder, read_stream
+from upholster.codec.ezw import decode
+from upholster.codec.stream.reader import StreamDecoder, read_stream
+from upholster.image.files.read import read_image
 
 VECTORS = sorted((Path(__file__).parents[1] / "vectors").glob("*.uph"))
 

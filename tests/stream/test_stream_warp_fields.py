@@ -9,11 +9,11 @@ from hypothesis import strategies as st
 from streams import bent, same_fields, woven
 from warp_fields import quantised
 
-from upholster.errors import FormatError, InputError
-from upholster.quilt import Chart
+from upholster.base.errors import FormatError, InputError
+from upholster.codec.stream.byte_reader import ByteReader
+from upholster.codec.stream.field_chunks import FieldDecoder, pack_fields
+from upholster.quilt.chart import Chart
 from upholster.quilt.warp_field import WarpField
-from upholster.stream.byte_reader import ByteReader
-from upholster.stream.field_chunks import FieldDecoder, pack_fields
 
 
 def read(code: Any, charts: Any) -> Any:

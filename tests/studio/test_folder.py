@@ -14,7 +14,7 @@ from upholster import InputError
 
 pytest.importorskip("starlette")
 
-from upholster.studio.folder import MADE, Folder
+from upholster.apps.studio.folder import MADE, Folder
 
 PROJECT = "a.upholster.json"
 

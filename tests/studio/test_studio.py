@@ -19,20 +19,22 @@ import pytest
 from command_line import run_cli
 
 from upholster import InputError, Project, Sample, read_exemplar, read_project
-from upholster.elements import find_lattice
-from upholster.image import encode_image, from_linear, read_image
-from upholster.image.rectify import Rectification
-from upholster.options import DIRECTIONS
-from upholster.project import project_of
-from upholster.server import serving
-from upholster.stream import StreamDecoder
+from upholster.apps.project.file import project_of
+from upholster.apps.server import serving
+from upholster.base.options.direction_words import DIRECTIONS
+from upholster.codec.stream.reader import StreamDecoder
+from upholster.image.color import from_linear
+from upholster.image.elements.lattice import find_lattice
+from upholster.image.files.read import read_image
+from upholster.image.files.write import encode_image
+from upholster.image.photo.rectify import Rectification
 
 pytest.importorskip("starlette")
 
-from upholster.studio import routes as studio_routes
-from upholster.studio.overlays import KINDS
-from upholster.studio.routes import Studio, make_studio
-from upholster.studio.words import command, python
+from upholster.apps.studio import routes as studio_routes
+from upholster.apps.studio.overlays import KINDS
+from upholster.apps.studio.routes import Studio, make_studio
+from upholster.apps.studio.words import command, python
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 WEAVE, CHAIR = EXAMPLES / "weave.png", EXAMPLES / "chair.glb"

@@ -3,7 +3,7 @@
 import asyncio
 import multiprocessing
 
-from upholster.studio.worker import Worker
+from upholster.apps.studio.worker import Worker
 
 
 def test_messages_after_the_end_of_the_loop_are_dropped() -> None:

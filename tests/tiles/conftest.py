@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from upholster.methods.quilt import parcels
+from upholster.synthesis.quilt import parcels
 
 
 @pytest.fixture(scope="module", autouse=True)

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from upholster.cluster import cluster_pool
-from upholster.errors import InputError
+from upholster.base.errors import InputError
+from upholster.covering.tasks.job_runs import cluster_pool
 from upholster.pipeline import cover
 
 distributed = pytest.importorskip("distributed")
@@ -21,9 +21,9 @@ SAMPLE = ROOT / "examples" / "bricks.png"
 SYNTHESIS = {"texels": 150_000, "sample_size": 5, "direction": "around:z"}
 NAME = "x.<UDIM>.png"
 SMALL_PARCELS = """
-from upholster.methods.quilt import parcels
+from upholster.synthesis.quilt import parcels
 parcels.MOST_WHOLE, parcels.SIDE, parcels.BLOCKS = 1000, 100, 4
-from upholster.cli import main
+from upholster.apps.cli import main
 raise SystemExit(main())
 """
 """The command, with surfaces cut as in `conftest`."""
@@ -91,7 +91,7 @@ def _older() -> str:
 
 
 def test_workers_of_another_version_are_refused(address: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("upholster.cluster.job_runs._version_here", _older)
+    monkeypatch.setattr("upholster.covering.tasks.job_runs._version_here", _older)
     with (
         pytest.raises(InputError, match=r"has upholster 0\.0\.1; allowed: "),
         cluster_pool(scheduler=address),

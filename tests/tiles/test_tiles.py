@@ -12,16 +12,16 @@ import pytest
 from command_line import assert_one_line, run_cli
 
 import upholster
-from upholster.errors import FormatError, InputError, StoppedError
-from upholster.image import Material
-from upholster.limits import Limits
-from upholster.options import WriteOptions
-from upholster.parallel import TaskPool, thread_pool
+from upholster.base.errors import FormatError, InputError, StoppedError
+from upholster.base.limits import Limits
+from upholster.base.options.write_options import WriteOptions
+from upholster.base.types import frozen_array
+from upholster.covering.tasks.storage import Place
+from upholster.covering.tasks.work import load, store
+from upholster.image.files.material import Material
+from upholster.output.reports import CoverReport
 from upholster.pipeline import cover, refine
-from upholster.reports import CoverReport
-from upholster.tiles.storage import Place
-from upholster.tiles.work import load, store
-from upholster.types import frozen_array
+from upholster.runtime.parallel import TaskPool, thread_pool
 
 ROOT = Path(__file__).parent.parent.parent
 SAMPLE = ROOT / "examples" / "weave.png"
@@ -173,7 +173,7 @@ def _stopping(after: int, names: list[tuple[str, int]]) -> Iterator[Callable[...
             yield Pool(pool)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("upholster.tiles.by_tasks.thread_pool", make)
+        patch.setattr("upholster.covering.tasks.task_covering.thread_pool", make)
         yield make
 
 

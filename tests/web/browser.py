@@ -17,13 +17,16 @@ from benchmarks.browser import ARGUMENTS, find_chromium
 from playwright.sync_api import sync_playwright
 from scipy.ndimage import binary_erosion, gaussian_filter
 
-from upholster.coverings.synthesis import synthesize
-from upholster.geometry import ring_cyclide, surface_from_spec
-from upholster.image import from_linear, read_exemplar, read_image
-from upholster.render import render
-from upholster.server.serving import serving as serving_app
-from upholster.stream import StreamDecoder, encode_stream
-from upholster.textured import TexturedModel
+from upholster.apps.server.http_server import serving as serving_app
+from upholster.codec.stream.reader import StreamDecoder
+from upholster.codec.stream.writer import encode_stream
+from upholster.covering.synthesis import synthesize
+from upholster.geometry.built_in.catalog import surface_from_spec
+from upholster.geometry.built_in.cyclide import ring_cyclide
+from upholster.image.color import from_linear
+from upholster.image.files.read import read_exemplar, read_image
+from upholster.model.render.picture import render
+from upholster.model.textured_model import TexturedModel
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "stream"))
 

@@ -5,7 +5,7 @@ from typing import Any
 import browser
 import pytest
 
-from upholster.server import Catalogue, make_app
+from upholster.apps.server import Catalogue, make_app
 
 
 @pytest.fixture(scope="module")

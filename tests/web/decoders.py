@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from upholster.errors import FormatError
-from upholster.stream import StreamDecoder
+from upholster.base.errors import FormatError
+from upholster.codec.stream.reader import StreamDecoder
 
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]

@@ -9,7 +9,7 @@ from typing import Any
 
 import browser
 
-from upholster.studio.routes import Studio, make_studio
+from upholster.apps.studio.routes import Studio, make_studio
 
 DROP = """(files) => {
   const transfer = new DataTransfer()

@@ -18,7 +18,7 @@ HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
 WEB = ROOT / "web"
 FOLDERS = ("glb", "uph", "mesh", "model", "three", "worker", "viewer")
-SHIPPED = ROOT / "src" / "upholster" / "web"
+SHIPPED = ROOT / "src" / "upholster" / "output" / "web"
 LONGEST_FUNCTION = 60
 """Lines."""
 MOST_SCRIPTS = 80_000
@@ -54,7 +54,7 @@ def copy(tmp_path: Path) -> Path:
         _lacking("web/node_modules is missing: run `npm ci` in web/")
     shutil.copytree(WEB, tmp_path / "web", ignore=shutil.ignore_patterns("node_modules"))
     (tmp_path / "web" / "node_modules").symlink_to(WEB / "node_modules", target_is_directory=True)
-    shutil.copytree(SHIPPED, tmp_path / "src" / "upholster" / "web")
+    shutil.copytree(SHIPPED, tmp_path / "src" / "upholster" / "output" / "web")
     shutil.copy(ROOT / "LICENSE", tmp_path)
     return tmp_path
 
@@ -68,8 +68,8 @@ def test_the_shipped_files_are_what_the_sources_make(copy: Path) -> None:
 def test_a_file_that_differs_is_named(copy: Path) -> None:
     for source in (copy / "web").glob("u*.js"):  # small ones are built in a second
         source.write_text("self.shown = 1 + 1\n")
-    built = copy / "src" / "upholster" / "web"
-    assert "upholster/web/upholster-viewer.js is not" in _build(copy / "web", "--check").stderr
+    built = copy / "src" / "upholster" / "output" / "web"
+    assert "upholster/output/web/upholster-viewer.js is not" in _build(copy / "web", "--check").stderr
     assert _build(copy / "web").returncode == 0
     assert _build(copy / "web", "--check").returncode == 0
     with (built / "LICENSES.txt").open("ab") as file:
@@ -77,9 +77,9 @@ def test_a_file_that_differs_is_named(copy: Path) -> None:
     done = _build(copy / "web", "--check")
     assert done.returncode == 1
     assert done.stderr.count("\n") == 1
-    assert "upholster/web/LICENSES.txt is not" in done.stderr
+    assert "upholster/output/web/LICENSES.txt is not" in done.stderr
     (built / "uph-worker.js").unlink()
-    assert "upholster/web/uph-worker.js is missing" in _build(copy / "web", "--check").stderr
+    assert "upholster/output/web/uph-worker.js is missing" in _build(copy / "web", "--check").stderr
 
 
 def test_the_package_tells_the_version_and_what_there_is(package: Any) -> None:

@@ -17,13 +17,16 @@ from decoders import HERE, digest, in_node, in_python, rgba, run
 from mutants import mutated
 from streams import STREAMS, anything, anything_bent, laid, noise, stream
 
-from upholster.codec import decode, encode
-from upholster.errors import FormatError
-from upholster.geometry import Surface, surface_from_spec
-from upholster.quilt import Chart, paint
-from upholster.stream import StreamDecoder, encode_stream, read_stream
-from upholster.stream.chunks import header, pack_chunk
-from upholster.stream.surface_chunk import NAMED
+from upholster.base.errors import FormatError
+from upholster.codec.ezw import decode, encode
+from upholster.codec.stream.chunks import header, pack_chunk
+from upholster.codec.stream.reader import StreamDecoder, read_stream
+from upholster.codec.stream.surface_chunk import NAMED
+from upholster.codec.stream.writer import encode_stream
+from upholster.geometry.built_in.catalog import surface_from_spec
+from upholster.geometry.patches.surface import Surface
+from upholster.quilt.chart import Chart
+from upholster.quilt.painting import paint
 
 ROOT = HERE.parents[1]
 VECTORS = sorted((ROOT / "tests" / "vectors").glob("*.uph"))

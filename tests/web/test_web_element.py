@@ -11,7 +11,7 @@ from starlette.responses import HTMLResponse
 from starlette.routing import Mount, Route
 from starlette.staticfiles import StaticFiles
 
-from upholster.stream import describe
+from upholster.codec.stream.description import describe
 
 pytestmark = pytest.mark.browser
 
@@ -293,7 +293,7 @@ def test_the_built_scripts_show_every_stream_as_the_sources_do(chromium: Any) ->
             Route("/page/{scripts}", _page),
             Mount("/vectors", StaticFiles(directory=vectors)),
             Mount("/sources", StaticFiles(directory=root / "web")),
-            Mount("/built", StaticFiles(directory=root / "src" / "upholster" / "web")),
+            Mount("/built", StaticFiles(directory=root / "src" / "upholster" / "output" / "web")),
         ]
     )
     found: list[dict[str, Any]] = []

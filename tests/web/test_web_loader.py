@@ -17,10 +17,10 @@ from starlette.responses import FileResponse, Response
 from starlette.routing import Mount, Route
 from starlette.staticfiles import StaticFiles
 
-from upholster.geometry import Surface
-from upholster.image import write_image
-from upholster.quilt import paint
-from upholster.stream import StreamDecoder
+from upholster.codec.stream.reader import StreamDecoder
+from upholster.geometry.patches.surface import Surface
+from upholster.image.files.write import write_image
+from upholster.quilt.painting import paint
 
 pytestmark = pytest.mark.browser
 

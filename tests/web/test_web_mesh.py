@@ -16,10 +16,14 @@ from streams import anything, noise
 
 from upholster.charts.chart_seams import find_seams
 from upholster.charts.layout import density_layout, uniform_layout
-from upholster.geometry import Face, RationalPatch, Surface, surface_from_spec
-from upholster.model import Mesh, face_parameters, vertex_tangents
-from upholster.quilt import Chart
-from upholster.stream import encode_stream
+from upholster.charts.tessellation.mesh import Mesh, face_parameters
+from upholster.codec.stream.writer import encode_stream
+from upholster.geometry.built_in.catalog import surface_from_spec
+from upholster.geometry.patches.face import Face
+from upholster.geometry.patches.patch import RationalPatch
+from upholster.geometry.patches.surface import Surface
+from upholster.model.tangents import vertex_tangents
+from upholster.quilt.chart import Chart
 
 SPECS = (
     "cyclide",

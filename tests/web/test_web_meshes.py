@@ -11,10 +11,11 @@ import pytest
 from mesh_quilts import charts_of, cube, grid, icosphere, sheets, soup
 from streams import noise
 
-from upholster.errors import FormatError
-from upholster.geometry import MeshSurface
-from upholster.stream import StreamDecoder, encode_stream
-from upholster.stream.chunks import ChunkReader, assembled, pack_chunk
+from upholster.base.errors import FormatError
+from upholster.codec.stream.chunks import ChunkReader, assembled, pack_chunk
+from upholster.codec.stream.reader import StreamDecoder
+from upholster.codec.stream.writer import encode_stream
+from upholster.geometry.meshes.triangle_mesh import MeshSurface
 
 SCRIPT = Path(__file__).parent / "mesh_bits.mjs"
 

@@ -8,7 +8,7 @@ import browser
 import pytest
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from upholster.server import Catalogue, make_app
+from upholster.apps.server import Catalogue, make_app
 
 STREAM = "/streams/ring.uph"
 REFUSED = "Failed to load resource"

@@ -65,7 +65,7 @@ def test_a_notebooks_viewer_draws_the_model(tab: Any, notebook: str) -> None:
 
 
 def test_a_part_of_a_stream_is_a_coarser_model(tab: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("upholster.notebook.MOST_BYTES", 9000)
+    monkeypatch.setattr("upholster.apps.notebook.MOST_BYTES", 9000)
     frame = opened(tab, JUPYTERLAB.format(output=upholster.view(browser.ring())._repr_html_()))
     frame.wait_for_function(
         "() => document.querySelector('upholster-viewer')?.model?.first", timeout=PATIENCE

@@ -14,9 +14,9 @@ from starlette.routing import Mount, Route
 from starlette.staticfiles import StaticFiles
 from streams import CHARTS, anything, anything_bent, laid, noise
 
-from upholster.geometry import surface_from_spec
-from upholster.quilt import Chart
-from upholster.stream import encode_stream
+from upholster.codec.stream.writer import encode_stream
+from upholster.geometry.built_in.catalog import surface_from_spec
+from upholster.quilt.chart import Chart
 
 pytestmark = pytest.mark.browser
 

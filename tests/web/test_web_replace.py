@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from browser import BRICKS
 
-from upholster.coverings.synthesis import synthesize
-from upholster.geometry import ring_cyclide
-from upholster.image import read_exemplar
-from upholster.server import Catalogue, make_app
-from upholster.stream import encode_stream
+from upholster.apps.server import Catalogue, make_app
+from upholster.codec.stream.writer import encode_stream
+from upholster.covering.synthesis import synthesize
+from upholster.geometry.built_in.cyclide import ring_cyclide
+from upholster.image.files.read import read_exemplar
 
 pytestmark = pytest.mark.browser
 

@@ -11,10 +11,12 @@ from browser import BRICKS, ROOT
 from hand import Hand, hand_at
 
 from upholster import Project, Sample, read_exemplar
-from upholster.elements import find_lattice
-from upholster.image import from_linear, read_image, write_image
-from upholster.image.perspective import proposed_corners
-from upholster.image.rectify import Rectification
+from upholster.image.color import from_linear
+from upholster.image.elements.lattice import find_lattice
+from upholster.image.files.read import read_image
+from upholster.image.files.write import write_image
+from upholster.image.photo.perspective import proposed_corners
+from upholster.image.photo.rectify import Rectification
 
 pytestmark = pytest.mark.browser
 

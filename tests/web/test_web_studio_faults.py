@@ -12,7 +12,7 @@ from browser import BRICKS, ROOT, wait_until
 from gltf_models import BOX, BOX_TRIANGLES
 from hand import Hand, hand_at
 
-from upholster.image import write_image
+from upholster.image.files.write import write_image
 
 pytestmark = pytest.mark.browser
 

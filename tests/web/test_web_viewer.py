@@ -9,10 +9,12 @@ from browser import likeness, pixels, rendered, wait_until
 from command_line import run_cli
 from scipy.ndimage import gaussian_filter
 
-from upholster.coverings.synthesis import synthesize
-from upholster.geometry import surface_from_spec
-from upholster.stream import StreamDecoder, describe, encode_stream
-from upholster.stream.prefix import Limit, feed_until
+from upholster.codec.stream.description import describe
+from upholster.codec.stream.prefix import Limit, feed_until
+from upholster.codec.stream.reader import StreamDecoder
+from upholster.codec.stream.writer import encode_stream
+from upholster.covering.synthesis import synthesize
+from upholster.geometry.built_in.catalog import surface_from_spec
 
 LEAST_OVERLAP = 0.985
 MOST_DIFFERENCE = 0.08

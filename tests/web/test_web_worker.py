@@ -14,7 +14,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "stream"))
 from decoders import HERE, node
 from streams import noise, woven
 
-from upholster.stream import encode_stream
+from upholster.codec.stream.writer import encode_stream
 
 
 def _material(spec: str, texels: int, *, upside: int = 1) -> bytes:

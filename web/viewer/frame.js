@@ -1,4 +1,4 @@
-/** Where the camera stands: the same view and framing as Python's pictures (upholster.render.camera). z is up. */
+/** Where the camera stands: the same view and framing as Python's pictures (upholster.model.render.camera). z is up. */
 
 /** Vertical angle of view in degrees. */
 export const FIELD_OF_VIEW = 30

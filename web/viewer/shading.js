@@ -1,6 +1,6 @@
 /**
  * The graphics card's programs. Light and what surfaces mirror of it are those of Python's pictures of materials, formula by formula
- * (upholster.render.environment), but for the exposure: what faces the eye shows its own colours. A picture of surroundings may stand in
+ * (upholster.model.render.environment), but for the exposure: what faces the eye shows its own colours. A picture of surroundings may stand in
  * for the sky.
  */
 

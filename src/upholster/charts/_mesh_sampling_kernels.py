@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.jit import allocating_kernel, inline, kernel
-from upholster.types import FloatArray, IntArray, int64
+from upholster.base.types import FloatArray, IntArray, int64
+from upholster.runtime.jit import allocating_kernel, inline, kernel
 
 __all__ = [
     "corner_lists",

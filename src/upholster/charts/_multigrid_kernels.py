@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.jit import inline, kernel, shared, spliced
-from upholster.types import FloatArray, IntArray
+from upholster.base.types import FloatArray, IntArray
+from upholster.runtime.jit import inline, kernel, shared, spliced
 
 __all__ = [
     "GridLevels",

@@ -5,10 +5,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.errors import InputError
-from upholster.geometry.mesh_files import ModelFile
-from upholster.types import FloatArray
-from upholster.vectors import unit_vectors
+from upholster.base.errors import InputError
+from upholster.base.types import FloatArray
+from upholster.base.vectors import unit_vectors
+from upholster.geometry.model_files.model_file import ModelFile
 
 __all__ = ["Round", "axis_direction", "closed_rounds"]
 

@@ -9,8 +9,8 @@ from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from upholster.errors import InputError
-from upholster.geometry import Surface
+from upholster.base.errors import InputError
+from upholster.geometry.patches.surface import Surface
 from upholster.quilt.chart import Chart
 
 __all__ = ["ChartSeam", "find_seams"]

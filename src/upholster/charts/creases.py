@@ -3,9 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.geometry import TriangleMesh
-from upholster.stages import stage
-from upholster.types import FloatArray
+from upholster.base.types import FloatArray
+from upholster.geometry.meshes.triangle_mesh import TriangleMesh
+from upholster.runtime.stages import stage
 
 __all__ = ["CREASE", "bend_cosines", "default_crease"]
 

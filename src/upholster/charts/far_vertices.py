@@ -5,10 +5,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from upholster.base.display import number_of
+from upholster.base.types import FloatArray
 from upholster.charts.layout import face_areas
-from upholster.geometry import AnySurface, MeshSurface, Surface, TriangleMesh
-from upholster.shown import number_of
-from upholster.types import FloatArray
+from upholster.geometry.any_surface import AnySurface
+from upholster.geometry.meshes.triangle_mesh import MeshSurface, TriangleMesh
+from upholster.geometry.patches.surface import Surface
 
 __all__ = ["FarVertices", "blamed_on_far", "far_vertices", "place_in_words"]
 

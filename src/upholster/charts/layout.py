@@ -6,12 +6,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.charts.halving import Halving
-from upholster.errors import InputError
-from upholster.geometry import AnySurface, MeshSurface, Surface
+from upholster.base.errors import InputError
+from upholster.base.types import FloatArray
+from upholster.charts.face_cuts import Halving
+from upholster.geometry.any_surface import AnySurface
+from upholster.geometry.meshes.triangle_mesh import MeshSurface
+from upholster.geometry.patches.surface import Surface
 from upholster.quilt.chart import MAX_CHART, MAX_TEXELS, Chart
-from upholster.stages import stage
-from upholster.types import FloatArray
+from upholster.runtime.stages import stage
 
 __all__ = [
     "LONGEST",

@@ -4,12 +4,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from upholster.base.errors import InputError
+from upholster.base.types import FloatArray
 from upholster.charts.far_vertices import blamed_on_far
-from upholster.errors import InputError
-from upholster.geometry import MeshSurface
+from upholster.geometry.meshes.triangle_mesh import MeshSurface
 from upholster.quilt.chart import MAX_CHART, Chart
-from upholster.stages import stage
-from upholster.types import FloatArray
+from upholster.runtime.stages import stage
 
 __all__ = [
     "GUTTER",

@@ -8,13 +8,13 @@ unit of length.
 
 import numpy as np
 
+from upholster.base.types import FloatArray, IntArray
 from upholster.charts._mesh_sampling_kernels import fill_nodes, splat_matrices, square_axes
-from upholster.charts.charted import ChartedSurface
-from upholster.geometry import TriangleMesh
+from upholster.charts.charted_surface import ChartedSurface
+from upholster.geometry.meshes.triangle_mesh import TriangleMesh
 from upholster.quilt.placement import SYMMETRIES
 from upholster.quilt.warp_field import FIELD_STEP, WarpField, node_count, polar_nodes
-from upholster.stages import stage
-from upholster.types import FloatArray, IntArray
+from upholster.runtime.stages import stage
 
 __all__ = ["triangle_frames", "warp_fields"]
 

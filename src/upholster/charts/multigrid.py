@@ -17,6 +17,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from upholster.base.types import FloatArray, IntArray
 from upholster.charts._multigrid_kernels import (
     ComplexArray,
     GridLevels,
@@ -32,8 +33,7 @@ from upholster.charts._multigrid_kernels import (
     prolong,
     restrict,
 )
-from upholster.parallel import check_cancelled
-from upholster.types import FloatArray, IntArray
+from upholster.runtime.parallel import check_cancelled
 
 __all__ = ["Multigrid", "hermitian", "smallest_eigenvectors", "solve", "unit_complex"]
 

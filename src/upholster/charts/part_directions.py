@@ -5,14 +5,14 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from upholster.base.errors import InputError
+from upholster.base.options.direction_words import AXIS_DIRECTIONS
+from upholster.base.types import FloatArray
+from upholster.base.vectors import unit_vectors
 from upholster.charts.axis_directions import axis_direction
-from upholster.charts.directions import TriangleVectors, Vectors, parse_direction
-from upholster.errors import InputError
-from upholster.geometry import TriangleMesh
-from upholster.geometry.mesh_files import ModelFile
-from upholster.options import AXIS_DIRECTIONS
-from upholster.types import FloatArray
-from upholster.vectors import unit_vectors
+from upholster.charts.directions.direction import TriangleVectors, Vectors, parse_direction
+from upholster.geometry.meshes.triangle_mesh import TriangleMesh
+from upholster.geometry.model_files.model_file import ModelFile
 
 __all__ = ["is_by_part", "part_direction", "triangles_by_direction"]
 

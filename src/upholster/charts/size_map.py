@@ -10,15 +10,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from upholster.base.errors import InputError
+from upholster.base.types import FloatArray, IntArray
 from upholster.charts._mesh_sampling_kernels import distances_over_edges
-from upholster.charts.charted import ChartedSurface, on_longer_steps
-from upholster.charts.directions import NUMBER
-from upholster.charts.maps import MapGround, SurfaceMap, parse_map
+from upholster.charts.charted_surface import ChartedSurface, on_longer_steps
+from upholster.charts.directions.direction import NUMBER
+from upholster.charts.maps.map_ground import MapGround
+from upholster.charts.maps.map_text import parse_map
+from upholster.charts.maps.surface_map import SurfaceMap
 from upholster.charts.subdivision import subdivided
-from upholster.errors import InputError
-from upholster.geometry import TriangleMesh
-from upholster.stages import file_stage
-from upholster.types import FloatArray, IntArray
+from upholster.geometry.meshes.triangle_mesh import TriangleMesh
+from upholster.runtime.stages import file_stage
 
 __all__ = ["SizeField", "SizeMap", "parse_size_map", "size_field"]
 
@@ -115,8 +117,8 @@ def parse_size_map(text: str) -> SizeMap:
     Parameters
     ----------
     text
-        A map as for `upholster.charts.maps.parse_map`, and the factors of the sample's size where the map is
-        0 and where it is 1: ``height=0.5,2``.
+        A map as for `upholster.charts.maps.map_text.parse_map`, and the factors of the sample's size where
+        the map is 0 and where it is 1: ``height=0.5,2``.
 
     Raises
     ------

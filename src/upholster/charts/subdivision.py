@@ -5,6 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from upholster.base.errors import InputError
+from upholster.base.types import FloatArray, IntArray
+from upholster.base.vectors import unit_vectors
 from upholster.charts._subdivision_kernels import (
     PARTS,
     Pieces,
@@ -13,15 +16,12 @@ from upholster.charts._subdivision_kernels import (
     measure_lengths,
     order_pieces,
 )
-from upholster.charts.charted import ChartedSurface
+from upholster.charts.charted_surface import ChartedSurface
 from upholster.charts.far_vertices import blamed_on_far, place_in_words
-from upholster.errors import InputError
-from upholster.geometry import TriangleMesh
 from upholster.geometry.components import connected
-from upholster.geometry.edge_pairs import edge_pairs, numbered_edges
-from upholster.parallel import check_cancelled
-from upholster.types import FloatArray, IntArray
-from upholster.vectors import unit_vectors
+from upholster.geometry.meshes.edge_pairs import edge_pairs, numbered_edges
+from upholster.geometry.meshes.triangle_mesh import TriangleMesh
+from upholster.runtime.parallel import check_cancelled
 
 __all__ = ["Subdivided", "subdivided", "subdivided_in"]
 

@@ -7,25 +7,22 @@ from typing import TypeGuard, cast
 
 import numpy as np
 
+from upholster.base.errors import InputError
+from upholster.base.examples import model_path
+from upholster.base.formats import input_kind, is_model_name
+from upholster.base.options.model_options import ModelOptions
+from upholster.base.options.option_fields import differing
 from upholster.charts.far_vertices import far_vertices
-from upholster.charts.unwrap import unwrap
-from upholster.disk_cache import kept_on_disk
-from upholster.errors import InputError
-from upholster.formats import input_kind, is_model_name
-from upholster.geometry import (
-    AnySurface,
-    MeshSurface,
-    Surface,
-    SurfaceLike,
-    TriangleMesh,
-    as_surface,
-    surface_file,
-)
-from upholster.geometry.mesh_files import ModelFile, read_model
-from upholster.geometry.patch_mesh import can_be_mesh, patch_mesh
-from upholster.included import model_path
-from upholster.options import ModelOptions, differing
-from upholster.stages import file_stage, stage
+from upholster.charts.unwrap.flat_islands import unwrap
+from upholster.geometry.any_surface import AnySurface
+from upholster.geometry.built_in.catalog import SurfaceLike, as_surface, surface_file
+from upholster.geometry.meshes.patch_mesh import can_be_mesh, patch_mesh
+from upholster.geometry.meshes.triangle_mesh import MeshSurface, TriangleMesh
+from upholster.geometry.model_files.model_file import ModelFile
+from upholster.geometry.model_files.model_reader import read_model
+from upholster.geometry.patches.surface import Surface
+from upholster.runtime.disk_cache import kept_on_disk
+from upholster.runtime.stages import file_stage, stage
 
 __all__ = ["Covered", "CoveredLike", "as_covered", "covered_files", "covered_parts"]
 

@@ -9,10 +9,10 @@ is not the one asked for.
 import numpy as np
 from numpy.typing import NDArray
 
+from upholster.base.types import FloatArray, IntArray
 from upholster.charts._mesh_sampling_kernels import distances_over_edges, join_turns
-from upholster.charts.charted import ChartedSurface
-from upholster.stages import stage
-from upholster.types import FloatArray, IntArray
+from upholster.charts.charted_surface import ChartedSurface
+from upholster.runtime.stages import stage
 
 __all__ = ["chart_turns"]
 

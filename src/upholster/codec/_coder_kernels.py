@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from upholster.base.types import int64
 from upholster.codec._context_kernels import (
     LEVELS,
     QUEUES,
@@ -46,8 +47,7 @@ from upholster.codec.tree import (
     PRECEDING,
     WAITING,
 )
-from upholster.jit import inline, kernel, spliced
-from upholster.types import int64
+from upholster.runtime.jit import inline, kernel, spliced
 
 __all__ = [
     "DOMINANT",

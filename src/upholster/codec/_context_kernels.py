@@ -26,7 +26,7 @@ from upholster.codec.tree import (
     LEVEL,
     PARENT,
 )
-from upholster.jit import inline, spliced
+from upholster.runtime.jit import inline, spliced
 
 __all__ = [
     "LEVELS",

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.jit import inline, kernel
+from upholster.runtime.jit import inline, kernel
 
 __all__ = [
     "BYTES_DONE",

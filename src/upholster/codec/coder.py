@@ -7,6 +7,7 @@ arithmetic coding of SPEC.md. All channels share one stream, in which the larges
 import numpy as np
 from numpy.typing import NDArray
 
+from upholster.base.types import FloatArray, frozen_array
 from upholster.codec import _coder_kernels as kernels
 from upholster.codec._context_kernels import LEVELS, MODEL_SIZE, REFINED
 from upholster.codec._model_kernels import (
@@ -21,18 +22,7 @@ from upholster.codec._model_kernels import (
     WEIGHTS,
 )
 from upholster.codec.tables import POINTS, QUANTA, RECIPROCALS, SQUASH, STRETCH, THRESHOLDS
-from upholster.codec.tree import (
-    BAND,
-    FLAGS,
-    KNOWN,
-    LL,
-    LOWEST,
-    PARENT,
-    WAITING,
-    Band,
-    Tree,
-)
-from upholster.types import FloatArray, frozen_array
+from upholster.codec.tree import BAND, FLAGS, KNOWN, LL, LOWEST, PARENT, WAITING, Band, Tree
 
 __all__ = ["MAX_PLANE", "CoefficientDecoder", "CoefficientEncoder", "Coefficients"]
 

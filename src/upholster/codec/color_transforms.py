@@ -8,7 +8,7 @@ stored matrix in float64, in a fixed order.
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.types import FloatArray
+from upholster.base.types import FloatArray
 
 __all__ = ["MATRIX_UNIT", "fit_klt", "from_ycocg", "to_ycocg", "unmix"]
 

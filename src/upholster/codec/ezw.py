@@ -5,14 +5,14 @@ Any prefix that contains the header is a complete image; every further byte refi
 
 from dataclasses import dataclass
 
+from upholster.base.errors import FormatError, InputError
+from upholster.base.limits import Limits
+from upholster.base.options.write_options import QUALITY, Quality
+from upholster.base.types import PixelArray
 from upholster.codec.header import ImageHeader
 from upholster.codec.image_code import encode_parts
+from upholster.codec.lifting import Wavelet
 from upholster.codec.partial_image import ImageDecoder
-from upholster.errors import FormatError, InputError
-from upholster.limits import Limits
-from upholster.options import QUALITY, Quality
-from upholster.types import PixelArray
-from upholster.wavelet.lifting import Wavelet
 
 __all__ = ["MAGIC", "DecodedImage", "decode", "encode"]
 

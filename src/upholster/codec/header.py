@@ -6,10 +6,10 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from upholster.base.errors import FormatError
+from upholster.base.types import MAX_SAMPLE
+from upholster.codec.lifting import MAX_LEVELS, Wavelet
 from upholster.codec.tree import tree_size
-from upholster.errors import FormatError
-from upholster.types import MAX_SAMPLE
-from upholster.wavelet.lifting import MAX_LEVELS, Wavelet
 
 __all__ = ["MAX_PLACES", "MAX_SAMPLES", "MOST_THRESHOLDS", "ImageHeader"]
 

@@ -8,16 +8,16 @@ from typing import Any, NamedTuple, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from upholster.base.errors import InputError, check_whole
+from upholster.base.options.write_options import Quality, check_quality
+from upholster.base.types import MAX_SAMPLE, PixelArray
 from upholster.codec.coder import MAX_PLANE, CoefficientEncoder
 from upholster.codec.color_transforms import fit_klt, to_ycocg
 from upholster.codec.header import MAX_PLACES, MAX_SAMPLES, ImageHeader
+from upholster.codec.lifting import MAX_LEVELS, WAVELETS, Wavelet, forward
 from upholster.codec.partial_image import PartialImage, tree_of, unweight, window
 from upholster.codec.thresholds import share_thresholds, to_coded
 from upholster.codec.tree import Tree, tree_size
-from upholster.errors import InputError, check_whole
-from upholster.options import Quality, check_quality
-from upholster.types import MAX_SAMPLE, PixelArray
-from upholster.wavelet.lifting import MAX_LEVELS, WAVELETS, Wavelet, forward
 
 __all__ = ["CodedImage", "check_image", "encode_parts"]
 

@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from upholster.base.types import PixelArray
 from upholster.codec.coder import MAX_PLANE, CoefficientDecoder, Coefficients
 from upholster.codec.color_transforms import from_ycocg, unmix
 from upholster.codec.header import ImageHeader
+from upholster.codec.lifting import Wavelet, band_norms, inverse
 from upholster.codec.thresholds import from_coded, to_coded
 from upholster.codec.tree import LL, Band, Tree, build_tree
-from upholster.types import PixelArray
-from upholster.wavelet.lifting import Wavelet, band_norms, inverse
 
 __all__ = ["ImageDecoder", "PartialImage", "tree_of", "unweight", "window"]
 

@@ -5,7 +5,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.types import frozen_array
+from upholster.base.types import frozen_array
 
 __all__ = ["POINTS", "QUANTA", "RECIPROCALS", "SQUASH", "STRETCH", "THRESHOLDS"]
 

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.types import FloatArray, IntArray
+from upholster.base.types import FloatArray, IntArray
 
 __all__ = ["SHARES", "from_coded", "share_thresholds", "to_coded"]
 

@@ -15,8 +15,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.types import frozen_array
-from upholster.wavelet import level_shape
+from upholster.base.types import frozen_array
+from upholster.codec.haar import level_shape
 
 __all__ = ["HH", "HL", "LH", "LL", "PADDING", "Band", "Tree", "build_tree", "tree_size"]
 

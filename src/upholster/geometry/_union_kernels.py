@@ -2,8 +2,8 @@
 
 from typing import Any
 
-from upholster.jit import inline
-from upholster.types import IntArray, int64
+from upholster.base.types import IntArray, int64
+from upholster.runtime.jit import inline
 
 __all__ = ["root_of", "unite"]
 

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.types import IntArray
+from upholster.base.types import IntArray
 
 __all__ = ["connected"]
 

@@ -10,8 +10,8 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
-from upholster.errors import InputError
-from upholster.types import PixelArray
+from upholster.base.errors import InputError
+from upholster.base.types import PixelArray
 
 __all__ = ["alpha_channel", "from_linear", "to_linear"]
 

@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 from OpenImageIO import FLOAT, ROI, ImageBuf, ImageBufAlgo, ImageSpec
 
-from upholster.types import PixelArray
+from upholster.base.types import PixelArray
 
 __all__ = ["Drawing"]
 

@@ -11,8 +11,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.errors import FormatError
-from upholster.types import FloatArray
+from upholster.base.errors import FormatError
+from upholster.base.types import FloatArray
 
 __all__ = [
     "SRGB_TO_XYZ",

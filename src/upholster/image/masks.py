@@ -3,9 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from upholster.base.types import PixelArray
 from upholster.image.color import alpha_channel
 from upholster.image.numbers import to_unit, top_of
-from upholster.types import PixelArray
 
 __all__ = ["Used", "as_alpha", "as_map", "filled", "is_white", "largest_square", "on_shape", "squares"]
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from upholster.base.types import FloatArray, PixelArray
 from upholster.image.numbers import to_unit
-from upholster.types import FloatArray, PixelArray
 
 __all__ = ["points_down"]
 
@@ -20,7 +20,7 @@ def points_down(normal: PixelArray, height: PixelArray) -> bool | None:
     Parameters
     ----------
     normal
-        (H, W, 3), coded as `upholster.image.material.Material` has it.
+        (H, W, 3), coded as `upholster.image.files.material.Material` has it.
     height
         (H, W, 1).
 

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from upholster.types import FloatArray, PixelArray
+from upholster.base.types import FloatArray, PixelArray
 
 __all__ = ["as_depth", "to_unit", "top_of"]
 

@@ -11,10 +11,10 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.errors import FormatError
+from upholster.base.errors import FormatError
+from upholster.base.types import FloatArray, PixelArray
 from upholster.image.color import alpha_channel, from_linear, to_linear
 from upholster.image.icc import SRGB_TO_XYZ, Profile, read_profile
-from upholster.types import FloatArray, PixelArray
 
 __all__ = ["PHOTOS", "Notes", "ink_samples", "is_cmyk", "tell", "to_srgb"]
 

@@ -5,8 +5,8 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from upholster.base.types import PixelArray
 from upholster.image.color import alpha_channel, from_linear, to_linear
-from upholster.types import PixelArray
 
 __all__ = ["premultiplied", "resampled_rows", "resize_image"]
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Protocol, TypeVar
 
-from upholster.errors import InputError, nearest
+from upholster.base.errors import InputError, nearest
 
 __all__ = [
     "COLORS",

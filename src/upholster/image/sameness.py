@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from upholster.types import PixelArray
+from upholster.base.types import PixelArray
 
 __all__ = ["differing_region"]
 

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.jit import inline, kernel, shared
+from upholster.runtime.jit import inline, kernel, shared
 
 __all__ = ["MOST_STEPS", "Growing", "HeightField", "measure_spacing", "move_vertices", "refine_triangles"]
 

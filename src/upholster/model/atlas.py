@@ -18,13 +18,13 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from upholster.base.types import FloatArray, IntArray, PixelArray, frozen_array
 from upholster.charts.chart_seams import ChartSeam
-from upholster.charts.tessellation import Mesh
+from upholster.charts.tessellation.mesh import Mesh
 from upholster.model.gutter import fill_gutters, shown_beyond
 from upholster.model.packing import AtlasCell, AtlasLayout, AtlasPage, gutter_depths, pack_charts
-from upholster.parallel import run_tasks
 from upholster.quilt.model import Texels
-from upholster.types import FloatArray, IntArray, PixelArray, frozen_array
+from upholster.runtime.parallel import run_tasks
 
 __all__ = ["Atlas", "build_atlas", "build_page", "by_chart", "page_windows"]
 

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.types import FloatArray, IntArray
+from upholster.base.types import FloatArray, IntArray
 
 __all__ = ["crossed", "folds", "held_back", "vertex_normals"]
 

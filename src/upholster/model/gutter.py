@@ -5,9 +5,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from upholster.base.types import FloatArray, PixelArray
 from upholster.charts.chart_seams import ChartSeam
 from upholster.quilt.chart import Chart
-from upholster.types import FloatArray, PixelArray
 
 __all__ = ["beyond", "fill_gutters", "mixed_corner", "shown_beyond"]
 

@@ -5,9 +5,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.image import from_linear
+from upholster.base.types import PixelArray
+from upholster.image.color import from_linear
 from upholster.quilt.model import Texels
-from upholster.types import PixelArray
 
 __all__ = ["height_levels", "height_values"]
 

@@ -12,12 +12,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from upholster.base.types import FloatArray, IntArray
+from upholster.base.vectors import unit_vectors
 from upholster.charts.mesh_layout import chart_places
-from upholster.geometry import MeshSurface
+from upholster.geometry.meshes.triangle_mesh import MeshSurface
 from upholster.quilt.chart import Chart
 from upholster.quilt.model import Texels
-from upholster.types import FloatArray, IntArray
-from upholster.vectors import unit_vectors
 
 __all__ = ["IslandCuts", "cut_islands"]
 

@@ -14,9 +14,11 @@ from itertools import accumulate, islice, product
 import numpy as np
 from numpy.typing import NDArray
 
+from upholster.base.errors import InputError
+from upholster.base.types import FloatArray, frozen_array
 from upholster.charts.mesh_layout import chart_places
-from upholster.errors import InputError
-from upholster.geometry import AnySurface, MeshSurface
+from upholster.geometry.any_surface import AnySurface
+from upholster.geometry.meshes.triangle_mesh import MeshSurface
 from upholster.model._packing_kernels import lay_stencils, mark_squares
 from upholster.model.island_cuts import cut_islands
 from upholster.model.packing import (
@@ -31,7 +33,6 @@ from upholster.model.packing import (
     power_of_two,
 )
 from upholster.quilt.chart import Chart
-from upholster.types import FloatArray, frozen_array
 
 __all__ = ["island_padding", "pack_atlas", "pack_islands"]
 

@@ -4,12 +4,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from upholster.base.types import FloatArray
 from upholster.charts.mesh_layout import chart_places
-from upholster.charts.tessellation import Mesh
-from upholster.geometry import MeshSurface, corner_normals
+from upholster.charts.tessellation.mesh import Mesh
+from upholster.geometry.meshes.corner_normals import corner_normals
+from upholster.geometry.meshes.triangle_mesh import MeshSurface
 from upholster.model.tangents import unit_across
 from upholster.quilt.chart import Chart
-from upholster.types import FloatArray
 
 __all__ = ["charted_tangents", "mesh_on_charts"]
 

@@ -5,17 +5,17 @@ from dataclasses import replace
 
 import numpy as np
 
+from upholster.base.errors import InputError
+from upholster.base.types import FloatArray, PixelArray, frozen_array
+from upholster.base.vectors import unit_vectors
 from upholster.charts.chart_seams import ChartSeam
-from upholster.charts.tessellation import face_parameters, own_patches
-from upholster.errors import InputError
-from upholster.geometry import Surface
+from upholster.charts.tessellation.mesh import face_parameters, own_patches
+from upholster.geometry.patches.surface import Surface
 from upholster.model.atlas import Atlas, build_atlas, by_chart
 from upholster.model.gutter import beyond, mixed_corner
 from upholster.model.packing import AtlasCell, AtlasLayout
 from upholster.quilt.chart import Chart
 from upholster.quilt.model import Texels
-from upholster.types import FloatArray, PixelArray, frozen_array
-from upholster.vectors import unit_vectors
 
 __all__ = ["build_normal_atlas", "turn_gutters"]
 
@@ -28,8 +28,8 @@ def build_normal_atlas(
 ) -> Atlas:
     """Place the charts of a normal map in one image, as `build_atlas` does for colours.
 
-    A neighbour's vectors are in its own tangent frame (`upholster.quilt.paint_normals`). In the gutter they
-    are rotated by the angle between the two frames, at each point of the edge.
+    A neighbour's vectors are in its own tangent frame (`upholster.quilt.normal_painting.paint_normals`). In
+    the gutter they are rotated by the angle between the two frames, at each point of the edge.
 
     Parameters
     ----------

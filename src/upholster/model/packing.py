@@ -7,11 +7,11 @@ from itertools import accumulate
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.charts.tessellation import Mesh
-from upholster.errors import InputError
+from upholster.base.errors import InputError
+from upholster.base.types import FloatArray, IntArray
+from upholster.charts.tessellation.mesh import Mesh
 from upholster.model.island_cuts import IslandCuts
 from upholster.quilt.chart import Chart
-from upholster.types import FloatArray, IntArray
 
 __all__ = [
     "GUTTER",

@@ -7,9 +7,9 @@ from embreex.mesh_construction import TriangleMesh as EmbreeTriangles
 from embreex.rtcore_scene import EmbreeScene
 from numpy.typing import NDArray
 
+from upholster.base.display import number_of
+from upholster.base.types import FloatArray, IntArray
 from upholster.model.folds import crossed, folds, vertex_normals
-from upholster.shown import number_of
-from upholster.types import FloatArray, IntArray
 
 __all__ = ["Solid", "check_solid", "shown_length", "solid_lines", "volume"]
 

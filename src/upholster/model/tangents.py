@@ -4,10 +4,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from upholster.charts.tessellation import Mesh, face_parameters, own_patches
-from upholster.geometry import Surface
+from upholster.base.types import FloatArray, IntArray
+from upholster.charts.tessellation.mesh import Mesh, face_parameters, own_patches
+from upholster.geometry.patches.surface import Surface
 from upholster.quilt.chart import Chart
-from upholster.types import FloatArray, IntArray
 
 __all__ = ["mesh_tangents", "unit_across", "vertex_tangents"]
 

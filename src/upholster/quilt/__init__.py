@@ -5,11 +5,3 @@
 - `warp_field`: the 2×2 matrices over a chart; `displacement`: where its places read in the exemplar
 - `painting`, `normal_painting`, `materials`: from quilt and exemplar to texels; `pyramid`: coarser exemplars
 """
-
-from upholster.quilt.chart import Chart
-from upholster.quilt.materials import paint_material
-from upholster.quilt.model import Quilt, Texels
-from upholster.quilt.normal_painting import paint_normals
-from upholster.quilt.painting import paint
-
-__all__ = ["Chart", "Quilt", "Texels", "paint", "paint_material", "paint_normals"]

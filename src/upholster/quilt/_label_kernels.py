@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.jit import inline, kernel
+from upholster.runtime.jit import inline, kernel
 
 __all__ = ["nearest_in_columns", "nearest_in_rows"]
 

@@ -5,9 +5,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.jit import inline, kernel
+from upholster.base.types import PixelArray
 from upholster.quilt._field_kernels import matrix_between
-from upholster.types import PixelArray
+from upholster.runtime.jit import inline, kernel
 
 __all__ = ["lengthen_vectors", "turn_vectors"]
 

@@ -11,9 +11,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.jit import by_type, inline, is_float, kernel, shared
+from upholster.base.types import PixelArray
 from upholster.quilt._field_kernels import node_row
-from upholster.types import PixelArray
+from upholster.runtime.jit import by_type, inline, is_float, kernel, shared
 
 __all__ = ["Field", "Layer", "Places", "PyramidWords", "Readings", "paint_window"]
 

@@ -8,10 +8,10 @@ section 8). The integers are those of every decoder, by one formula
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from upholster.base.types import IntArray
 from upholster.quilt._field_kernels import reading
 from upholster.quilt.placement import SYMMETRIES
 from upholster.quilt.warp_field import UNIT, WarpField
-from upholster.types import IntArray
 
 __all__ = ["centre_matrices", "levels_of", "warped_sources"]
 

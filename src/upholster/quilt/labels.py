@@ -9,10 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.errors import InputError
+from upholster.base.errors import InputError
+from upholster.base.types import frozen_array
 from upholster.quilt._label_kernels import nearest_in_columns, nearest_in_rows
 from upholster.quilt.chart import Chart
-from upholster.types import frozen_array
 
 __all__ = ["MOST_CELL", "LabelMap", "cell_centres", "label_shape", "nearest_labels"]
 

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from upholster.errors import InputError
-from upholster.image.material import Material
-from upholster.image.source import Source, as_exemplar
-from upholster.parallel import running
+from upholster.base.errors import InputError
+from upholster.base.types import PixelArray, Progress
+from upholster.image.files.material import Material
+from upholster.image.files.source import Source, as_exemplar
 from upholster.quilt.model import Quilt, Texels
 from upholster.quilt.normal_painting import (
     lengthen,
@@ -15,7 +15,7 @@ from upholster.quilt.normal_painting import (
     unit_normal_texels,
 )
 from upholster.quilt.painting import ChartPainter, check_painted, image_pyramid, paint, painted_charts
-from upholster.types import PixelArray, Progress
+from upholster.runtime.parallel import running
 
 __all__ = ["WindowPainter", "paint_map", "paint_material"]
 
@@ -37,7 +37,7 @@ def paint_material(
     material
         Its maps have the exemplar's height and width. Or a material's folder, or its files by role.
     density, threads, progress
-        As in `upholster.quilt.paint`.
+        As in `upholster.quilt.painting.paint`.
 
     Returns
     -------
@@ -88,7 +88,7 @@ class WindowPainter:
     image
         The map, (H, W) or (H, W, C), with the height and width that the quilt was made for.
     density
-        As in `upholster.quilt.paint`.
+        As in `upholster.quilt.painting.paint`.
 
     Raises
     ------

@@ -11,15 +11,16 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
-from upholster.errors import InputError
-from upholster.geometry import AnySurface, MeshSurface
+from upholster.base.display import Shown, on_a_line
+from upholster.base.errors import InputError
+from upholster.base.types import IntArray, PixelArray, frozen_array
+from upholster.geometry.any_surface import AnySurface
+from upholster.geometry.meshes.triangle_mesh import MeshSurface
 from upholster.quilt.chart import Chart
 from upholster.quilt.displacement import warped_sources
 from upholster.quilt.labels import LabelMap
 from upholster.quilt.placement import check_placements
 from upholster.quilt.warp_field import WarpField
-from upholster.shown import Shown, on_a_line
-from upholster.types import IntArray, PixelArray, frozen_array
 
 __all__ = ["DENSITIES", "Quilt", "Texels"]
 

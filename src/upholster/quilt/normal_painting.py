@@ -12,15 +12,15 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.errors import InputError
-from upholster.parallel import run_tasks
+from upholster.base.errors import InputError
+from upholster.base.types import PixelArray
 from upholster.quilt._normal_kernels import lengthen_vectors, turn_vectors
 from upholster.quilt.chart import Chart
 from upholster.quilt.model import Quilt, Texels
 from upholster.quilt.painting import check_painted, image_pyramid, paint_each, texel_places
 from upholster.quilt.placement import SYMMETRIES
 from upholster.quilt.pyramid import Pyramid
-from upholster.types import PixelArray
+from upholster.runtime.parallel import run_tasks
 
 __all__ = ["lengthen", "paint_normals", "turn_window", "turned_pyramid", "unit_normal_texels"]
 
@@ -37,7 +37,8 @@ def paint_normals(
     """Paint a quilt with a normal map, in the frame of texels on the surface.
 
     In that frame, T is along texel columns, S_t made a unit vector; N is the surface's normal; and B = N × T
-    points up in the texture. It is glTF's with a TANGENT of (T, 1), see `upholster.model.vertex_tangents`.
+    points up in the texture. It is glTF's with a TANGENT of (T, 1), see
+    `upholster.model.tangents.vertex_tangents`.
 
     Parameters
     ----------
@@ -47,7 +48,7 @@ def paint_normals(
         (H, W, 3) uint8, uint16 or float32: (x, y, z) to the right, upward and outward in the exemplar, coded
         as (v + 1)/2 times the largest integer (1 for floats).
     density
-        As in `upholster.quilt.paint`.
+        As in `upholster.quilt.painting.paint`.
 
     Returns
     -------

@@ -13,10 +13,10 @@ from functools import cached_property, partial
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.errors import InputError
-from upholster.image import Material
-from upholster.image.source import as_exemplar
-from upholster.parallel import run_tasks, running
+from upholster.base.errors import InputError
+from upholster.base.types import PixelArray, Progress
+from upholster.image.files.material import Material
+from upholster.image.files.source import as_exemplar
 from upholster.quilt import _paint_kernels as kernels
 from upholster.quilt.chart import MAX_CHART, MAX_TEXELS, Chart
 from upholster.quilt.displacement import centre_matrices, levels_of
@@ -25,7 +25,7 @@ from upholster.quilt.model import Quilt, Texels
 from upholster.quilt.placement import SYMMETRIES
 from upholster.quilt.pyramid import Pyramid, build_pyramid, most_levels
 from upholster.quilt.warp_field import UNIT
-from upholster.types import PixelArray, Progress
+from upholster.runtime.parallel import run_tasks, running
 
 __all__ = [
     "PAINTED_DENSITIES",
@@ -71,7 +71,7 @@ def paint(
         Texels per step of the quilt's grid, each way: 1/64 to 64. Every density shows the same picture. None:
         the density that the quilt was made for.
     threads, progress
-        As in `upholster.parallel.running`; stage "paint".
+        As in `upholster.runtime.parallel.running`; stage "paint".
 
     Returns
     -------

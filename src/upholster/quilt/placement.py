@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.errors import InputError
+from upholster.base.errors import InputError
 from upholster.quilt.chart import Chart
 
 __all__ = ["MOST_OFFSET", "PLACEMENT", "SYMMETRIES", "bare_placement", "check_placements"]

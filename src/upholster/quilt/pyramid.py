@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.types import PixelArray, frozen_array
+from upholster.base.types import PixelArray, frozen_array
 
 __all__ = ["Pyramid", "build_pyramid", "halved", "most_levels"]
 

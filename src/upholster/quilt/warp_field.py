@@ -10,9 +10,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from upholster.errors import InputError
+from upholster.base.errors import InputError
+from upholster.base.types import FloatArray, IntArray, frozen_array
 from upholster.quilt._field_kernels import matrices_between, node_matrices
-from upholster.types import FloatArray, IntArray, frozen_array
 
 __all__ = [
     "ANGLES",

@@ -5,14 +5,15 @@ from typing import Any
 import numpy as np
 from meshes import on_charts
 
-from upholster.charts.charted import ChartedSurface, charted_patches, charted_plane
+from upholster.charts.charted_surface import ChartedSurface, charted_patches, charted_plane
 from upholster.charts.layout import density_layout
-from upholster.charts.maps import MapGround, parse_map
-from upholster.charts.unwrap import unwrap
-from upholster.geometry import Surface, TriangleMesh
-from upholster.geometry.mesh_files import ModelFile
-from upholster.geometry.mesh_files.model_file import ModelPart
-from upholster.quilt import Chart
+from upholster.charts.maps.map_ground import MapGround
+from upholster.charts.maps.map_text import parse_map
+from upholster.charts.unwrap.flat_islands import unwrap
+from upholster.geometry.meshes.triangle_mesh import TriangleMesh
+from upholster.geometry.model_files.model_file import ModelFile, ModelPart
+from upholster.geometry.patches.surface import Surface
+from upholster.quilt.chart import Chart
 
 
 def on_mesh(mesh: TriangleMesh, density: float = 20.0, **more: Any) -> MapGround:
@@ -31,7 +32,7 @@ def on_patches(surface: Surface, texels: int = 20_000) -> MapGround:
 
 def on_flat(height: int = 30, width: int = 40, *, tile: bool = False) -> MapGround:
     """Return a flat texture."""
-    from upholster.geometry import plane
+    from upholster.geometry.built_in.plane import plane
 
     return MapGround(charted_plane(Chart(0, height, width), tile=tile), None, plane(), True)
 

@@ -8,11 +8,11 @@ import pytest
 from grounds import at_steps, map_values, on_flat, on_mesh, on_patches, steps_of
 from meshes import height_field
 
-from upholster.charts.maps import parse_map
-from upholster.errors import InputError
-from upholster.geometry import torus
-from upholster.image import write_image
-from upholster.stages import Stages
+from upholster.base.errors import InputError
+from upholster.charts.maps.map_text import parse_map
+from upholster.geometry.built_in.cyclide import torus
+from upholster.image.files.write import write_image
+from upholster.runtime.stages import Stages
 
 
 def written(path, pixels: np.ndarray) -> str:

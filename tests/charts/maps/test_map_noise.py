@@ -5,8 +5,8 @@ import pytest
 from grounds import at_steps, map_values, on_flat, on_mesh
 from meshes import box, sphere
 
-from upholster.charts.maps import parse_map
-from upholster.errors import InputError
+from upholster.base.errors import InputError
+from upholster.charts.maps.map_text import parse_map
 
 
 def test_noise_is_the_same_on_every_machine() -> None:

@@ -11,9 +11,9 @@ import pytest
 from grounds import at_steps, map_values, on_flat, on_mesh, steps_of
 from meshes import box, sphere
 
-from upholster.charts.maps import parse_map
-from upholster.errors import InputError
-from upholster.stages import Stages
+from upholster.base.errors import InputError
+from upholster.charts.maps.map_text import parse_map
+from upholster.runtime.stages import Stages
 
 
 def written(path: Path, strokes: Any) -> str:

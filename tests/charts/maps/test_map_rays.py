@@ -5,10 +5,12 @@ import pytest
 from grounds import at_steps, map_values, on_mesh, on_patches, steps_of
 from meshes import box, sphere, two_rings
 
-from upholster.charts.maps import coarse, parse_map
-from upholster.charts.maps.coarse import coarse_cells
-from upholster.geometry import TriangleMesh, torus
-from upholster.parallel import running
+from upholster.charts.maps import coarse_values
+from upholster.charts.maps.coarse_values import coarse_cells
+from upholster.charts.maps.map_text import parse_map
+from upholster.geometry.built_in.cyclide import torus
+from upholster.geometry.meshes.triangle_mesh import TriangleMesh
+from upholster.runtime.parallel import running
 
 
 @pytest.fixture(scope="module")
@@ -92,7 +94,7 @@ def test_what_is_dark_beside_an_edge_does_not_show_beyond_it() -> None:
 @pytest.mark.parametrize("text", ["curvature:0.3", "occlusion"])
 def test_coarser_cells_tell_about_the_same(room, monkeypatch, text: str) -> None:
     fine = map_values(text, room)
-    monkeypatch.setattr(coarse, "MOST_POINTS", 12_000)
+    monkeypatch.setattr(coarse_values, "MOST_POINTS", 12_000)
     cells = coarse_cells(room.charted)
     assert sum(int(one.on.sum()) for one in cells) <= 12_000
     assert {one.stride for one in cells} == {2}

@@ -7,9 +7,10 @@ from meshes import torus
 from scipy.ndimage import maximum_filter
 
 from upholster import InputError
-from upholster.charts.maps import MapGround, parse_map, region
-from upholster.charts.maps.map_ground import triangles_at_steps
-from upholster.methods.guidance import region_again
+from upholster.charts.maps.map_ground import MapGround, triangles_at_steps
+from upholster.charts.maps.map_text import parse_map
+from upholster.charts.maps.surface_map import region
+from upholster.synthesis.guidance import region_again
 
 
 @pytest.fixture(scope="module")

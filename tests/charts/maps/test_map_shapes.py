@@ -7,11 +7,12 @@ import pytest
 from grounds import at_steps, map_values, on_flat, on_mesh, on_patches, steps_of
 from meshes import box, sphere
 
-from upholster.charts.maps import parse_map, region
-from upholster.errors import InputError
-from upholster.geometry import torus
-from upholster.parallel import running
-from upholster.stages import Stages
+from upholster.base.errors import InputError
+from upholster.charts.maps.map_text import parse_map
+from upholster.charts.maps.surface_map import region
+from upholster.geometry.built_in.cyclide import torus
+from upholster.runtime.parallel import running
+from upholster.runtime.stages import Stages
 
 
 @pytest.fixture(scope="module")

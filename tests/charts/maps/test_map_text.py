@@ -2,10 +2,10 @@
 
 import pytest
 
-from upholster.charts.maps import parse_map
+from upholster.base.errors import InputError
+from upholster.charts.maps.map_text import parse_map
 from upholster.charts.maps.shapes import Part
 from upholster.charts.maps.surface_map import Least
-from upholster.errors import InputError
 
 WELL = (
     "mask.png",

@@ -5,8 +5,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.jit import inline, kernel
-from upholster.types import FloatArray, IntArray, int64
+from upholster.base.types import FloatArray, IntArray, int64
+from upholster.runtime.jit import inline, kernel
 
 __all__ = ["Facets", "mark_sharp"]
 

@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from upholster.charts.charted import ChartedSurface
+from upholster.base.types import FloatArray, IntArray
+from upholster.charts.charted_surface import ChartedSurface
 from upholster.charts.subdivision import subdivided
-from upholster.geometry import TriangleMesh
-from upholster.stages import stage
-from upholster.types import FloatArray, IntArray
+from upholster.geometry.meshes.triangle_mesh import TriangleMesh
+from upholster.runtime.stages import stage
 
 __all__ = ["in_detail"]
 

@@ -7,15 +7,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from upholster.base.errors import InputError
+from upholster.base.options.direction_words import FIELD_DIRECTIONS, PATCH_DIRECTIONS
+from upholster.base.types import FloatArray
 from upholster.charts.directions.direction_image import (
     DirectionImage,
     is_direction_image,
     read_direction_image,
 )
-from upholster.errors import InputError
-from upholster.options import FIELD_DIRECTIONS, PATCH_DIRECTIONS
-from upholster.stages import file_stage
-from upholster.types import FloatArray
+from upholster.runtime.stages import file_stage
 
 __all__ = ["NUMBER", "Direction", "TriangleVectors", "Vectors", "called", "parse_direction"]
 

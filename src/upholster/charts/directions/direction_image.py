@@ -17,11 +17,12 @@ from typing import TypeGuard
 
 import numpy as np
 
-from upholster.errors import InputError
-from upholster.image import IMAGE_SUFFIXES, read_image
+from upholster.base.errors import InputError
+from upholster.base.types import FloatArray
+from upholster.image.files.read import read_image
+from upholster.image.files.write import IMAGE_SUFFIXES
 from upholster.image.numbers import to_unit
-from upholster.stages import file_stage
-from upholster.types import FloatArray
+from upholster.runtime.stages import file_stage
 
 __all__ = ["DirectionImage", "is_direction_image", "read_direction_image"]
 
@@ -86,7 +87,7 @@ def read_direction_image(path: str) -> DirectionImage:
     Raises
     ------
     InputError
-        As `upholster.image.read_image`; if it has one channel, or no direction anywhere.
+        As `upholster.image.files.read.read_image`; if it has one channel, or no direction anywhere.
     """
     unit = to_unit(read_image(path, colors=False))
     if unit.shape[2] == 1:

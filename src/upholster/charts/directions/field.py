@@ -6,25 +6,30 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from upholster.base.display import Shown, on_a_line
+from upholster.base.errors import InputError
+from upholster.base.types import FloatArray, IntArray, frozen_array
 from upholster.charts._multigrid_kernels import ComplexArray
 from upholster.charts.directions._kernels import comb, corner_fans, take_branches, vertex_vectors
+from upholster.charts.directions.coordinate_directions import vectors_on_coordinates
 from upholster.charts.directions.direction import Direction, Vectors, parse_direction
-from upholster.charts.directions.field_solving import field_power, followed
+from upholster.charts.directions.direction_request import (
+    DirectionRequest,
+    direction_request,
+    level_confidence,
+    prior_of,
+)
+from upholster.charts.directions.field_solution import field_power, followed
+from upholster.charts.directions.flat_directions import Held, held_on_faces
 from upholster.charts.directions.frames import PlaneFrames, plane_frames, power, root
-from upholster.charts.directions.held import Held, held_on_faces
-from upholster.charts.directions.on_coordinates import vectors_on_coordinates
-from upholster.charts.directions.singular import (
+from upholster.charts.directions.singularities import (
     indices_at_vertices,
     jumps_over_edges,
     vertices_at_creases,
 )
 from upholster.charts.directions.strokes import Strokes, parse_strokes, with_strokes
-from upholster.charts.directions.wishes import Wish, asked_of_slopes, prior_of, wish_of
-from upholster.errors import InputError
-from upholster.geometry import TriangleMesh
-from upholster.shown import Shown, on_a_line
-from upholster.stages import stage
-from upholster.types import FloatArray, IntArray, frozen_array
+from upholster.geometry.meshes.triangle_mesh import TriangleMesh
+from upholster.runtime.stages import stage
 
 __all__ = ["DirectionField", "default_direction", "direction_field"]
 
@@ -115,7 +120,7 @@ def default_direction(mesh: TriangleMesh) -> str:
     upright = np.abs(mesh.flat_normals[:, 2])
     if float((upright * mesh.areas).sum()) > _GROUND * float(mesh.areas.sum()):
         return "smooth"
-    share = mesh.areas * asked_of_slopes(upright)
+    share = mesh.areas * level_confidence(upright)
     if float((upright * share).sum()) >= _LAND * float(share.sum()):
         return "smooth"
     return "curvature" if _is_tube(mesh) else "level"
@@ -177,42 +182,42 @@ def direction_field(
     if crease is not None and not 0 <= crease <= 180:
         raise InputError(f"crease is {crease!r} degrees; allowed: 0 to 180")
     frames = plane_frames(mesh, crease)
-    wish = wish_of(mesh, frames, wanted, crease)
+    request = direction_request(mesh, frames, wanted, crease)
     if drawn is not None:
-        wish = with_strokes(mesh, frames, wish, drawn)
-    held = held_on_faces(mesh, frames, wish, wanted.kind, straight=lattice and wanted.is_around)
-    wish = held.asked(wish)
+        request = with_strokes(mesh, frames, request, drawn)
+    held = held_on_faces(mesh, frames, request, wanted.kind, straight=lattice and wanted.is_around)
+    request = held.asked(request)
     if held.apart.any():
         frames = frames.parted(held.apart)
-    return _field(mesh, frames, wanted, wish, held, symmetry)
+    return _field(mesh, frames, wanted, request, held, symmetry)
 
 
 def _field(
     mesh: TriangleMesh,
     frames: PlaneFrames,
     wanted: Direction,
-    wish: Wish,
+    request: DirectionRequest,
     held: Held,
     symmetry: int,
 ) -> DirectionField:
-    """Return the smooth field that follows a wish, and the directions that flat faces hold."""
+    """Return the smooth field that follows a request, and the directions that flat faces hold."""
     # "To the right" means opposite ways on the two sides of a ridge. So the field consists of lines, and each
     # triangle takes the sense that was asked for.
-    signed = wish.fold == 1 and bool(wish.confidence.any()) and wanted.kind != "smooth"
-    fold = max(symmetry, wish.fold, 2 if signed else 1)
+    signed = request.fold == 1 and bool(request.confidence.any()) and wanted.kind != "smooth"
+    fold = max(symmetry, request.fold, 2 if signed else 1)
     prior = prior_of(frames)
     z = field_power(
         frames,
-        power(wish.power, fold // wish.fold),
-        wish.confidence,
+        power(request.power, fold // request.fold),
+        request.confidence,
         power(prior, fold),
         fold,
         mesh.size,
-        wish.least,
+        request.least,
     )
     z = _combed(frames, z, prior, fold)
     if signed:
-        z = _like(z, followed(frames, wish.power, wish.confidence, mesh.size, wish.least), fold)
+        z = _like(z, followed(frames, request.power, request.confidence, mesh.size, request.least), fold)
     on_faces = held.face >= 0
     z = np.where(on_faces, _like(held.z, z, fold), z)
     if wanted.angle:
@@ -220,8 +225,8 @@ def _field(
         z = z * complex(np.cos(turn), -np.sin(turn))
     face_vectors = frames.vectors(z)
     corners = _at_corners(mesh, frames, face_vectors, fold)
-    if wish.corners is not None:
-        corners = _as_asked(frames, corners, face_vectors, wish.corners, fold)
+    if request.corners is not None:
+        corners = _as_asked(frames, corners, face_vectors, request.corners, fold)
     corners[on_faces] = face_vectors[on_faces, None]
     index = indices_at_vertices(mesh, frames, z, fold)
     return DirectionField(

@@ -9,12 +9,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from upholster.base.types import FloatArray, IntArray
 from upholster.charts.directions._flat_kernels import Facets, mark_sharp
 from upholster.charts.directions._kernels import regions
-from upholster.charts.directions.asked import SMOOTH
 from upholster.charts.directions.frames import PlaneFrames
-from upholster.geometry import TriangleMesh
-from upholster.types import FloatArray, IntArray
+from upholster.charts.directions.level_directions import SMOOTH
+from upholster.geometry.meshes.triangle_mesh import TriangleMesh
 
 __all__ = ["FaceBorder", "flat_faces", "mean_planes"]
 

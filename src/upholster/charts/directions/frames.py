@@ -5,10 +5,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from upholster.base.types import FloatArray, IntArray
 from upholster.charts._multigrid_kernels import ComplexArray
 from upholster.charts.directions._kernels import regions
-from upholster.geometry import TriangleMesh
-from upholster.types import FloatArray, IntArray
+from upholster.geometry.meshes.triangle_mesh import TriangleMesh
 
 __all__ = ["PlaneFrames", "plane_frames", "power", "root"]
 

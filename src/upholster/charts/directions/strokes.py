@@ -7,15 +7,15 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
+from upholster.base.errors import FormatError, InputError
+from upholster.base.json_text import read_json
+from upholster.base.types import FloatArray, IntArray
 from upholster.charts._multigrid_kernels import ComplexArray
 from upholster.charts.directions._kernels import carry_from, near_by, nearest_triangles
 from upholster.charts.directions.direction import NUMBER
+from upholster.charts.directions.direction_request import DirectionRequest
 from upholster.charts.directions.frames import PlaneFrames, power
-from upholster.charts.directions.wishes import Wish
-from upholster.errors import FormatError, InputError
-from upholster.geometry import TriangleMesh
-from upholster.json_text import read_json
-from upholster.types import FloatArray, IntArray
+from upholster.geometry.meshes.triangle_mesh import TriangleMesh
 
 __all__ = [
     "MOST_STROKES",
@@ -108,8 +108,10 @@ def is_stroke_file(text: str) -> bool:
     return text.strip().lower().endswith(".json")
 
 
-def with_strokes(mesh: TriangleMesh, frames: PlaneFrames, wish: Wish, strokes: FloatArray) -> Wish:
-    """Return a wish that follows strokes (S, 2, 3) near their places.
+def with_strokes(
+    mesh: TriangleMesh, frames: PlaneFrames, request: DirectionRequest, strokes: FloatArray
+) -> DirectionRequest:
+    """Return a request that follows strokes (S, 2, 3) near their places.
 
     Raises
     ------
@@ -122,12 +124,12 @@ def with_strokes(mesh: TriangleMesh, frames: PlaneFrames, wish: Wish, strokes: F
     # texture.
     near = np.where(here, np.clip((_FADED - distance) / (_FADED - _HELD), 0.0, 1.0), 0.0)
     kept = np.clip((distance - _FADED) / (_AROUND - _FADED), 0.0, 1.0)
-    drawn_over = np.where(near > 0, power(drawn, wish.fold), wish.power)
+    drawn_over = np.where(near > 0, power(drawn, request.fold), request.power)
     corners = np.repeat((near[:, None] * frames.vectors(drawn))[:, None], 3, axis=1)
-    if wish.corners is not None:
-        corners = corners + kept[:, None, None] * wish.corners
-    return Wish(
-        drawn_over, np.where(near > 0, near, kept * wish.confidence), wish.fold, 0.0, corners, near > 0
+    if request.corners is not None:
+        corners = corners + kept[:, None, None] * request.corners
+    return DirectionRequest(
+        drawn_over, np.where(near > 0, near, kept * request.confidence), request.fold, 0.0, corners, near > 0
     )
 
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from upholster.jit import inline, kernel
-from upholster.types import FloatArray, int64
+from upholster.base.types import FloatArray, int64
+from upholster.runtime.jit import inline, kernel
 
 __all__ = ["GRADIENTS", "add_noise"]
 

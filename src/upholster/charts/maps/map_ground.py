@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from upholster.base.types import FloatArray, IntArray
 from upholster.charts._step_kernels import StepGrid, interpolate, locate_steps
-from upholster.charts.charted import ChartedSurface
-from upholster.geometry import AnySurface
-from upholster.geometry.mesh_files import ModelFile
-from upholster.parallel import run_tasks, thread_count
+from upholster.charts.charted_surface import ChartedSurface
+from upholster.geometry.any_surface import AnySurface
+from upholster.geometry.model_files.model_file import ModelFile
 from upholster.quilt.chart import Chart
-from upholster.stages import stage
-from upholster.types import FloatArray, IntArray
+from upholster.runtime.parallel import run_tasks, thread_count
+from upholster.runtime.stages import stage
 
 __all__ = ["AtSteps", "MapGround", "Steps", "over_steps", "triangles_at_steps"]
 
@@ -36,7 +36,7 @@ class MapGround:
     surface
         The surface under the charts. The mesh of a `MeshSurface` is the charted surface's.
     is_flat
-        Whether it is a flat texture: see `upholster.charts.charted.charted_plane`.
+        Whether it is a flat texture: see `upholster.charts.charted_surface.charted_plane`.
     """
 
     charted: ChartedSurface

@@ -7,13 +7,14 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
+from upholster.base.errors import InputError
+from upholster.base.types import FloatArray, PixelArray
 from upholster.charts.maps._map_kernels import look_up
 from upholster.charts.maps.map_ground import AtSteps, MapGround, Steps
 from upholster.charts.maps.map_source import MapSource
-from upholster.errors import InputError
-from upholster.geometry import Surface
-from upholster.image import alpha_channel, read_image
-from upholster.types import FloatArray, PixelArray
+from upholster.geometry.patches.surface import Surface
+from upholster.image.color import alpha_channel
+from upholster.image.files.read import read_image
 
 __all__ = ["Image", "VertexColors"]
 

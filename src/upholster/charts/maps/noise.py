@@ -10,13 +10,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from upholster.base.errors import InputError
+from upholster.base.lengths import Length
+from upholster.base.types import FloatArray
 from upholster.charts.maps._noise_kernels import add_noise
 from upholster.charts.maps.map_ground import AtSteps, MapGround, Steps
 from upholster.charts.maps.map_source import MapSource
 from upholster.charts.maps.shapes import corners_of, length_on
-from upholster.errors import InputError
-from upholster.lengths import Length
-from upholster.types import FloatArray
 
 __all__ = ["Noise"]
 

@@ -12,14 +12,14 @@ from embreex.mesh_construction import TriangleMesh as EmbreeTriangles
 from embreex.rtcore_scene import EmbreeScene
 from numpy.typing import NDArray
 
-from upholster.charts.maps.coarse import CLASSES, SurfacePoints, coarse_cells, spread_over_steps
+from upholster.base.lengths import Length
+from upholster.base.types import FloatArray, IntArray
+from upholster.charts.maps.coarse_values import CLASSES, SurfacePoints, coarse_cells, spread_over_steps
 from upholster.charts.maps.map_ground import AtSteps, MapGround
 from upholster.charts.maps.map_source import MapSource
 from upholster.charts.maps.shapes import length_on
-from upholster.geometry import TriangleMesh
-from upholster.lengths import Length
-from upholster.parallel import check_cancelled
-from upholster.types import FloatArray, IntArray
+from upholster.geometry.meshes.triangle_mesh import TriangleMesh
+from upholster.runtime.parallel import check_cancelled
 
 __all__ = ["Curvature", "Occlusion"]
 

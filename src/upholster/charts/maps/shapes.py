@@ -5,13 +5,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from upholster.base.errors import InputError
+from upholster.base.lengths import Length
+from upholster.base.types import FloatArray
+from upholster.base.vectors import unit_vectors
 from upholster.charts.maps.map_ground import AtSteps, MapGround, Steps
 from upholster.charts.maps.map_source import MapSource
-from upholster.errors import InputError
-from upholster.geometry import TriangleMesh, corner_normals
-from upholster.lengths import Length
-from upholster.types import FloatArray
-from upholster.vectors import unit_vectors
+from upholster.geometry.meshes.corner_normals import corner_normals
+from upholster.geometry.meshes.triangle_mesh import TriangleMesh
 
 __all__ = ["Ball", "Facing", "Height", "Part", "Slope", "corners_of", "length_on"]
 

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from upholster.base.errors import InputError
 from upholster.charts.maps.map_ground import AtSteps, MapGround, Steps, over_steps
 from upholster.charts.maps.map_source import MapSource
-from upholster.errors import InputError
-from upholster.stages import file_stage, keeping
+from upholster.runtime.stages import file_stage, keeping
 
 __all__ = ["Least", "SurfaceMap", "region"]
 
@@ -19,7 +19,7 @@ _WHITE = 0xFFFFFF
 
 @dataclass(frozen=True)
 class SurfaceMap:
-    """Values over a surface, as `upholster.charts.maps.parse_map` reads them.
+    """Values over a surface, as `upholster.charts.maps.map_text.parse_map` reads them.
 
     Attributes
     ----------

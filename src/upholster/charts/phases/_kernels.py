@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.jit import inline, kernel
-from upholster.types import FloatArray, IntArray
+from upholster.base.types import FloatArray, IntArray
+from upholster.runtime.jit import inline, kernel
 
 __all__ = ["first_members", "nearest_parts"]
 

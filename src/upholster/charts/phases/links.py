@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.types import FloatArray, IntArray
+from upholster.base.types import FloatArray, IntArray
 
 __all__ = ["Links", "matched_waves", "signed"]
 

@@ -5,17 +5,17 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from upholster.base.types import FloatArray, IntArray
+from upholster.base.vectors import unit_vectors
 from upholster.charts._multigrid_kernels import ComplexArray
-from upholster.charts.charted import ChartedSurface
+from upholster.charts.charted_surface import ChartedSurface
 from upholster.charts.mesh_warp_fields import triangle_frames
 from upholster.charts.phases._kernels import first_members, nearest_parts
 from upholster.charts.phases.links import Links, matched_waves
-from upholster.charts.phases.phase_solving import solved_phases, unit_phases
+from upholster.charts.phases.phase_solution import solved_phases, unit_phases
 from upholster.charts.size_map import SizeField
 from upholster.charts.subdivision import subdivided
-from upholster.stages import stage
-from upholster.types import FloatArray, IntArray
-from upholster.vectors import unit_vectors
+from upholster.runtime.stages import stage
 
 __all__ = ["TURN", "PhaseField", "phase_field"]
 

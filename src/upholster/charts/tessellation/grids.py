@@ -11,11 +11,11 @@ from math import ceil
 import numpy as np
 from numpy.typing import NDArray
 
+from upholster.base.types import FloatArray, IntArray
 from upholster.charts.chart_seams import ChartSeam
-from upholster.geometry import Surface
 from upholster.geometry.components import connected
+from upholster.geometry.patches.surface import Surface
 from upholster.quilt.chart import Chart
-from upholster.types import FloatArray, IntArray
 
 __all__ = ["EPS", "VertexGrid", "bent_counts", "chart_grids", "even_counts"]
 

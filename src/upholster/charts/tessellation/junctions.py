@@ -8,12 +8,12 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from upholster.base.types import FloatArray, IntArray
 from upholster.charts.chart_seams import ChartSeam
 from upholster.charts.tessellation.grids import EPS, VertexGrid
-from upholster.geometry import Surface
 from upholster.geometry.components import connected
+from upholster.geometry.patches.surface import Surface
 from upholster.quilt.chart import Chart
-from upholster.types import FloatArray, IntArray
 
 __all__ = ["Fans", "Junctions", "cell_fans", "find_junctions", "weld"]
 

@@ -8,20 +8,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from upholster.base.errors import InputError
+from upholster.base.types import FloatArray, IntArray, frozen_array
 from upholster.charts.chart_seams import ChartSeam, find_seams
-from upholster.charts.tessellation.grids import (
-    EPS,
-    VertexGrid,
-    bent_counts,
-    chart_grids,
-    even_counts,
-)
+from upholster.charts.tessellation.grids import EPS, VertexGrid, bent_counts, chart_grids, even_counts
 from upholster.charts.tessellation.junctions import Junctions, cell_fans, find_junctions, weld
-from upholster.errors import InputError
-from upholster.geometry import Face, Surface
 from upholster.geometry.components import connected
+from upholster.geometry.patches.face import Face
+from upholster.geometry.patches.surface import Surface
 from upholster.quilt.chart import Chart
-from upholster.types import FloatArray, IntArray, frozen_array
 
 __all__ = ["MAX_QUADS", "Mesh", "face_parameters", "own_patches", "tessellate", "tessellate_by_bends"]
 

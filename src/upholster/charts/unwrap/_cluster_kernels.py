@@ -2,10 +2,10 @@
 
 import numpy as np
 
+from upholster.base.types import FloatArray, IntArray
 from upholster.charts.unwrap._piece_kernels import _pop, _push
 from upholster.geometry._union_kernels import root_of
-from upholster.jit import allocating_kernel, inline, kernel
-from upholster.types import FloatArray, IntArray
+from upholster.runtime.jit import allocating_kernel, inline, kernel
 
 
 @allocating_kernel

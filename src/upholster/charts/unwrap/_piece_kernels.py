@@ -3,9 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from upholster.base.types import FloatArray, IntArray
 from upholster.geometry._union_kernels import root_of, unite
-from upholster.jit import allocating_kernel, inline
-from upholster.types import FloatArray, IntArray
+from upholster.runtime.jit import allocating_kernel, inline
 
 
 @allocating_kernel

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from upholster.jit import kernel
-from upholster.types import FloatArray, IntArray
+from upholster.base.types import FloatArray, IntArray
+from upholster.runtime.jit import kernel
 
 
 @kernel

@@ -5,9 +5,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from upholster.base.types import FloatArray, IntArray
 from upholster.charts.unwrap._cluster_kernels import cluster, straighten
 from upholster.charts.unwrap.pieces import Piece, halves
-from upholster.types import FloatArray, IntArray
 
 __all__ = ["Triangles", "clusters", "divided"]
 

@@ -6,8 +6,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from upholster.base.types import FloatArray, IntArray
 from upholster.charts.unwrap._piece_kernels import count_loops, halve, number_corners, number_pieces
-from upholster.types import FloatArray, IntArray
 
 __all__ = ["Piece", "halves", "pieces_of"]
 

@@ -5,8 +5,3 @@
 - `exact_body`: a body's vertices on the patches, normals and areas
 - `slivers`: repairs triangles that are almost degenerate
 """
-
-from upholster.geometry.cad.exact_body import ExactBody, exact_body
-from upholster.geometry.cad.exact_face import ExactFace, exact_face
-
-__all__ = ["ExactBody", "ExactFace", "exact_body", "exact_face"]

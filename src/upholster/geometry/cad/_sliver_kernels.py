@@ -5,8 +5,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.jit import inline, kernel
-from upholster.types import FloatArray, IntArray, int64
+from upholster.base.types import FloatArray, IntArray, int64
+from upholster.runtime.jit import inline, kernel
 
 __all__ = ["MOST_ROUND", "Corners", "flip_slivers", "remove_slivers"]
 

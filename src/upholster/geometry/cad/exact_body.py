@@ -4,12 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from upholster.errors import InputError
+from upholster.base.errors import InputError
+from upholster.base.types import FloatArray, IntArray
+from upholster.base.vectors import unit_vectors
 from upholster.geometry.cad.exact_face import ExactFace, exact_face
 from upholster.geometry.cad.slivers import without_slivers
-from upholster.occt.records import BodyRecord, FaceRecord
-from upholster.types import FloatArray, IntArray
-from upholster.vectors import unit_vectors
+from upholster.geometry.occt.records import BodyRecord, FaceRecord
 
 __all__ = ["ExactBody", "exact_body"]
 

@@ -4,12 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from upholster.errors import InputError
+from upholster.base.errors import InputError
+from upholster.base.types import FloatArray, IntArray
 from upholster.geometry.cad.spans import Axis, arc_axis, curve_segments, spline_segments
-from upholster.geometry.face import Face
-from upholster.geometry.patch import RationalPatch
-from upholster.occt.records import FaceRecord, SurfaceRecord
-from upholster.types import FloatArray, IntArray
+from upholster.geometry.occt.records import FaceRecord, SurfaceRecord
+from upholster.geometry.patches.face import Face
+from upholster.geometry.patches.patch import RationalPatch
 
 __all__ = ["ExactFace", "exact_face"]
 

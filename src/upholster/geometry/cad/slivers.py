@@ -6,9 +6,9 @@ thousandth of their length. Anything computed from such a triangle, its normal o
 
 import numpy as np
 
+from upholster.base.types import FloatArray, IntArray
 from upholster.geometry.cad._sliver_kernels import MOST_ROUND, Corners, flip_slivers, remove_slivers
-from upholster.geometry.edge_pairs import edge_pairs
-from upholster.types import FloatArray, IntArray
+from upholster.geometry.meshes.edge_pairs import edge_pairs
 
 __all__ = ["without_slivers"]
 

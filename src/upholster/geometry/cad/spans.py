@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from upholster.errors import InputError
-from upholster.occt.records import CurveRecord
-from upholster.types import FloatArray, IntArray
+from upholster.base.errors import InputError
+from upholster.base.types import FloatArray, IntArray
+from upholster.geometry.occt.records import CurveRecord
 
 __all__ = ["Axis", "Segments", "arc_axis", "curve_segments", "spline_segments"]
 

@@ -1,0 +1,1 @@
+"""A mesh in a stream: `mesh_code` codes its triangles, positions and parameters."""

@@ -1,0 +1,335 @@
+"""All measures of one result, as figures, rows of a table and JSON."""
+
+import math
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from upholster.base.errors import InputError
+from upholster.base.types import PixelArray
+from upholster.charts.creases import CREASE
+from upholster.charts.directions.direction import Direction, parse_direction
+from upholster.covering.measure.crossings import Crossings, crossings
+from upholster.covering.measure.cuts import cut_seam_ratio, matched_cut_ratio
+from upholster.covering.measure.faults import BrokenElements, broken_elements
+from upholster.covering.measure.fidelity import sliced_wasserstein
+from upholster.covering.measure.joint_ends import JointEnds, joint_ends
+from upholster.covering.measure.mapping import MappingReport, mapping
+from upholster.covering.measure.mesh_seams import mesh_seams
+from upholster.covering.measure.patch_distance import PatchDistance, patch_distance, undistorted_views
+from upholster.covering.measure.scale import TexelScale, texel_scale
+from upholster.covering.measure.seams import WrapSeams, edge_seam_ratio, wrap_seams
+from upholster.geometry.any_surface import AnySurface
+from upholster.geometry.patches.surface import Surface
+from upholster.image.elements.joints import find_joints
+from upholster.image.elements.lattice import find_lattice
+from upholster.image.files.read import check_exemplar
+from upholster.quilt.model import Quilt, Texels
+from upholster.quilt.painting import paint
+from upholster.runtime.stages import keeping
+
+__all__ = ["Measures", "Seams", "measure_cover", "measure_image"]
+
+LEAST_SIDE = 32
+
+
+@dataclass(frozen=True, slots=True)
+class Seams:
+    """Seam ratios: 1.0 is invisible, more shows, less is blur; None if there is no such seam.
+
+    Attributes
+    ----------
+    edges
+        Across the charts' edges: `edge_seam_ratio`.
+    edges_matched
+        The same, compared with the exemplar at the same places: `mesh_seams`.
+    cuts
+        Across the borders between blocks: `cut_seam_ratio`.
+    cuts_matched
+        The same, compared with the exemplar at the same places: `matched_cut_ratio`.
+    creases, over_creases
+        The share of the charts' edges where the texture starts again, which `edges` and `edges_matched` leave
+        out, and the latter ratio there. See `mesh_seams`.
+    """
+
+    edges: float | None
+    edges_matched: float | None
+    cuts: float | None
+    cuts_matched: float | None
+    creases: float = 0.0
+    over_creases: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Measures:
+    """The measures of one result.
+
+    Attributes
+    ----------
+    wasserstein
+        Sliced Wasserstein distance from the exemplar per pyramid level, finest first.
+    seams, scale, mapping
+        None for a flat image, which does not provide them.
+    wrap
+        `wrap_seams`, for a flat image that is meant to be tiled, else None.
+    broken
+        `broken_elements`; None for a flat image, or if the exemplar has no certain lattice.
+    joints
+        `joint_ends`; None for a flat image, or if the exemplar has no certain joints.
+    patches
+        `patch_distance`; None if an image is smaller than a patch.
+    crossings
+        `crossings`; None for a flat image, or if there are no seams.
+    """
+
+    wasserstein: tuple[float, ...]
+    seams: Seams | None = None
+    scale: TexelScale | None = None
+    mapping: MappingReport | None = None
+    wrap: WrapSeams | None = None
+    broken: BrokenElements | None = None
+    joints: JointEnds | None = None
+    patches: PatchDistance | None = None
+    crossings: Crossings | None = None
+
+    @property
+    def wasserstein_mean(self) -> float:
+        """The mean over the levels, the usual single figure."""
+        return sum(self.wasserstein) / len(self.wasserstein)
+
+    def to_json(self) -> dict[str, Any]:
+        """Return everything as plain dictionaries, lists and numbers; infinite ones become None."""
+        found = asdict(self) | {"wasserstein_mean": self.wasserstein_mean}
+        plain: dict[str, Any] = _plain(found)
+        return plain
+
+    def rows(self) -> list[tuple[str, str, str]]:
+        """Return (measure, figure, meaning) for a table."""
+        rows = []
+        if self.seams is not None:
+            rows += [
+                ("seam ratio, chart edges", _figure(self.seams.edges), "1: invisible"),
+                ("  against the sample there", _figure(self.seams.edges_matched), "1: invisible"),
+            ]
+            if self.seams.over_creases is not None:
+                share = f"{100 * self.seams.creases:.1f} %"
+                rows += [
+                    ("  left out there: creases", share, "of the edges' length"),
+                    ("  over creases", _figure(self.seams.over_creases), "texture restarts"),
+                ]
+            rows += [
+                ("seam ratio, block borders", _figure(self.seams.cuts), "1: invisible"),
+                ("  against the sample there", _figure(self.seams.cuts_matched), "1: invisible"),
+            ]
+        if self.crossings is not None:
+            found = self.crossings
+            apart = f"{found.apart:.2f}, 95 % {found.apart_most:.2f} px"
+            cuts = f"{100 * found.cuts:.1f} %, {100 * found.cuts_inside:.1f} % inside"
+            rows += [
+                ("seams read apart by", apart, "0: continues exactly"),
+                ("  cuts lie along", cuts, "equal: no seam shows"),
+            ]
+        if self.wrap is not None:
+            band = f"{self.wrap.low:.3f} to {self.wrap.high:.3f}"
+            rows += [
+                ("seam ratio, wrapped edges", _figure(self.wrap.ratio), "1: invisible"),
+                ("  of any other line", band, "5 % to 95 %"),
+            ]
+        if self.broken is not None:
+            rows += _broken_rows(self.broken)
+        if self.joints is not None:
+            rows += [
+                ("joints that end nowhere", f"{100 * self.joints.share:.1f} %", "of the cuts"),
+                ("  per 1,000 square pixels", _figure(self.joints.per_area), "pixels; 0: none"),
+            ]
+        if self.mapping is not None:
+            rows += _mapping_rows(self.mapping)
+        if self.scale is not None:
+            scale = self.scale
+            rows += [
+                ("texel area, 99 % over 1 %", _figure(scale.spread), "1: even"),
+                ("texel size error, mean", f"{scale.error:.3f} octaves", "0: even"),
+                ("texel size error, 95 %", f"{scale.error_95:.3f} octaves", "0.07: within 5 %"),
+                ("texel anisotropy, median", _figure(scale.anisotropy), "1: square texels"),
+                ("texel anisotropy, 95 %", _figure(scale.anisotropy_95), "1: square texels"),
+            ]
+        levels = " ".join(f"{1000 * value:.2f}" for value in self.wasserstein)
+        rows += [
+            ("sliced Wasserstein, 1e-3", f"{1000 * self.wasserstein_mean:.3f}", "0: the sample"),
+            ("  by level", levels, "finest first"),
+        ]
+        if self.patches is not None:
+            rows += [
+                ("patch distance, 31²", _figure(self.patches.to_sample), "result to sample"),
+                ("  the other way", _figure(self.patches.to_result), "sample to result"),
+            ]
+        return rows
+
+
+def measure_cover(
+    surface: AnySurface,
+    quilt: Quilt,
+    exemplar: PixelArray,
+    *,
+    texels: Texels | None = None,
+    scale: float | None = None,
+    direction: str | Direction | None = None,
+    crease: float | None = None,
+    threads: int | None = None,
+) -> Measures:
+    """Measure a covered surface by all measures.
+
+    Parameters
+    ----------
+    surface
+        What is covered: patches, or a mesh.
+    quilt
+        The result of the synthesis.
+    exemplar
+        (H, W, C) that it was made from, and with which the result is compared.
+    texels
+        The quilt painted at density 1, if already available, or painted with something other than
+        `exemplar`, such as a coded exemplar; by default painted with `exemplar`.
+    scale, direction
+        What was requested, see `mapping`: exemplar pixels per unit of length, and the direction of the
+        exemplar's rows of pixels.
+    crease
+        Degrees at which the texture was to start again, 1 to 180, as in `SynthesisOptions`; see
+        `mesh_seams`.
+    threads
+        For painting: 1 to 256; by default one per core.
+
+    Returns
+    -------
+    Measures
+        All of them.
+
+    Raises
+    ------
+    InputError
+        If the exemplar is not valid, or surface, quilt, texels and exemplar do not belong together.
+    """
+    exemplar = check_exemplar(exemplar)
+    if texels is None:
+        texels = paint(quilt, exemplar, density=1.0, threads=threads)
+    elif texels.charts != quilt.charts:
+        raise InputError(
+            "texels have other charts than the quilt; allowed: the quilt's own, painted at density 1"
+        )
+    crease = CREASE if crease is None else crease
+    if not 1 <= crease <= 180:
+        raise InputError(f"crease is {crease:g} degrees; allowed: 1 to 180")
+    quilt = quilt.on(surface, seed=quilt.seed)
+    wanted = None
+    if direction is not None:
+        wanted = parse_direction(direction, patches=isinstance(surface, Surface))
+    with keeping():
+        lattice, joints = find_lattice(exemplar), find_joints(exemplar)
+        edges = mesh_seams(surface, quilt, texels, exemplar, crease=crease)
+        views = undistorted_views(quilt, texels)
+        # Texels may be larger or smaller than the sample's pixels, and turned; small charts have no views.
+        shown = views or texels.arrays
+        return Measures(
+            wasserstein=sliced_wasserstein(shown, exemplar),
+            seams=Seams(
+                edge_seam_ratio(surface, texels, fields=quilt.fields, crease=crease),
+                edges.ratio,
+                cut_seam_ratio(quilt, texels),
+                matched_cut_ratio(quilt, texels, exemplar),
+                edges.creases,
+                edges.over_creases,
+            ),
+            scale=texel_scale(surface, quilt.charts),
+            mapping=mapping(surface, quilt, scale=scale, direction=wanted),
+            broken=None if lattice is None else broken_elements(quilt, lattice, surface, crease=crease),
+            joints=None if joints is None else joint_ends(quilt, joints, surface, crease=crease),
+            patches=patch_distance(views, exemplar) if views else None,
+            crossings=crossings(surface, quilt),
+        )
+
+
+def measure_image(image: PixelArray, exemplar: PixelArray, *, tileable: bool = False) -> Measures:
+    """Measure a flat result against its exemplar, as far as a picture alone allows.
+
+    Parameters
+    ----------
+    image
+        (h, w, C), sides of at least 32: the result.
+    exemplar
+        (H, W, C), of the same number of channels.
+    tileable
+        Whether it is meant to be laid side by side.
+
+    Returns
+    -------
+    Measures
+        Sliced Wasserstein and patch distance; the wrapped edges' seams of a tileable image.
+
+    Raises
+    ------
+    InputError
+        If the image is too small or not finite, either array is not an image, or their channels differ.
+    """
+    exemplar = check_exemplar(exemplar)
+    if image.ndim != 3 or min(image.shape[:2]) < LEAST_SIDE:
+        size = "×".join(str(side) for side in image.shape[1::-1])
+        raise InputError(f"image is {size} pixels; allowed: at least {LEAST_SIDE}×{LEAST_SIDE}")
+    if image.dtype not in ("uint8", "uint16", "float32"):
+        raise InputError(f"image is of {image.dtype}; allowed: uint8, uint16, float32")
+    if image.dtype.kind == "f" and not np.isfinite(image).all():
+        raise InputError("image holds samples that are not finite; allowed: finite numbers")
+    if image.shape[2] != exemplar.shape[2]:
+        raise InputError(
+            f"image has {image.shape[2]} channels, the sample {exemplar.shape[2]}; allowed: equal numbers"
+        )
+    return Measures(
+        sliced_wasserstein([image], exemplar),
+        wrap=wrap_seams(image) if tileable else None,
+        patches=patch_distance([image], exemplar),
+    )
+
+
+def _mapping_rows(found: MappingReport) -> list[tuple[str, str, str]]:
+    rows = [
+        ("texture size within 5 %", f"{100 * found.within:.1f} %", "of the area"),
+        ("texture size error, mean", f"{found.error:.3f} octaves", "0: as asked"),
+        ("texture size error, 95 %", f"{found.error_95:.3f} octaves", "0.07: within 5 %"),
+        ("texture stretch, 95 %", _figure(found.stretch_95), "1: keeps shapes"),
+    ]
+    if found.aligned is not None and found.angle_95 is not None:
+        rows += [
+            ("direction within 5°", f"{100 * found.aligned:.1f} %", "of the area"),
+            ("direction error, 95 %", f"{found.angle_95:.2f}°", "0: as asked"),
+        ]
+    if found.fast is not None and found.aligned_slow is not None:
+        rows += [
+            ("direction turns fast", f"{100 * found.fast:.1f} %", "of the area"),
+            ("  within 5° elsewhere", f"{100 * found.aligned_slow:.1f} %", "of the other area"),
+        ]
+    return rows
+
+
+def _broken_rows(found: BrokenElements) -> list[tuple[str, str, str]]:
+    return [
+        ("broken elements", _by_wave(found.share, "{:.1%}"), "of the cuts, by wave"),
+        ("  per square period", _by_wave(found.per_area, "{:.3f}"), "0: none"),
+        ("  longest fault", _by_wave(found.faults, "{:.1f}"), "periods"),
+        ("  periods", _by_wave(found.periods, "{:.1f}"), "sample's pixels"),
+    ]
+
+
+def _by_wave(figures: tuple[float, ...], form: str) -> str:
+    return "  ".join(form.format(figure).replace("%", " %") for figure in figures)
+
+
+def _figure(value: float | None) -> str:
+    return "–" if value is None else f"{value:.3f}"
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _plain(entry) for key, entry in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_plain(entry) for entry in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -1,0 +1,12 @@
+"""Method "quilt": one texture over a complete charted surface, block by block.
+
+- `scene`: the surface as blocks cover it; `method`: the steps; `quilt_options`: their options
+- `sizes`: the size of blocks; `centres`: their centres; `block_order`: the order in which they are laid
+- `lay_plan`: the parameters of laying; `parcels`: large surfaces in parts; `laying`: lays them
+- `ground`: the surface on which blocks are laid; `steering`: requests of what blocks show where
+- `match_pyramid`, `features`: the values by which blocks are compared
+- `usable_blocks`: blocks of a masked sample; `phases`: a repeating sample in step
+- `puts`: pieces that the user places
+- `emit`: the visible parts of blocks as placements and labels
+- `kernels`: the kernels of all of these
+"""

@@ -1,0 +1,105 @@
+"""The features by which blocks are compared: the exemplar's principal colours, as integers."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from upholster.base.types import FloatArray, PixelArray
+from upholster.synthesis.working_form import working_form
+
+__all__ = ["match_features", "pca_features"]
+
+_COARSE = 17
+"""To find coarse differences, colours are averaged over the shorter side divided by this number."""
+
+_LOOKED_AT = 128
+"""For averaging, the image is reduced until its shorter side has from this to twice this many pixels."""
+
+_COARSE_WEIGHT = 2
+"""Weight of coarse differences, in addition to their share in all differences."""
+
+_HUE_WEIGHT = 3
+"""Factor by which the components after the first, which is mostly brightness, are stretched."""
+
+
+def pca_features(image: PixelArray, *, most: int = 4) -> NDArray[np.uint8]:
+    """Return an image's principal colours, as integers from 0 to 255.
+
+    These are the principal components, in order of their variance, that together hold 99 % of it. All have
+    the same scale, which preserves ratios of distances; the first spans 0 to 255. The directions are rounded,
+    so that every machine finds the same numbers.
+
+    Parameters
+    ----------
+    image
+        (H, W, C), C any; uint8, uint16 or float32.
+    most
+        Maximum number of components.
+
+    Returns
+    -------
+    ndarray
+        (H, W, K) uint8.
+    """
+    return _in_bytes(_components(image, most))
+
+
+def match_features(image: PixelArray, *, most: int = 4) -> NDArray[np.uint8]:
+    """Return the features that the search compares: an image's principal colours, weighted for the eye.
+
+    As `pca_features`, but a difference between two broad shades, or between two hues, counts for more than
+    its share of the variance. The eye notices it sooner than an equal difference in fine detail.
+    """
+    parts = _components(image, most)
+    _weight_shades(parts)
+    parts[..., 1:] *= _HUE_WEIGHT
+    return _in_bytes(parts)
+
+
+def _components(image: PixelArray, most: int) -> FloatArray:
+    # Principal components (H, W, K) of an image, as integers with mean 0.
+    samples = working_form(image).reshape(-1, image.shape[2])
+    # All values are integers below 2^53, so that floating-point sums are exact in any order.
+    centred = samples.astype(np.float64)
+    centred -= np.rint(samples.mean(axis=0, dtype=np.float64))
+    values, directions = np.linalg.eigh(centred.T @ centred)
+    order = np.argsort(values)[::-1][:most]
+    share = np.cumsum(values[order]) / max(1e-9, values.sum())
+    order = order[: 1 + int(np.searchsorted(share, 0.99))]
+    main = directions[:, order]
+    main = main * np.sign(main[np.abs(main).argmax(axis=0), np.arange(main.shape[1])])
+    parts: FloatArray = (centred @ np.rint(1024 * main)).reshape(*image.shape[:2], -1)
+    return parts
+
+
+def _in_bytes(parts: FloatArray) -> NDArray[np.uint8]:
+    # All components get the same scale, with which the first spans 0 to 255.
+    first = parts[..., 0].reshape(-1)
+    few = len(first) // 1000
+    low, high = np.partition(first, [few, len(first) - 1 - few])[[few, -1 - few]]
+    span = max(1, int(high - low))
+    parts[..., 0] -= (low + high) // 2
+    parts *= 2 * 255
+    parts += 256 * span
+    parts /= 2 * span
+    return np.clip(np.floor(parts, out=parts), 0, 255, out=parts).astype(np.uint8)
+
+
+def _weight_shades(parts: FloatArray) -> None:
+    # Adds to each pixel of (H, W, K), in place, the weighted mean of its surroundings as an integer. The mean
+    # has a pyramid-shaped kernel: a box filter applied twice each way. Large images are first reduced to
+    # means of squares of pixels.
+    height, width, channels = parts.shape
+    by = max(1, min(height, width) // _LOOKED_AT)
+    rows, columns = (np.arange(0, side, by) for side in (height, width))
+    sums = np.add.reduceat(np.add.reduceat(parts, rows, axis=0), columns, axis=1).astype(np.int64)
+    sums //= np.diff(np.append(rows, height))[:, None, None] * np.diff(np.append(columns, width))[:, None]
+    across = 1 + min(sums.shape[:2]) // _COARSE // 2 * 2
+    for axis in (0, 0, 1, 1):
+        ends = [(0, 0)] * 3
+        ends[axis] = (across // 2 + 1, across // 2)
+        run = np.pad(sums, ends, mode="edge").cumsum(axis=axis)
+        size = sums.shape[axis]
+        sums = np.take(run, range(across, across + size), axis) - np.take(run, range(size), axis)
+    shades = np.rint(_COARSE_WEIGHT * (sums / across**4))
+    for k in range(channels):
+        parts[..., k] += shades[..., k].repeat(by, axis=0)[:height].repeat(by, axis=1)[:, :width]
