@@ -20,6 +20,7 @@ from mesh_quilts import charts_of, icosphere, sheets, soup
 from streams import CHARTS, anything, anything_bent, bent, laid, noise, stream
 
 from upholster.codec.ezw import decode, encode
+from upholster.codec.stream.base_maker import made_base
 from upholster.codec.stream.byte_reader import varint
 from upholster.codec.stream.chunks import ChunkReader, assembled, pack_chunk
 from upholster.codec.stream.reader import StreamDecoder
@@ -76,6 +77,18 @@ def vectors() -> Any:
     maps = {"normal": noise(seed=1), "height": noise(channels=1, dtype=np.float32, seed=2)}
     yield "material", encode_stream(plane, quilt, noise(), maps=maps)
 
+    yield "base", with_base()
+
+
+def with_base() -> bytes:
+    """A stream of a mesh that begins with a base, and has the exemplar before the surface."""
+    mesh = icosphere(2)
+    rng, charts = np.random.default_rng(7), charts_of(mesh)
+    quilt = sheets(rng, charts, (64, 72), 60, bent(rng, charts))
+    surface, layout, header, *rest = chunks_of(encode_stream(mesh, quilt, noise(64, 72)))
+    sample, others = ([chunk for chunk in rest if (chunk[0] == "D") is early] for early in (True, False))
+    return rebuilt([("B", made_base(mesh, quilt, 300)), header, *sample, surface, layout, *others])
+
 
 def images() -> Any:
     """Yield the name and the bytes of each image."""
@@ -105,7 +118,17 @@ def refused() -> Any:
     yield "cells_beyond", rebuilt([head[0], long, head[2], ("Q", two_layers)])
     large = ("L", bytes([15]) + varint(16384))
     yield "density_beyond", rebuilt([head[0], large, head[2], ("Q", bytes([1, 4, 0, 0, 2, 64, 1]))])
+    base, *rest = chunks_of(with_base())
+    yield "base_of_too_many_pixels", rebuilt([("B", _with_pixel(base[1], 1e-30)), *rest])
+    yield "base_after_a_surface", rebuilt([chunks_of(smallest())[0], base, *rest])
     yield "chunks_4097", rebuilt([*chunks_of(smallest()), *[("a", b"")] * 4091])
+
+
+def _with_pixel(base: bytes, pixel: float) -> bytes:
+    # The pixel follows two varints, the bits, and four floats.
+    place = next(n for n in range(1, 9) if base[n] < 128)
+    place = next(n for n in range(place + 1, 9) if base[n] < 128) + 2 + 16
+    return base[:place] + struct.pack("<f", pixel) + base[place + 4 :]
 
 
 def chunks_of(data: bytes) -> list[tuple[str, bytes]]:

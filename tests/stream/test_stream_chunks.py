@@ -47,14 +47,14 @@ def test_each_fault_names_its_byte() -> None:
     good = framed(pack_chunk("S", b"abc"), pack_chunk("L", b"de"))
     for data, message in [
         (b"png", "byte 0: file begins with 706e67"),
-        (b"uph\3" + good[4:], "byte 3: version is 3; allowed: 2; a newer upholster reads it"),
-        (b"uph\1" + good[4:], "byte 3: version is 1; allowed: 2; it was never released: remake it"),
+        (b"uph\4" + good[4:], "byte 3: version is 4; allowed: 3; a newer upholster reads it"),
+        (b"uph\2" + good[4:], "byte 3: version is 2; allowed: 3; it was never released: remake it"),
         (good[:9] + b"x" + good[10:], "byte 6: chunk 'S' has CRC"),
         (good + b"!", f"byte {len(good)}: 1 bytes after the end"),
         (header(12, 6) + b"S\x20", "byte 7: length of chunk 'S' is 32; allowed: 0 to 0"),
         (header(12, 6) + b"\xe9\0", "byte 6: tag is"),
-        (b"uph\2" + varint(2**30 + 1) + b"\0", "byte 4: length of the file is 1073741825"),
-        (b"uph\2" + varint(10) + varint(11), "byte 5: length of the first view is 11"),
+        (b"uph\3" + varint(2**30 + 1) + b"\0", "byte 4: length of the file is 1073741825"),
+        (b"uph\3" + varint(10) + varint(11), "byte 5: length of the first view is 11"),
     ]:
         with pytest.raises(FormatError) as error:
             list(ChunkReader().feed(data))

@@ -18,6 +18,8 @@ WHY = {
     "placements_beyond": "number of placements is 101; allowed: 1 to 100",
     "cells_beyond": "label maps have 6012 cells; allowed: 4032",
     "density_beyond": "density 2.0 makes 1,073,741,824 texels, 32,768 along a side",
+    "base_of_too_many_pixels": "a step of the base has 7.84314e+27 pixels; allowed: at most 2^24",
+    "base_after_a_surface": "chunk 'B' comes after 'S'",
     "chunks_4097": "chunk 4097; allowed: 4096 in a file",
 }
 
@@ -101,7 +103,7 @@ def test_a_refusal_names_the_limit_that_allows_it(name: str) -> None:
 def test_cells_of_labels_count_like_texels() -> None:
     # A chart of 256 × 256 steps, with cells of 1 step: 258 × 258 of them, and so small that none are coded.
     data = bytes.fromhex(
-        "75706802382b530104a3bccd8f4c030f8002e1534597580f4000400003010600008000800080005b81"
+        "75706803382b530104a3bccd8f4c030f8002e1534597580f4000400003010600008000800080005b81"
         "24515107010300000201029bb5975d"
     )
     read_stream(data, strict=False, limits=Limits(texels=66_564))

@@ -11,8 +11,8 @@ from upholster.codec.stream.byte_reader import ByteReader, varint
 __all__ = ["MAGIC", "MAX_FILE", "VERSION", "Chunk", "ChunkReader", "assembled", "header", "pack_chunk"]
 
 MAGIC = b"uph"
-VERSION = 2
-"""Other versions are refused: later ones, and 0 and 1, which were never released."""
+VERSION = 3
+"""Other versions are refused: later ones, and 0 to 2, which were never released."""
 MAX_FILE = 2**30
 MOST_CHUNKS = 4096
 _CRC = struct.Struct("<I")

@@ -8,6 +8,7 @@ from upholster.base.limits import Limits
 from upholster.base.types import PixelArray
 from upholster.codec.header import ImageHeader
 from upholster.codec.partial_image import ImageDecoder
+from upholster.codec.stream.base_chunk import Base, parse_base
 from upholster.codec.stream.budget import check_cell_budget, check_chart_budget, check_sample_budget
 from upholster.codec.stream.byte_reader import ByteReader
 from upholster.codec.stream.chunks import Chunk, ChunkReader
@@ -27,12 +28,12 @@ from upholster.runtime.parallel import running
 
 __all__ = ["StreamDecoder", "read_stream"]
 
-# The chunk that must precede each chunk; D and small letters may be anywhere after X.
-_NEEDS = {
-    **{"S": "", "L": "S", "X": "L", "D": "X", "F": "X", "Q": "X"},
-    **{"N": "F", "P": "Q", "M": "P", "R": "X", "E": "R"},
+# The chunks that must precede each chunk: of each group at least one.
+_NEEDS: dict[str, tuple[str, ...]] = {
+    **{"B": (), "S": (), "L": ("S",), "X": ("LB",), "D": ("X",), "F": ("X", "L"), "Q": ("X", "L")},
+    **{"N": ("F",), "P": ("Q",), "M": ("P",), "R": ("X",), "E": ("R",)},
 }
-_LONGEST_WHOLE = {"S": 2**26, "L": 2**24, "X": 2**12, "F": 2**23, "Q": 2**23, "R": 2**12}
+_LONGEST_WHOLE = {"B": 2**20, "S": 2**26, "L": 2**24, "X": 2**12, "F": 2**23, "Q": 2**23, "R": 2**12}
 _ANY_NUMBER = "DNPMRE"
 
 _CAUTION = 64
@@ -54,9 +55,10 @@ class StreamDecoder(Shown):
     Attributes
     ----------
     surface
-        The surface, a `MeshSurface` if it is a mesh; None before it has arrived.
+        The surface, a `MeshSurface` if it is a mesh; before it and its layout have arrived, the base of a
+        stream that has one; None before that.
     charts
-        The layout; empty before it has arrived.
+        The layout of `surface`; empty before it has arrived.
     """
 
     def __init__(self, *, limits: Limits | None = None) -> None:
@@ -65,6 +67,8 @@ class StreamDecoder(Shown):
         self._limits = limits or Limits()
         self.surface: Surface | MeshSurface | None = None
         self.charts: tuple[Chart, ...] = ()
+        self._base: Base | None = None  # until the layout has arrived
+        self._exact: Surface | MeshSurface | None = None
         self._reader = ChunkReader()
         self._image: ImageDecoder | None = None
         self._plan: PlanDecoder | None = None
@@ -106,6 +110,11 @@ class StreamDecoder(Shown):
             return 0
         # Before the header has arrived: at least the rest of the shortest one.
         return max(1, (self._reader.view or 6) - self.received)
+
+    @property
+    def is_base(self) -> bool:
+        """Whether `surface` is the base, a coarse mesh: the surface itself or its layout is missing."""
+        return self._base is not None
 
     @property
     def complete(self) -> bool:
@@ -219,7 +228,8 @@ class StreamDecoder(Shown):
         """
         header = self._ready().header
         plan = self._plan or PlanDecoder(PlanHead.bare(self.charts), (header.height, header.width))
-        return plan.quilt(() if self._fields is None else self._fields.fields).on(self.surface)
+        shown = self._base or self._fields
+        return plan.quilt(() if shown is None else shown.fields).on(self.surface)
 
     @property
     def roles(self) -> tuple[str, ...]:
@@ -302,8 +312,11 @@ class StreamDecoder(Shown):
         tag = chunk.tag
         if tag not in _ANY_NUMBER and tag in self._seen:
             raise FormatError(f"byte {chunk.offset}: chunk {tag!r} comes twice")
-        if _NEEDS[tag] not in self._seen:
-            raise FormatError(f"byte {chunk.offset}: chunk {tag!r} comes before {_NEEDS[tag]!r}")
+        for group in _NEEDS[tag]:
+            if not set(group) & set(self._seen):
+                raise FormatError(f"byte {chunk.offset}: chunk {tag!r} comes before {group[0]!r}")
+        if tag == "B" and self._seen:
+            raise FormatError(f"byte {chunk.offset}: chunk 'B' comes after {self._seen[0]!r}")
         if chunk.length > _LONGEST_WHOLE.get(tag, chunk.length):
             raise FormatError(
                 f"byte {chunk.offset}: chunk {tag!r} has {chunk.length} bytes; allowed: {_LONGEST_WHOLE[tag]}"
@@ -314,11 +327,16 @@ class StreamDecoder(Shown):
 
     def _take_whole(self, tag: str, data: bytes, offset: int) -> None:
         fields = ByteReader(data, offset)
-        if tag == "S":
-            self.surface = parse_surface(fields, self._limits)
-        elif tag == "L" and self.surface is not None:
-            self.charts = parse_layout(fields, self.surface)
+        if tag == "B":
+            self._base = parse_base(fields, self._limits)
+            self.surface, self.charts = self._base.surface, self._base.charts
             check_chart_budget(self.charts, self._limits)
+        elif tag == "S":
+            self._exact = parse_surface(fields, self._limits)
+        elif tag == "L" and self._exact is not None:
+            self.charts = parse_layout(fields, self._exact)
+            check_chart_budget(self.charts, self._limits)
+            self.surface, self._base = self._exact, None
         elif tag == "X":
             header = ImageHeader.parse(data, offset=offset)
             if header.length != len(data):

@@ -7,6 +7,7 @@ from upholster.base.errors import InputError, check_whole
 from upholster.base.options.write_options import QUALITY, Quality
 from upholster.base.types import PixelArray
 from upholster.codec.lifting import Wavelet
+from upholster.codec.stream.base_maker import made_base
 from upholster.codec.stream.chunks import assembled, pack_chunk
 from upholster.codec.stream.field_chunks import pack_fields
 from upholster.codec.stream.layout_chunk import pack_layout
@@ -26,6 +27,18 @@ __all__ = ["FIRST_PART", "check_layout", "encode_stream"]
 
 FIRST_PART = 600
 """Number of bytes of the exemplar that precede the placements."""
+
+BASE_FROM = 3000
+"""Bytes of surface and layout from which a stream begins with a base."""
+
+FIRST_VIEW = 2500
+"""Bytes of header, base and first part of the exemplar, about."""
+
+BASE_PART = 2400
+"""Number of bytes of the exemplar that precede the surface of a stream with a base."""
+
+_AROUND = 30
+"""Bytes of the file's header, and around the base and the exemplar's first part."""
 
 
 def encode_stream(
@@ -105,11 +118,15 @@ def encode_stream(
         sample_quality=sample_quality,
         most_significant=most_significant,
     )
-    head = [
-        pack_chunk("S", pack_surface(surface, quilt.charts)),
-        pack_chunk("L", layout),
-        pack_chunk("X", sample.header),
-    ]
+    shape = [("S", pack_surface(surface, quilt.charts)), ("L", layout)]
+    has_base = sum(len(data) for _, data in shape) > BASE_FROM
+    head, header = [pack_chunk(tag, data) for tag, data in shape], pack_chunk("X", sample.header)
+    if has_base:
+        room = FIRST_VIEW - first_part - len(header) - _AROUND
+        head = [pack_chunk("B", made_base(surface, quilt, room)), header]
+        first_part = BASE_PART
+    else:
+        shape, head = [], [*head, header]
     plan = encode_plan(quilt)
     bent = not all(field.is_identity for field in quilt.fields)
     fields = pack_fields(quilt.fields, quilt.charts) if bent else None
@@ -126,11 +143,11 @@ def encode_stream(
             reached["albedo"] = sample.psnr(len(payload))
             reached.update({role: coded[role].psnr(len(stream)) for role, stream in streams.items()})
         rest = ordered(queue, sample_parts(turns), errors, len(start))
-        early = [("D", start)]
+        early = [("D", start), *shape]
         if fields is not None:  # first a picture, then its direction
-            third = len(start) // 3
+            third = len(start) if has_base else len(start) // 3
             warped = [("F", fields.head), ("N", fields.nodes[: fields.coarse])]
-            early = [("D", start[:third]), *warped, ("D", start[third:])]
+            early = [("D", start[:third]), *shape, *warped, ("D", start[third:])]
         return assembled(head, [*(pack_chunk(tag, data) for tag, data in early if data), *tables, *rest])
 
     if most_bytes is None:

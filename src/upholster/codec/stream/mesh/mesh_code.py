@@ -1,15 +1,16 @@
 """A mesh in the surface chunk: triangles, positions, parameters (SPEC.md, sections 2 and 5.4)."""
 
 import struct
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from upholster.base.errors import FormatError, InputError
 from upholster.base.limits import Limits
-from upholster.base.types import FloatArray
+from upholster.base.types import FloatArray, IntArray
 from upholster.codec.stream.bit_coder import BitReader, BitWriter
 from upholster.codec.stream.byte_reader import ByteReader, varint
 from upholster.codec.stream.mesh._island_kernels import code_islands, code_seams
@@ -27,7 +28,17 @@ from upholster.codec.stream.mesh._triangle_kernels import code_triangles
 from upholster.geometry.meshes.triangle_mesh import MeshSurface, TriangleMesh
 from upholster.quilt.chart import Chart
 
-__all__ = ["MAX_TRIANGLES", "POSITION_BITS", "MeshPrecision", "pack_mesh", "parse_mesh", "precision_of"]
+__all__ = [
+    "MAX_TRIANGLES",
+    "POSITION_BITS",
+    "TRIANGLES_A_BYTE",
+    "MeshPrecision",
+    "pack_mesh",
+    "pack_triangles",
+    "parse_mesh",
+    "parse_triangles",
+    "precision_of",
+]
 
 MAX_TRIANGLES = 2**20
 MAX_PARTS = 2**16
@@ -39,10 +50,15 @@ TEXEL_STEPS = 8
 """Steps of parameters per texel of a chart."""
 
 _MOST_BITS = 16
-_TRIANGLES_A_BYTE = 4096
+TRIANGLES_A_BYTE = 4096
+"""Largest number of triangles for each byte of their code."""
 _RECORDS_A_CALL = 4096
 _BYTES_A_RECORD = 512
 _METRES = 1
+
+_Stage = Callable[..., Any]
+_ALL: tuple[_Stage, ...] = (code_triangles, code_seams, code_islands)
+"""Triangles and positions; seams; islands and parameters."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,7 +107,7 @@ def pack_mesh(surface: MeshSurface, precision: MeshPrecision) -> bytes:
     used = len(np.unique(mesh.triangles))
     coded = _empty(count, used, (most, surface.islands, len(mesh.parts)))
     writer = BitWriter(MESH_COUNTERS)
-    _code(writer, coded, origin)
+    _code(writer, coded, origin, _ALL)
     head = [_text(mesh.name), bytes([_METRES if mesh.metres is not None else 0])]
     head += [struct.pack("<d", mesh.metres)] if mesh.metres is not None else []
     head += [varint(len(mesh.parts)), *[_text(name) for name in mesh.parts]]
@@ -119,7 +135,7 @@ def parse_mesh(fields: ByteReader, limits: Limits | None = None) -> MeshSurface:
     metres = fields.float64("metres") if fields.byte("flags of the mesh", 1) else None
     count = fields.varint("number of parts", min(MAX_PARTS, fields.left), 1)
     parts = tuple(_parse_text(fields) for _ in range(count))
-    most = min(MAX_TRIANGLES, _TRIANGLES_A_BYTE * fields.left)
+    most = min(MAX_TRIANGLES, TRIANGLES_A_BYTE * fields.left)
     triangles = fields.varint("number of triangles", most, 1)
     if limits is not None:
         limits.check("mesh has", "triangles", triangles)
@@ -131,16 +147,7 @@ def parse_mesh(fields: ByteReader, limits: Limits | None = None) -> MeshSurface:
         raise fields.error("a step is not above 0")
     coded = _empty(triangles, vertices, ((1 << bits) - 1, islands, count))
     start = fields.offset
-    reader = BitReader(MESH_COUNTERS)
-    reader.feed(fields.bytes(fields.left, "triangles"))
-    status = _code(reader, coded, None)
-    if status:
-        message = (
-            "a number of the mesh is outside what is allowed" if status == WRONG else "triangles are missing"
-        )
-        raise FormatError(f"byte {start}: {message}")
-    if reader.unread:
-        raise FormatError(f"byte {start}: mesh has bytes too many")
+    _read(fields, coded, _ALL)
     with np.errstate(over="ignore"):  # numbers that are not finite are refused with the mesh
         parameters: FloatArray = coded.parameters.reshape(-1, 3, 2) * np.float64(unit)
         positions = np.array(low) + coded.positions * step
@@ -152,13 +159,63 @@ def parse_mesh(fields: ByteReader, limits: Limits | None = None) -> MeshSurface:
     return surface
 
 
-def _code(bits: BitWriter | BitReader, mesh: CodedMesh, origin: Origin | None) -> int:
-    # Triangles and positions, seams, islands and parameters; returns the error's status, or 0.
+def pack_triangles(positions: IntArray, triangles: IntArray, bits: int) -> tuple[bytes, int]:
+    """Return triangles and positions alone as bytes, and the number of vertices that triangles use.
+
+    Parameters
+    ----------
+    positions
+        (V, 3) integers from 0 to 2^bits − 1.
+    triangles
+        (T, 3) vertices.
+    bits
+        Bits of a coordinate.
+    """
+    mesh = TriangleMesh(positions.astype(np.float64), triangles)
+    plain = MeshSurface(mesh, np.zeros(len(triangles), np.int32), np.zeros((len(triangles), 3, 2)))
+    used = len(np.unique(triangles))
+    writer = BitWriter(MESH_COUNTERS)
+    coded = _empty(len(triangles), used, ((1 << bits) - 1, 1, 1))
+    _code(writer, coded, _origin(plain, np.zeros(3), 1.0, 1.0), (code_triangles,))
+    return writer.finish(), used
+
+
+def parse_triangles(
+    fields: ByteReader, triangles: int, vertices: int, bits: int
+) -> tuple[IntArray, IntArray]:
+    """Read the rest of `fields`, bytes of `pack_triangles`: return positions (V, 3) and triangles (T, 3).
+
+    Raises
+    ------
+    FormatError
+        If they are malformed, or a number is not allowed.
+    """
+    coded = _empty(triangles, vertices, ((1 << bits) - 1, 1, 1))
+    _read(fields, coded, (code_triangles,))
+    return coded.positions, coded.vertices.reshape(-1, 3)
+
+
+def _read(fields: ByteReader, mesh: CodedMesh, stages: Sequence[_Stage]) -> None:
+    start = fields.offset
+    reader = BitReader(MESH_COUNTERS)
+    reader.feed(fields.bytes(fields.left, "triangles"))
+    status = _code(reader, mesh, None, stages)
+    if status:
+        message = (
+            "a number of the mesh is outside what is allowed" if status == WRONG else "triangles are missing"
+        )
+        raise FormatError(f"byte {start}: {message}")
+    if reader.unread:
+        raise FormatError(f"byte {start}: mesh has bytes too many")
+
+
+def _code(
+    bits: BitWriter | BitReader, mesh: CodedMesh, origin: Origin | None, stages: Sequence[_Stage]
+) -> int:
+    # Returns the error's status, or 0.
     known = _no_origin() if origin is None else origin
     count, counts = len(mesh.pieces), mesh.counts
-    for code in (code_triangles, code_seams, code_islands):
-        if code is code_seams and counts[VERTICES] < len(mesh.positions):
-            return WRONG
+    for code in stages:
         for start in range(0, count, _RECORDS_A_CALL):
             stop = min(count, start + _RECORDS_A_CALL)
             if isinstance(bits, BitWriter):
@@ -166,6 +223,8 @@ def _code(bits: BitWriter | BitReader, mesh: CodedMesh, origin: Origin | None) -
             code(bits.coder, mesh, known, origin is not None, start, stop)
             if counts[STATUS]:
                 return int(counts[STATUS])
+        if counts[VERTICES] < len(mesh.positions):
+            return WRONG
     return 0
 
 
