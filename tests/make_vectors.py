@@ -81,13 +81,16 @@ def vectors() -> Any:
 
 
 def with_base() -> bytes:
-    """A stream of a mesh that begins with a base, and has the exemplar before the surface."""
+    """A stream of a mesh that has two bases and the exemplar before its surface."""
     mesh = icosphere(2)
     rng, charts = np.random.default_rng(7), charts_of(mesh)
     quilt = sheets(rng, charts, (64, 72), 60, bent(rng, charts))
     surface, layout, header, *rest = chunks_of(encode_stream(mesh, quilt, noise(64, 72)))
-    sample, others = ([chunk for chunk in rest if (chunk[0] == "D") is early] for early in (True, False))
-    return rebuilt([("B", made_base(mesh, quilt, 300)), header, *sample, surface, layout, *others])
+    sample = b"".join(data for tag, data in rest if tag == "D")
+    parts = [("D", sample[:3500]), ("D", sample[3500:])]
+    base, finer = (("B", made_base(mesh, quilt, *size)) for size in ((300, 8), (500, 9)))
+    others = [chunk for chunk in rest if chunk[0] != "D"]
+    return rebuilt([base, header, parts[0], finer, parts[1], surface, layout, *others])
 
 
 def images() -> Any:
@@ -121,6 +124,7 @@ def refused() -> Any:
     base, *rest = chunks_of(with_base())
     yield "base_of_too_many_pixels", rebuilt([("B", _with_pixel(base[1], 1e-30)), *rest])
     yield "base_after_a_surface", rebuilt([chunks_of(smallest())[0], base, *rest])
+    yield "bases_5", rebuilt([base, base, base, base, *rest])
     yield "chunks_4097", rebuilt([*chunks_of(smallest()), *[("a", b"")] * 4091])
 
 

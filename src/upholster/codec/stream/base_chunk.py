@@ -1,4 +1,4 @@
-"""The base: a coarse mesh of the whole surface, shown until the surface itself has arrived (SPEC.md, 2.1).
+"""A base: a coarse mesh of the whole surface, shown until the surface itself has arrived (SPEC.md, 2.1).
 
 It has positions and triangles alone. The exemplar is projected on it from the six sides of a box.
 """
@@ -25,7 +25,19 @@ from upholster.geometry.meshes.triangle_mesh import MeshSurface, TriangleMesh
 from upholster.quilt.chart import Chart
 from upholster.quilt.warp_field import ANGLES, MOST_OCTAVES, OCTAVE, WarpField
 
-__all__ = ["MOST_BITS", "SIDES", "Base", "CoarseMesh", "pack_base", "parse_base", "side_places", "sides_of"]
+__all__ = [
+    "MOST_BASES",
+    "MOST_BITS",
+    "SIDES",
+    "Base",
+    "CoarseMesh",
+    "pack_base",
+    "parse_base",
+    "side_places",
+    "sides_of",
+]
+
+MOST_BASES = 4
 
 SIDES = 6
 """Sides of the box: +x −x +y −y +z −z."""
@@ -103,9 +115,9 @@ def sides_of(corners: NDArray[Any]) -> IntArray:
 
 
 def side_places(corners: NDArray[Any], sides: IntArray) -> NDArray[Any]:
-    """Return (s, t) of triangles' corners (T, 3, 3) on the sides (T,) of the box, (T, 3, 2)."""
+    """Return (s, t) of points (T, n, 3) on the sides (T,) of the box, (T, n, 2)."""
     axes, signs = _AXES[sides][:, None], _SIGNS[sides][:, None]
-    return np.take_along_axis(corners, np.broadcast_to(axes, (len(sides), 3, 2)), axis=2) * signs
+    return np.take_along_axis(corners, np.broadcast_to(axes, (*corners.shape[:2], 2)), axis=2) * signs
 
 
 def pack_base(coarse: CoarseMesh) -> bytes:
@@ -155,33 +167,31 @@ def _shown(coarse: CoarseMesh) -> Base:
     corners = coarse.positions.astype(np.int64)[coarse.triangles]
     sides = sides_of(corners)
     used, island = np.unique(sides, return_inverse=True)
-    places = side_places(corners, sides) * coarse.step
     mesh = TriangleMesh(
         np.array(coarse.origin) + coarse.positions * coarse.step,
         coarse.triangles,
         metres=coarse.metres or None,
     )
-    surface = MeshSurface(mesh, island.astype(np.int32), places)
-    octaves, charts = _charts(surface.boxes, coarse.pixel)
+    surface = MeshSurface(mesh, island.astype(np.int32), side_places(corners, sides) * coarse.step)
+    box = np.stack([coarse.positions.min(axis=0), coarse.positions.max(axis=0)]) * coarse.step
+    octaves = 0
+    while float((box[1] - box[0]).max()) / (coarse.pixel * 2.0**octaves) > _MOST_STEPS:
+        octaves += 1
+    step = coarse.pixel * 2.0**octaves
+    charts = [_chart(number, box, side, step) for number, side in enumerate(used.tolist())]
     size = OCTAVE * min(octaves, MOST_OCTAVES)
     nodes = [np.array([[[size, size, coarse.angles[side], 0]]], np.int16) for side in used.tolist()]
-    return Base(surface, charts, tuple(WarpField(node, 0) for node in nodes))
+    return Base(surface, tuple(charts), tuple(WarpField(node, 0) for node in nodes))
 
 
-def _charts(boxes: FloatArray, pixel: float) -> tuple[int, tuple[Chart, ...]]:
-    """Return k, for which a chart's step is 2^k pixels, and a chart for each box (n, 2, 2) of parameters."""
-    extent, octaves = float((boxes[:, 1] - boxes[:, 0]).max()), 0
-    while extent / (pixel * 2.0**octaves) > _MOST_STEPS:
-        octaves += 1
-    step = pixel * 2.0**octaves
-    charts = []
-    for number, box in enumerate(boxes):
-        low = np.floor(box[0] / step).astype(np.int64) - _MARGIN
-        high = np.ceil(box[1] / step).astype(np.int64) + _MARGIN
-        (s0, t0), (s1, t1) = (low * step).tolist(), (high * step).tolist()
-        height, width = (high - low).tolist()
-        charts.append(Chart(number, height, width, s0, s1, t0, t1))
-    return octaves, tuple(charts)
+def _chart(number: int, box: FloatArray, side: int, step: float) -> Chart:
+    """Return the chart over a side of a box (2, 3), with margins."""
+    places = side_places(box[None], np.array([side]))[0] / step
+    low = np.floor(places.min(axis=0)).astype(np.int64) - _MARGIN
+    high = np.ceil(places.max(axis=0)).astype(np.int64) + _MARGIN
+    (s0, t0), (s1, t1) = (low * step).tolist(), (high * step).tolist()
+    height, width = (high - low).tolist()
+    return Chart(number, height, width, s0, s1, t0, t1)
 
 
 def mean_angle(matrices: FloatArray, weights: Sequence[float]) -> int:

@@ -9,44 +9,38 @@ from upholster.geometry.meshes.simplification import simplified
 from upholster.geometry.meshes.triangle_mesh import MeshSurface
 from upholster.quilt.model import Quilt
 
-__all__ = ["BITS", "made_base"]
-
-BITS = 8
+__all__ = ["made_base"]
 
 _MOST_QUADS = 50_000
 """Approximate largest number of quads into which patches are divided; at most `_MOST_PARTS`² per patch."""
 
 _MOST_PARTS = 8
 
-_NO_NUMBERS = CoarseMesh(
-    np.zeros((0, 3), np.int32), np.zeros((0, 3), np.int32), BITS, (0, 0, 0), 1.0, 1.0, 0.0, (0,) * SIDES
-)
 
-
-def made_base(surface: AnySurface, quilt: Quilt, most_bytes: int) -> bytes:
-    """Return the payload of a base of about `most_bytes` bytes, or a little less.
+def made_base(surface: AnySurface, quilt: Quilt, most_bytes: int, bits: int) -> bytes:
+    """Return the payload of a base, of at most `most_bytes` bytes; empty if no triangles fit.
 
     Parameters
     ----------
     surface, quilt
         The surface and the quilt on it.
     most_bytes
-        The length.
+        The largest length.
+    bits
+        Bits of a coordinate.
     """
     corners, faces, parameters = _triangles_of(surface)
-    low = corners.min(axis=(0, 1))
+    low, most = corners.min(axis=(0, 1)), (1 << bits) - 1
     size = float((corners.max(axis=(0, 1)) - low).max()) or 1.0
-    step = float(np.nextafter(np.float32(size / ((1 << BITS) - 1)), np.float32(np.inf)))
-    points = ((corners - low) / (step * ((1 << BITS) - 1))).reshape(-1, 3)
-    triangles = np.arange(len(points), dtype=np.int32).reshape(-1, 3)
-
-    def coded(positions: IntArray, kept: IntArray) -> bytes:
-        return pack_base(CoarseMesh(positions, kept, BITS, origin, step, pixel, metres, angles))
-
     origin = (float(low[0]), float(low[1]), float(low[2]))
     pixel, angles = _measured(corners, faces, parameters, quilt)
     metres = (surface.mesh.metres or 0.0) if isinstance(surface, MeshSurface) else 0.0
-    return coded(*simplified(points, triangles, BITS, lambda *found: len(coded(*found)) <= most_bytes))
+
+    def coded(positions: IntArray, triangles: IntArray) -> bytes:
+        return pack_base(CoarseMesh(positions, triangles, bits, origin, size / most, pixel, metres, angles))
+
+    found = simplified((corners - low) / size, bits, lambda *some: len(coded(*some)) <= most_bytes)
+    return b"" if found is None else coded(*found)
 
 
 def _triangles_of(surface: AnySurface) -> tuple[FloatArray, IntArray, FloatArray]:

@@ -8,7 +8,7 @@ from upholster.base.limits import Limits
 from upholster.base.types import PixelArray
 from upholster.codec.header import ImageHeader
 from upholster.codec.partial_image import ImageDecoder
-from upholster.codec.stream.base_chunk import Base, parse_base
+from upholster.codec.stream.base_chunk import MOST_BASES, Base, parse_base
 from upholster.codec.stream.budget import check_cell_budget, check_chart_budget, check_sample_budget
 from upholster.codec.stream.byte_reader import ByteReader
 from upholster.codec.stream.chunks import Chunk, ChunkReader
@@ -34,7 +34,7 @@ _NEEDS: dict[str, tuple[str, ...]] = {
     **{"N": ("F",), "P": ("Q",), "M": ("P",), "R": ("X",), "E": ("R",)},
 }
 _LONGEST_WHOLE = {"B": 2**20, "S": 2**26, "L": 2**24, "X": 2**12, "F": 2**23, "Q": 2**23, "R": 2**12}
-_ANY_NUMBER = "DNPMRE"
+_ANY_NUMBER = "BDNPMRE"
 
 _CAUTION = 64
 """A byte rarely codes more coefficients than this. Within this distance of a coefficient limit, bytes are
@@ -55,8 +55,8 @@ class StreamDecoder(Shown):
     Attributes
     ----------
     surface
-        The surface, a `MeshSurface` if it is a mesh; before it and its layout have arrived, the base of a
-        stream that has one; None before that.
+        The surface, a `MeshSurface` if it is a mesh; before it and its layout have arrived, the last base
+        that has arrived; None before that.
     charts
         The layout of `surface`; empty before it has arrived.
     """
@@ -312,11 +312,11 @@ class StreamDecoder(Shown):
         tag = chunk.tag
         if tag not in _ANY_NUMBER and tag in self._seen:
             raise FormatError(f"byte {chunk.offset}: chunk {tag!r} comes twice")
+        if tag == "B" and ("S" in self._seen or self._seen.count("B") == MOST_BASES):
+            raise FormatError(f"byte {chunk.offset}: chunk 'B' comes after 'S', or after {MOST_BASES} others")
         for group in _NEEDS[tag]:
             if not set(group) & set(self._seen):
                 raise FormatError(f"byte {chunk.offset}: chunk {tag!r} comes before {group[0]!r}")
-        if tag == "B" and self._seen:
-            raise FormatError(f"byte {chunk.offset}: chunk 'B' comes after {self._seen[0]!r}")
         if chunk.length > _LONGEST_WHOLE.get(tag, chunk.length):
             raise FormatError(
                 f"byte {chunk.offset}: chunk {tag!r} has {chunk.length} bytes; allowed: {_LONGEST_WHOLE[tag]}"

@@ -28,14 +28,14 @@ __all__ = ["FIRST_PART", "check_layout", "encode_stream"]
 FIRST_PART = 600
 """Number of bytes of the exemplar that precede the placements."""
 
-BASE_FROM = 3000
-"""Bytes of surface and layout from which a stream begins with a base."""
+BASE_FROM, SECOND_BASE_FROM = 3000, 30_000
+"""Bytes of surface and layout from which a stream begins with a base, and has a second one."""
 
-FIRST_VIEW = 2500
-"""Bytes of header, base and first part of the exemplar, about."""
+FIRST_VIEW, SECOND_BASE = 2500, 8000
+"""Approximate bytes of header, base and first part of the exemplar together; bytes of the second base."""
 
-BASE_PART = 2400
-"""Number of bytes of the exemplar that precede the surface of a stream with a base."""
+_BASE_BITS, _SECOND_BASE_BITS = 8, 9
+"""Bits of their coordinates."""
 
 _AROUND = 30
 """Bytes of the file's header, and around the base and the exemplar's first part."""
@@ -118,15 +118,10 @@ def encode_stream(
         sample_quality=sample_quality,
         most_significant=most_significant,
     )
-    shape = [("S", pack_surface(surface, quilt.charts)), ("L", layout)]
-    has_base = sum(len(data) for _, data in shape) > BASE_FROM
-    head, header = [pack_chunk(tag, data) for tag, data in shape], pack_chunk("X", sample.header)
-    if has_base:
-        room = FIRST_VIEW - first_part - len(header) - _AROUND
-        head = [pack_chunk("B", made_base(surface, quilt, room)), header]
-        first_part = BASE_PART
-    else:
-        shape, head = [], [*head, header]
+    header = pack_chunk("X", sample.header)
+    exact = [("S", pack_surface(surface, quilt.charts)), ("L", layout)]
+    first, later = _shape_chunks(surface, quilt, exact, FIRST_VIEW - first_part - len(header) - _AROUND)
+    head = [*(pack_chunk(tag, data) for tag, data in first), header]
     plan = encode_plan(quilt)
     bent = not all(field.is_identity for field in quilt.fields)
     fields = pack_fields(quilt.fields, quilt.charts) if bent else None
@@ -143,11 +138,11 @@ def encode_stream(
             reached["albedo"] = sample.psnr(len(payload))
             reached.update({role: coded[role].psnr(len(stream)) for role, stream in streams.items()})
         rest = ordered(queue, sample_parts(turns), errors, len(start))
-        early = [("D", start), *shape]
+        early = [("D", start), *later]
         if fields is not None:  # first a picture, then its direction
-            third = len(start) if has_base else len(start) // 3
+            third = len(start) if later else len(start) // 3
             warped = [("F", fields.head), ("N", fields.nodes[: fields.coarse])]
-            early = [("D", start[:third]), *shape, *warped, ("D", start[third:])]
+            early = [("D", start[:third]), *later, *warped, ("D", start[third:])]
         return assembled(head, [*(pack_chunk(tag, data) for tag, data in early if data), *tables, *rest])
 
     if most_bytes is None:
@@ -156,6 +151,20 @@ def encode_stream(
     if most_bytes < least:
         raise InputError(f"most_bytes is {most_bytes}; allowed: {least} or more for this quilt")
     return _within(whole, sample.payload, streams, most_bytes)
+
+
+def _shape_chunks(
+    surface: Surface | MeshSurface, quilt: Quilt, exact: list[tuple[str, bytes]], room: int
+) -> tuple[list[tuple[str, bytes]], list[tuple[str, bytes]]]:
+    """Return the chunks of the shape that come before the exemplar, and those after its first part."""
+    length = sum(len(data) for _, data in exact)
+    base = made_base(surface, quilt, room, _BASE_BITS) if length > BASE_FROM else b""
+    if not base:
+        return exact, []
+    finer = b""
+    if length > SECOND_BASE_FROM:
+        finer = made_base(surface, quilt, SECOND_BASE, _SECOND_BASE_BITS)
+    return [("B", base)], [*([("B", finer)] if finer else []), *exact]
 
 
 def _within(
