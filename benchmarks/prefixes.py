@@ -88,7 +88,7 @@ def _curve(data: bytes, surface: int) -> Curve:
     for length in sorted(n for n in lengths if surface + n < len(data)):
         decoder.feed(data[place : surface + length])
         place = surface + length
-        if not decoder.needed:
+        if not (decoder.needed or decoder.is_base):
             now = paint(decoder.quilt(), decoder.exemplar(), density=whole.density)
             found.append((length, texels_psnr(now, best)))
     return found

@@ -101,8 +101,8 @@ def _panel(about: dict[str, Any], panel: list[Any], letter: str, exemplars: Exem
     title, shown = (text.replace("{word}", word).replace("{letter}", letter) for text in (title, shown))
     shown = re.sub(r"<(\w+)>", lambda found: exemplars.pick(found[1]).name, shown)
     words = shlex.split(shown)
-    if words[0] in ("cover", "levels"):
-        options = shlex.split(about.get("options", "")) if words[0] == "cover" else []
+    if words[0] in ("cover", "levels", "refine"):
+        options = shlex.split(about.get("options", "")) if words[0] != "levels" else []
         _run([*words, *options, "-o", "panel.png"], folder)
         words = ["panel.png"]
     images = [Image.open(folder / file).convert("RGB") for file in words]

@@ -24,6 +24,9 @@ __all__ = ["SHARES", "Step", "curve_picture", "levels_picture", "refine_steps", 
 SHARES = (0.03, 0.05, 0.07, 0.15, 1.0)
 """The paper's quality levels: shares of the coefficients."""
 
+_PIECE = 64
+"""Number of bytes that are fed at once to find where the surface is complete."""
+
 
 @dataclass(frozen=True)
 class Step:
@@ -42,7 +45,8 @@ class Step:
     texels
         The texels that can be painted.
     psnr
-        PSNR of the texels against those of the complete stream, in dB; infinite if equal.
+        PSNR of the texels against those of the complete stream, in dB; infinite if equal, NaN of a base,
+        which has other texels.
     """
 
     length: int
@@ -93,7 +97,9 @@ def refine_steps(data: bytes, wanted: Sequence[Limit], *, limits: Limits | None 
 
 
 def texels_psnr(texels: Texels, best: Texels) -> float:
-    """Return the peak signal-to-noise ratio over all charts, in dB: infinite if all texels are equal."""
+    """Return the PSNR over all charts, in dB: infinite if all texels are equal, NaN on other charts."""
+    if texels.charts != best.charts:
+        return float("nan")
     error = sum(
         float(np.sum((a.astype(np.float64) - b) ** 2))
         for a, b in zip(texels.arrays, best.arrays, strict=True)
@@ -140,14 +146,14 @@ def levels_picture(
     with quietly():
         steps = refine_steps(data, wanted, limits=limits)
     for index, step in enumerate(steps):
-        model = TexturedModel(surface, step.texels, options)
+        model = TexturedModel(step.texels.surface or surface, step.texels, options)
         left = gap + index * (width + gap)
         with quietly():
             drawing.paste(left, gap, from_linear(model.picture(), "uint8", dither=True))
         middle, below = left + width // 2, gap + height
         state = "complete, " if step.complete else ""
         drawing.text(middle, below + 22, f"{state}{share_text(step.coefficients)} of the coefficients")
-        quality = "" if step.psnr == float("inf") else f", {step.psnr:.1f} dB"
+        quality = "" if not np.isfinite(step.psnr) else f", {step.psnr:.1f} dB"
         drawing.text(middle, below + 44, f"{step.length:,} bytes{quality}")
         report_progress("levels", index + 1, len(shares))
     return drawing.pixels()
@@ -162,20 +168,25 @@ def share_text(share: float) -> str:
 def curve_picture(data: bytes, *, limits: Limits | None = None) -> tuple[PixelArray, list[Step]]:
     """Plot the texels' PSNR over the bytes of the stream: the best so far, and thin the measured one.
 
-    It hardly ever falls: a longer prefix rarely shows anything worse. A chart without placements shows the
-    sample unchanged; a cell without a label takes the nearest placement.
+    It begins where surface and layout have arrived. It hardly ever falls: a longer prefix rarely shows
+    anything worse. A chart without placements shows the sample unchanged; a cell without a label takes the
+    nearest placement.
 
     Returns
     -------
     picture : ndarray
         uint8 RGB.
     steps : list of Step
-        The plotted steps, from the first view on.
+        The plotted steps.
     """
     first = StreamDecoder(limits=limits)
     feed_until(first, data, Limit(most_bytes=1))
     if first.needed:
         raise InputError(f"stream is cut; needs {first.needed} more bytes")
+    while first.is_base and first.received < len(data):
+        first.feed(data[first.received : first.received + _PIECE])
+    if first.is_base:
+        raise InputError("stream is cut before its surface and layout; allowed: a longer part of it")
     lengths = sorted({int(length) for length in np.geomspace(first.received, len(data), 24)})
     wanted = [Limit(most_bytes=length) for length in lengths]
     steps = refine_steps(data, wanted, limits=limits)

@@ -130,6 +130,8 @@ def refine(
         _feed(decoder, data, limit or Limit())
         if decoder.needed or decoder.surface is None:
             raise FormatError(f"byte {len(data)}: stream is cut; needs {max(1, decoder.needed)} more bytes")
+        if on is not None and decoder.is_base:
+            raise InputError(f"stream {stream!r} is cut before its surface; allowed with `on`: more of it")
         surface = decoder.surface if on is None else _other_surface(on, decoder.surface)
         one_by_one = one_by_one and isinstance(surface, Surface)
         if limits is None and not one_by_one:

@@ -127,8 +127,8 @@ def _stream(
     with naming(path):
         decoder = read_stream(read_bytes(path), strict=False, limits=limits)
     surface, quilt, coded = decoder.surface, decoder.quilt(), decoder.exemplar()
-    if surface is None:  # every stream that can be shown has one
-        raise InputError(f"stream {path!r} has no surface")
+    if surface is None or decoder.is_base:
+        raise InputError(f"stream {path!r} is cut before its surface; allowed: more of it")
     if original is not None and original.shape != coded.shape:
         shapes = ["×".join(str(side) for side in image.shape) for image in (original, coded)]
         raise InputError(

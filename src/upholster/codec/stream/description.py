@@ -8,7 +8,9 @@ from upholster.base.display import number_of
 from upholster.base.errors import FormatError
 from upholster.base.limits import Limits
 from upholster.base.types import PixelArray
+from upholster.codec.stream.byte_reader import ByteReader
 from upholster.codec.stream.chunks import Chunk
+from upholster.codec.stream.mesh.mesh_code import MAX_TRIANGLES
 from upholster.codec.stream.reader import StreamDecoder
 from upholster.geometry.meshes.triangle_mesh import MeshSurface
 from upholster.geometry.patches.surface import Surface
@@ -18,6 +20,7 @@ __all__ = ["ChunkRow", "Description", "Readable", "describe"]
 SIZES = (1000, 2000, 4000, 8000, 16000)
 
 _TITLES = {
+    "B": "base",
     "S": "surface",
     "L": "layout",
     "X": "exemplar's header",
@@ -133,7 +136,7 @@ def describe(data: bytes, *, limits: Limits | None = None) -> Description:
         raise FormatError(f"byte {len(data)}: file is cut; needs {decoder.needed} more bytes")
     full = states[-1][2]
     readable = tuple(Readable(size, *shares, _psnr(image, full)) for size, shares, image in states)
-    rows = tuple(_row(chunk, decoder) for chunk in decoder.chunks)
+    rows = tuple(_row(chunk, decoder, data) for chunk in decoder.chunks)
     view = next(row.offset + row.length for row in rows if row.tag == "X")
     return Description(decoder.total, decoder.received, decoder.complete, view, rows, readable)
 
@@ -145,16 +148,19 @@ def _shares(decoder: StreamDecoder) -> tuple[float, float, float]:
     return decoder.charts_known / len(decoder.charts), placements, significant / coefficients
 
 
-def _row(chunk: Chunk, decoder: StreamDecoder) -> ChunkRow:
+def _row(chunk: Chunk, decoder: StreamDecoder, data: bytes) -> ChunkRow:
     here = min(decoder.received, chunk.end) - chunk.offset
-    return ChunkRow(chunk.tag, chunk.offset, chunk.end - chunk.offset, here, _holds(chunk, decoder))
+    return ChunkRow(chunk.tag, chunk.offset, chunk.end - chunk.offset, here, _holds(chunk, decoder, data))
 
 
-def _holds(chunk: Chunk, decoder: StreamDecoder) -> str:
+def _holds(chunk: Chunk, decoder: StreamDecoder, data: bytes) -> str:
     title = _TITLES.get(chunk.tag, "unknown, skipped")
-    if chunk.tag == "S" and decoder.surface is not None:
+    if chunk.tag == "B" and chunk.verified:
+        triangles = ByteReader(data[chunk.payload_offset :]).varint("triangles", MAX_TRIANGLES)
+        return f"{title}: {number_of(triangles, 'triangle')}, until surface and layout have arrived"
+    if chunk.tag == "S" and decoder.surface is not None and not decoder.is_base:
         return f"{title}: {_shape(decoder.surface)}"
-    if chunk.tag == "L" and decoder.charts:
+    if chunk.tag == "L" and decoder.charts and not decoder.is_base:
         texels = sum(chart.height * chart.width for chart in decoder.charts)
         margins = " with the charts' margins" * isinstance(decoder.surface, MeshSurface)
         return f"{title}: {number_of(len(decoder.charts), 'chart')}, {texels:,} texels{margins}"

@@ -9,7 +9,7 @@ __all__ = ["on_surface"]
 
 
 def on_surface(data: bytes, surface: Surface) -> bytes:
-    """Return a whole stream with another surface; all other data is unchanged, to the byte.
+    """Return a whole stream with another surface, without bases; all other data is unchanged, to the byte.
 
     Parameters
     ----------
@@ -27,11 +27,11 @@ def on_surface(data: bytes, surface: Surface) -> bytes:
     list(reader.feed(data))
     if not reader.complete or reader.view is None:
         raise FormatError(f"byte {len(data)}: stream is cut; allowed: a complete one")
-    head: list[bytes] = []
+    head = {"S": pack_chunk("S", pack_surface(surface))}
     rest: list[bytes] = []
     for chunk in reader.chunks:
-        bytes_now = data[chunk.offset : chunk.end]
-        if chunk.tag == "S":
-            bytes_now = pack_chunk("S", pack_surface(surface))
-        (head if chunk.end <= reader.view else rest).append(bytes_now)
-    return assembled(head, rest)
+        if chunk.tag in ("L", "X"):
+            head[chunk.tag] = data[chunk.offset : chunk.end]
+        elif chunk.tag not in ("B", "S"):
+            rest.append(data[chunk.offset : chunk.end])
+    return assembled([head[tag] for tag in "SLX"], rest)
