@@ -10,7 +10,8 @@ const nextFrame = globalThis.requestAnimationFrame?.bind(globalThis) ?? ((work) 
 /**
  * One stream and its worker. Results go to `view`, which has these methods:
  *
- * - `begin({bounds, sphere, plain})`: spheres of the charts and round them, triangles on no chart; once
+ * - `begin({bounds, sphere, plain})`: spheres of the charts and round them, triangles on no chart; again for each surface that takes the place of
+ *   the one before, which stays on screen until `show`
  * - `takeMeshes({pieces, counts})`: geometry of the charts that changed
  * - `takeTexture(entry)`: an entry as `uph-worker.js` lists them; returns memory that is free again, or null
  * - `show(state, first)`: all textures of a painting have been taken
@@ -178,8 +179,8 @@ export class UphClient {
     }
     this.total = this.#painted.total
     this.#worker.postMessage({ kind: 'shown', buffers }, buffers)
-    // Without a placement there is hardly a texture: as long as more comes, a better picture is waited for.
-    if (this.first || this.#painted.placements) this.#show()
+    // Without a placement there is hardly a texture: as long as more comes, a better picture is waited for. A base has none.
+    if (this.first || this.#painted.placements || this.#painted.isBase) this.#show()
   }
 
   #show() {

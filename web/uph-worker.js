@@ -21,7 +21,8 @@
 //      close {}                           the stream is no longer wanted
 //      Any may have a `ticket`: states contain the last one that was handled.
 // Out: surface {bounds, sphere, plain, metres, exemplar}
-//                                         spheres around the charts, and around all of them; triangles on no chart; length of the unit, or null; height and width of the exemplar; once
+//                                         spheres around the charts, and around all of them; triangles on no chart; length of the unit, or null; height and width of the exemplar; again when a
+//                                         base gives way to another one, or to the surface: meshes and textures are then of its charts
 //      meshes {pieces, counts}            geometry of the charts that changed
 //      textures {entries, state}          changed textures, and the state that they show. An entry has a target (color, normal …)
 //                                         and is `data` for a chart; or the gutter only, `gutter`.

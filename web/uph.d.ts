@@ -90,7 +90,7 @@ export type Surface =
 
 /** Changes from a piece of a stream. */
 export interface Changes {
-  /** Whether the surface has arrived. */
+  /** Whether another surface has arrived, with its charts: a base, or the surface itself. */
   surface: boolean
   /** Whether the exemplar has improved, and with it the texels of every chart. */
   exemplar: boolean
@@ -135,7 +135,12 @@ export class UphDecoder {
   readonly needed: number
   /** Whether the whole file has arrived and every CRC is right. */
   readonly complete: boolean
+  /** The surface, or, before it and its charts have arrived, a base: a coarse mesh. */
   readonly surface: Surface | null
+  /** Whether `surface` is a base. */
+  readonly isBase: boolean
+  /** Number of surfaces that have arrived: bases, then the surface itself. */
+  readonly surfaceNumber: number
   readonly charts: readonly Chart[]
   /** Number of charts that have a placement of their own; the others show the middle of the exemplar. */
   readonly chartsKnown: number

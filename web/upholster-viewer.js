@@ -389,7 +389,8 @@ export class UpholsterViewer extends HTMLElement {
       stage.show(session.model)
       this.#lay()
     }
-    if (type === 'refine' || type === 'geometry') stage.refresh({ shape: type === 'geometry' })
+    if (type === 'refine') stage.refresh()
+    if (type === 'surface' || type === 'geometry') stage.refresh({ shape: true, before: event.before })
     this.#refresh()
     if (type === 'first' || type === 'refine' || type === 'complete') this.#report(session, type)
     if (type === 'error') this.#reportError(session.problem.title, event.error, session.problem.advice)

@@ -322,7 +322,7 @@ def test_surfaces_by_name_are_read_or_refused_as_in_python(tmp_path: Any) -> Non
 def test_one_damage_has_one_address(tmp_path: Any, name: str) -> None:
     """Both decoders name the damaged chunk's first byte, in whatever pieces a stream comes."""
     data, rng = stream(name), np.random.default_rng(5)
-    damages = [(b"upx" + data[3:], 0), (data[:3] + b"\3" + data[4:], 3), (data + b"!", len(data))]
+    damages = [(b"upx" + data[3:], 0), (data[:3] + b"\2" + data[4:], 3), (data + b"!", len(data))]
     for chunk in {chunk.tag: chunk for chunk in read_stream(data).chunks}.values():
         last = chunk.end - 5
         for place in {chunk.offset, chunk.payload_offset, (chunk.payload_offset + last) // 2, last, last + 4}:

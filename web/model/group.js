@@ -12,7 +12,7 @@ export class Group extends EventTarget {
     this.parts = parts
     for (const part of parts) {
       for (const type of FORWARDED) part.addEventListener(type, (event) => this.#notify(type, event.detail))
-      part.addEventListener('first', () => this.first && this.#begin())
+      for (const type of ['surface', 'first']) part.addEventListener(type, () => this.first && this.#begin(type))
       part.addEventListener('complete', () => this.complete && this.#notify('complete', {}))
     }
   }
@@ -71,10 +71,11 @@ export class Group extends EventTarget {
   }
 
   /** All parts are known: they stand in one world. */
-  #begin() {
+  #begin(type) {
+    const before = this.sphere
     this.sphere = enclosing(this.parts.map((part) => part.sphere))
     for (const part of this.parts) part.sphere = this.sphere
-    this.#notify('first', {})
+    this.#notify(type, { before })
   }
 
   #sum(name) {

@@ -18,8 +18,8 @@ let version = 0
 /**
  * A textured surface that refines.
  *
- * Events: `progress` {received, total}, `first`, `refine`, `geometry`, `complete`, `stalled` {attempt, message}, `resumed`,
- * `error` {error}.
+ * Events: `progress` {received, total}, `surface` {before} (there are other charts: of a base, a coarse mesh, then of the
+ * surface itself; `before` is the sphere of the one before), `first`, `refine`, `geometry`, `complete`, `stalled` {attempt, message}, `resumed`, `error` {error}.
  */
 export class Model extends EventTarget {
   /**
@@ -41,6 +41,7 @@ export class Model extends EventTarget {
   /** What to draw as lines, see `lines.js`: `edges` instead of triangles, `borders` too, each a function of a geometry, with a `shader` and the borders' `ink`. */
   lines = null
   #client
+  #incoming = null // another surface, its charts, and its place among them: until it has textures
   #detail = null
   #pixels
   #errorPixels
@@ -128,7 +129,7 @@ export class Model extends EventTarget {
   paintInWorker() {
     this.onPage = false
     this.isBare = true // until a texture of it is here
-    for (const chart of this.charts) chart.textures = {}
+    for (const chart of [...this.charts, ...this.#ownCharts]) chart.textures = {}
     this.#client.send({ kind: 'paint' })
   }
 
@@ -144,7 +145,7 @@ export class Model extends EventTarget {
 
   /** Tessellate a chart for this size on screen. */
   measureChart(chart, perUnit) {
-    this.#detail?.measure(chart, perUnit)
+    if (!this.#incoming) this.#detail?.measure(chart, perUnit)
   }
 
   /** Resolves when the geometry is fine enough for this many pixels per unit. */
@@ -166,26 +167,29 @@ export class Model extends EventTarget {
   }
 
   #begin({ bounds, sphere, plain, metres }) {
-    this.charts = bounds.map((one) => ({ bounds: one, geometry: null, textures: {} }))
-    this.plain = plain
-    this.metres = metres
-    this.sphere = sphere
+    const charts = bounds.map((one) => ({ bounds: one, geometry: null, textures: {} }))
+    this.#incoming = { charts, plain, metres, sphere }
     this.#detail = new Detail(bounds, this.#errorPixels, (counts) => this.#client.send({ kind: 'counts', counts }))
+  }
+
+  /** The charts that the worker speaks of. */
+  get #ownCharts() {
+    return (this.#incoming ?? this).charts
   }
 
   #takeMeshes({ pieces, counts }) {
     this.#detail.counts ??= counts
-    for (const { chart, ...geometry } of pieces) this.charts[chart].geometry = geometry
-    if (this.first) this.#notify('geometry')
+    for (const { chart, ...geometry } of pieces) this.#ownCharts[chart].geometry = geometry
+    if (!this.#incoming) this.#notify('geometry')
   }
 
   /** Take over one texture; returns the memory of the previous one. */
   #takeTexture({ chart, target, height, width, data, gutter, role, sheet, recipe, roles, ...rest }) {
     if (sheet) this.#sheets[role] = { data, height, width, ...rest }
-    else if (recipe) this.charts[chart].recipe = { ...recipe, numbers: data }
+    else if (recipe) this.#ownCharts[chart].recipe = { ...recipe, numbers: data }
     // No data: a recipe, sent before the worker heard that it is to paint.
     if (sheet || recipe || !(data || this.onPage)) return null
-    const { textures } = this.charts[chart]
+    const { textures } = this.#ownCharts[chart]
     const old = textures[target]
     if (gutter) {
       putGutter(old.data, { height: old.height - 2, width: old.width - 2 }, data)
@@ -193,14 +197,18 @@ export class Model extends EventTarget {
       return null
     }
     const made = { key: old?.key ?? {}, width: width + 2, height: height + 2, version: ++version }
-    const painted = data ? { data } : { recipe: this.charts[chart].recipe, sheets: Object.fromEntries(roles.map((one) => [one, this.#sheets[one]])) }
+    const painted = data ? { data } : { recipe: this.#ownCharts[chart].recipe, sheets: Object.fromEntries(roles.map((one) => [one, this.#sheets[one]])) }
     textures[target] = { ...made, ...painted }
     this.isBare &&= !data
     return old?.data?.buffer ?? null
   }
 
   #show({ bytes, coefficients, placements, roles, alpha = 'opaque', mean, texels }, isFirst) {
-    Object.assign(this, { roles, alpha, mean, texels, shown: { bytes, coefficients, placements } })
+    const before = this.sphere
+    const incoming = this.#incoming
+    this.#incoming = null
+    Object.assign(this, { roles, alpha, mean, texels, shown: { bytes, coefficients, placements } }, incoming)
+    if (incoming) this.#notify('surface', { before })
     this.#notify(isFirst ? 'first' : 'refine')
   }
 }

@@ -5,15 +5,16 @@ import { Model } from '../model/model.js'
 import { chartGeometry, outlineGeometry, plainMesh } from './geometry.js'
 import { newMaterial, newTexture, setTexels, updateMaterial } from './materials.js'
 
-const EVENTS = ['progress', 'first', 'refine', 'geometry', 'complete', 'stalled', 'resumed', 'error']
+const EVENTS = ['progress', 'surface', 'first', 'refine', 'geometry', 'complete', 'stalled', 'resumed', 'error']
 
 const [SIZE, PLACE, EYE] = [new Vector2(), new Vector3(), new Vector3()]
 
 /**
  * A textured surface that refines: one mesh per chart.
  *
- * Events: `progress` {received, total}, `first`, `refine`, `geometry`, `complete`, `stalled` {attempt, message},
- * `resumed`, `error` {error}. After `first`, `refine` and `geometry` a frame wants to be rendered.
+ * Events: `progress` {received, total}, `surface` (there are other meshes: first those of a base, a coarse mesh, then the charts'), `first`,
+ * `refine`, `geometry`, `complete`, `stalled` {attempt, message}, `resumed`, `error` {error}. After `first`, `refine` and `geometry` a frame
+ * wants to be rendered.
  */
 export class UphModel extends Group {
   sphere = new Sphere(new Vector3(), 0)
@@ -35,8 +36,8 @@ export class UphModel extends Group {
     this.#model = new Model(worker, options)
     for (const type of EVENTS) {
       this.#model.addEventListener(type, ({ detail }) => {
-        if (type === 'first') this.#begin()
-        if (type === 'first' || type === 'geometry') this.#takeMeshes()
+        if (type === 'surface') this.#begin()
+        if (type === 'surface' || type === 'geometry') this.#takeMeshes()
         if (type === 'first' || type === 'refine') this.#takeTextures()
         this.dispatchEvent({ type, ...detail })
       })
@@ -139,12 +140,22 @@ export class UphModel extends Group {
   /** Stop, and free textures, geometry and worker. */
   dispose() {
     this.#model.dispose()
-    const others = this.#plain ? [this.outlines, this.#plain] : [this.outlines]
-    for (const { geometry } of [...this.#meshes, ...others]) geometry.dispose()
-    for (const material of [...this.#materials, ...others.map((one) => one.material)]) material.dispose()
-    for (const texture of this.#textures.flatMap((own) => Object.values(own))) texture.dispose()
-    this.#meshes = []
+    this.#clear()
+    this.outlines.geometry.dispose()
+    this.outlines.material.dispose()
     this.clear()
+  }
+
+  /** Free the meshes. */
+  #clear() {
+    const meshes = this.#plain ? [...this.#meshes, this.#plain] : this.#meshes
+    for (const { geometry } of meshes) geometry.dispose()
+    for (const material of this.#plain ? [...this.#materials, this.#plain.material] : this.#materials) material.dispose()
+    for (const texture of this.#textures.flatMap((own) => Object.values(own))) texture.dispose()
+    this.remove(...meshes)
+    this.#meshes = []
+    this.#shown = []
+    this.#plain = null
   }
 
   /**
@@ -161,6 +172,7 @@ export class UphModel extends Group {
 
   #begin() {
     const { charts, plain, sphere } = this.#model
+    this.#clear()
     this.sphere.set(new Vector3(...sphere.center), sphere.radius)
     this.#materials = charts.map(newMaterial)
     this.#textures = charts.map(() => ({}))

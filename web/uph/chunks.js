@@ -2,15 +2,16 @@
 
 import { ByteReader, GrowingBytes, UphError, crc32 } from './bytes.js'
 
-const MAGIC = [117, 112, 104, 2] // "uph", version
+const MAGIC = [117, 112, 104, 3] // "uph", version
 const MAX_FILE = 2 ** 30
 const MAX_CHUNKS = 4096
 const CRC_BYTES = 4
 
-// What each chunk comes after, how long it may be, and which may come more than once.
-const NEEDS = { S: '', L: 'S', X: 'L', D: 'X', F: 'X', Q: 'X', N: 'F', P: 'Q', M: 'P', R: 'X', E: 'R' }
-const LONGEST = { S: 2 ** 26, L: 2 ** 24, X: 2 ** 12, F: 2 ** 23, Q: 2 ** 23, R: 2 ** 12 }
-const ANY_NUMBER = 'DNPMRE'
+// What each chunk comes after (of each group one), how long it may be, and which may come more than once.
+const NEEDS = { B: [], S: [], L: ['S'], X: ['LB'], D: ['X'], F: ['X', 'L'], Q: ['X', 'L'], N: ['F'], P: ['Q'], M: ['P'], R: ['X'], E: ['R'] }
+const LONGEST = { B: 2 ** 26, S: 2 ** 26, L: 2 ** 24, X: 2 ** 12, F: 2 ** 23, Q: 2 ** 23, R: 2 ** 12 }
+const ANY_NUMBER = 'BDNPMRE'
+const MOST_BASES = 4
 
 const fail = (what, offset) => {
   throw new UphError(what, offset)
@@ -120,7 +121,10 @@ export class ChunkReader {
     }
     if (tag === 'F' && this.seen.includes('Q')) fail('chunk F comes after Q', offset)
     if (!ANY_NUMBER.includes(tag) && this.seen.includes(tag)) fail(`chunk ${tag} comes twice`, offset)
-    if (!this.seen.includes(NEEDS[tag])) fail(`chunk ${tag} comes before ${NEEDS[tag]}`, offset)
+    if (tag === 'B' && (this.seen.includes('S') || this.seen.split('B').length > MOST_BASES)) fail(`chunk B comes after S, or after ${MOST_BASES} others`, offset)
+    for (const group of NEEDS[tag]) {
+      if (![...group].some((one) => this.seen.includes(one))) fail(`chunk ${tag} comes before ${group[0]}`, offset)
+    }
     if (length > LONGEST[tag]) fail(`chunk ${tag} has ${length} bytes; allowed: ${LONGEST[tag]}`, offset)
     this.seen += tag
   }

@@ -1,5 +1,6 @@
 /** The decoder of `.uph` streams: reads chunks, and paints from the bytes received. */
 
+import { parseBase } from './base.js'
 import { ByteReader, GrowingBytes, UphError } from './bytes.js'
 import { ChunkReader } from './chunks.js'
 import { FieldDecoder } from './field-nodes.js'
@@ -23,6 +24,8 @@ const CAUTION = 64 // a byte rarely codes more coefficients than this
 export class UphDecoder {
   #file = new ChunkReader((chunk, part, whole) => this.#take(chunk, part, whole))
   #payload = new GrowingBytes() // of a chunk that is read when it is whole
+  #exact = null // the surface itself, until its layout has come
+  #base = null // what is shown until then
   #fields = null // the FieldDecoder, where there are warp fields
   #quilt = null
   #maps = new Map() // ImageDecoders or finished images, by role
@@ -41,9 +44,11 @@ export class UphDecoder {
   constructor({ limits = LIMITS, maps = null } = {}) {
     this.#limits = limits
     this.#finished = maps
-    /** The surface and its charts; null and empty before they have come. */
+    /** The surface and its charts, or a base, a coarse mesh that is shown before they have come; null and empty before that. */
     this.surface = null
     this.charts = []
+    /** How many surfaces there have been: bases, then the surface itself. */
+    this.surfaceNumber = 0
     /** Share of the exemplar's coefficients at which its decoding ends, even if more bytes arrive. */
     this.mostCoefficients = 1
   }
@@ -70,6 +75,11 @@ export class UphDecoder {
     return this.#maps.size ? 0 : Math.max(1, (this.view || 6) - this.received)
   }
 
+  /** Whether `surface` is a base. */
+  get isBase() {
+    return this.#base !== null
+  }
+
   /** Whether the whole file has come and every chunk's CRC is right. */
   get complete() {
     return this.#file.complete
@@ -91,7 +101,7 @@ export class UphDecoder {
   }
 
   /**
-   * Take further bytes. Returns what changed: whether the surface has come, whether the exemplar got better (and
+   * Take further bytes. Returns what changed: whether another surface has come, with its charts, whether the exemplar got better (and
    * with it every chart), and which charts got placements, labels or nodes of their warp field.
    */
   feed(bytes) {
@@ -131,12 +141,11 @@ export class UphDecoder {
   }
 
   #takeWhole(tag, reader) {
-    if (tag === 'S') {
-      this.surface = parseSurface(reader, this.#limits.triangles)
-      this.#changed.surface = true
-    } else if (tag === 'L') {
-      this.charts = parseLayout(reader, this.surface)
-      checkCharts(reader, this.charts, this.#limits)
+    if (tag === 'B') this.#takeSurface(reader, (this.#base = parseBase(reader, this.#limits.triangles)))
+    else if (tag === 'S') this.#exact = parseSurface(reader, this.#limits.triangles)
+    else if (tag === 'L') {
+      this.#base = null
+      this.#takeSurface(reader, { surface: this.#exact, charts: parseLayout(reader, this.#exact) })
     } else if (tag === 'X') this.#takeExemplarHeader(reader)
     else if (tag === 'R') this.#takeMapHeader(reader)
     else if (tag === 'F') this.#fields = new FieldDecoder(reader, this.charts)
@@ -145,6 +154,13 @@ export class UphDecoder {
       checkCharts(reader, this.charts.map((chart) => paintedSize(chart, this.density)), this.#limits)
       checkCells(reader, this.#quilt.cells, this.#limits)
     } else reader.fail(`chunk ${tag} has no reader here`, 0)
+  }
+
+  #takeSurface(reader, { surface, charts }) {
+    checkCharts(reader, charts, this.#limits)
+    Object.assign(this, { surface, charts })
+    this.surfaceNumber++
+    this.#changed.surface = true
   }
 
   // ---------------------------------------------------------------- maps
@@ -338,7 +354,7 @@ export class UphDecoder {
   recipe(index, density) {
     const size = this.paintedSize(index, density)
     const chart = this.charts[index]
-    const field = this.#fields?.field(index) ?? IDENTITY_FIELD
+    const field = this.#base?.fields[index] ?? this.#fields?.field(index) ?? IDENTITY_FIELD
     const layers = this.#quilt?.layersOf(index) ?? bareLayers(chart, this.exemplarSize)
     return { chart, size, field, layers: layers.map((layer) => centred(layer, field)) }
   }

@@ -7,7 +7,7 @@ import { readAllowed } from './allowed.js'
 import { explain } from './text.js'
 import { takeEarly, takeWorker } from '../uph-workers.js'
 
-const EVENTS = ['progress', 'first', 'refine', 'geometry', 'complete', 'stalled', 'resumed', 'error']
+const EVENTS = ['progress', 'surface', 'first', 'refine', 'geometry', 'complete', 'stalled', 'resumed', 'error']
 
 export class Session {
   /** The same stream in full quality, to compare with; null where nobody does. */
@@ -51,7 +51,7 @@ export class Session {
     const model = (this.model = models.length > 1 ? new Group(models) : models[0])
     for (const type of EVENTS) {
       model.addEventListener(type, (event) => {
-        if (type === 'first' || type === 'refine' || type === 'geometry') this.changes++
+        if (type === 'surface' || type === 'first' || type === 'refine' || type === 'geometry') this.changes++
         if (type === 'stalled' || type === 'progress' || type === 'resumed') this.stalled = type === 'stalled'
         if (type === 'error' && !this.#explain(event.error)) return
         notify(type, event)

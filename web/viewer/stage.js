@@ -98,8 +98,12 @@ export class Stage {
     return this.#size[0] < this.#size[1]
   }
 
-  /** Models have changed: other textures or shapes. With `shape` the whole is framed again, unless somebody has turned it. */
-  refresh({ shape = false } = {}) {
+  /**
+   * Models have changed: other textures or shapes. With `shape` the whole is framed again, unless somebody has turned it. `before` is the sphere
+   * of the first model's shape before.
+   */
+  refresh({ shape = false, before = null } = {}) {
+    if (before && this.#models[0]) this.#orbit.keep(before, this.#models[0].sphere)
     if (shape) {
       if (!this.#orbit.touched) this.#measureShape()
       this.#renderer.sweep()

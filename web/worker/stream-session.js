@@ -26,6 +26,7 @@ export class StreamSession {
   #bytes = new Uint8Array(1 << 16)
   #length = 0
   #decoder = new UphDecoder() // with the limits of the page, once it is open
+  #surfaceNumber = 0 // of the surface that the page has
   #mesher = null
   #textures = null
   #nearness = [] // of charts, to who looks
@@ -67,7 +68,7 @@ export class StreamSession {
     else if (kind === 'end') this.#end()
     else if (kind === 'close') this.#isClosed = true
     else if (kind === 'limit') this.#setLimit(message)
-    else if (kind === 'counts') this.#counts = message.counts
+    else if (kind === 'counts' && message.counts.length === this.#counts?.length) this.#counts = message.counts // else they are of another surface
     else if (kind === 'pixels') this.#look(message.pixels)
     else if (kind === 'paint') this.#paintHere()
     else if (kind === 'exemplar') this.#replaceExemplar(message.picture)
@@ -146,9 +147,12 @@ export class StreamSession {
     for (;;) {
       const more = this.#feed()
       if (this.#code && this.#decoder.complete) this.#keepSample()
-      if (this.#mesher) this.#mesh()
+      // Only what belongs together is on its way to the page; while a prefix is read again, the page keeps what it has.
+      const isBack = more && this.#decoder.surfaceNumber < this.#surfaceNumber
+      if (this.#isOtherSurface && !this.#isWaiting && !isBack) this.#begin()
+      if (this.#mesher && !this.#isOtherSurface) this.#mesh()
       if (!more && this.#isAll && this.#fresh.size) this.#markFresh()
-      const isDue = this.#isDirty && !this.#isWaiting && this.#isWorthwhile
+      const isDue = this.#isDirty && !this.#isWaiting && !this.#isOtherSurface && this.#isWorthwhile
       // While more is to come, now and then is enough: painting takes at most half of the time.
       const wait = this.#paintedAt + Math.max(PAUSE, this.#paintTime) - performance.now()
       const isFirst = !this.#isShown && (!more || this.#decoder.chartsKnown >= FIRST_SHARE * this.#nearness.length)
@@ -184,6 +188,11 @@ export class StreamSession {
   /** Whether there is texture to be seen, or will be none: a first picture of one colour is none. */
   get #isWorthwhile() {
     return this.#isShown || this.#isAll || (!this.whole && knownShare(this.#decoder) > 0)
+  }
+
+  /** Whether the page has no surface yet, or another one than the decoder. */
+  get #isOtherSurface() {
+    return !this.#decoder.needed && this.#decoder.surfaceNumber !== this.#surfaceNumber
   }
 
   get #isDirty() {
@@ -230,19 +239,21 @@ export class StreamSession {
 
   #noteChanges({ roles, charts }) {
     const decoder = this.#decoder
-    if (decoder.needed) return
-    if (!this.#mesher) this.#begin()
+    if (decoder.needed || this.#isOtherSurface) return // all is painted when the surface is known
     if (this.#density !== decoder.density) {
       this.#sizeTextures()
       roles = decoder.roles
     }
     this.#textures.forget(charts)
     for (const chart of charts) this.#fresh.add(chart)
-    for (const [target, parts] of Object.entries(TARGETS)) {
-      if (parts.some((role) => roles.includes(role) && hasMap(decoder, role))) this.#textures.markDirty(target)
-    }
+    for (const target of Object.keys(TARGETS)) this.#markDirty(target, roles)
     const { known, count } = decoder.placements
     if (known >= GROWTH * this.#placements || known === count) this.#markFresh()
+  }
+
+  /** Have all charts painted whose texture shows one of these maps. */
+  #markDirty(target, roles) {
+    if (TARGETS[target].some((role) => roles.includes(role) && hasMap(this.#decoder, role))) this.#textures.markDirty(target)
   }
 
   /** Have charts painted that have other placements, labels or nodes. */
@@ -254,9 +265,12 @@ export class StreamSession {
     this.#placements = this.#decoder.placements.known
   }
 
-  /** Surface and charts are known: send them to the page. */
+  /** Surface and charts are known, or others: send them to the page. */
   #begin() {
-    const { surface, charts, exemplarSize } = this.#decoder
+    const { surface, charts, exemplarSize, surfaceNumber } = this.#decoder
+    this.#surfaceNumber = surfaceNumber
+    this.#meshedCounts = this.#stepLength = null
+    this.#fresh.clear()
     this.#mesher = surface.kind === 'mesh' ? new TriangleMesher(surface, charts) : new SurfaceMesher(surface, charts)
     const bounds = charts.map((_, n) => this.#mesher.bounds(n))
     this.#nearness = bounds.map(({ center }) => center.reduce((sum, x, k) => sum + x * (this.eye?.[k] ?? 0), 0))
@@ -266,6 +280,8 @@ export class StreamSession {
     this.#post({ kind: 'surface', bounds, sphere, plain, metres: surface.metres ?? null, exemplar: exemplarSize })
     this.#radius = sphere.radius
     this.#mesh()
+    this.#sizeTextures()
+    for (const target of Object.keys(TARGETS)) this.#markDirty(target, this.#decoder.roles)
   }
 
   /** It is known with how many texels a step the stream is to be painted. */
@@ -359,6 +375,7 @@ export class StreamSession {
       roles: decoder.roles.filter((role) => hasMap(decoder, role)),
       coefficients: decoder.complete ? 1 : knownShare(decoder),
       placements: known / (count || 1),
+      isBase: decoder.isBase,
     }
   }
 }

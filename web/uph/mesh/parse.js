@@ -6,7 +6,7 @@ import { decodeIslands } from './islands.js'
 import { MeshNumbers } from './mesh-numbers.js'
 
 const MAX_PARTS = 2 ** 16
-const TRIANGLES_A_BYTE = 4096
+export const TRIANGLES_A_BYTE = 4096
 const MOST = 1e18 // of a position
 
 /** Returns the surface: positions, and per corner of a triangle its vertex and (s, t) on its island. */
@@ -21,18 +21,11 @@ export function parseMesh(reader, maxTriangles) {
   const bits = reader.u8('bits of a coordinate', 16)
   const [x, y, z, step, unit] = range(5).map(() => reader.float('origin or step', 8))
   if (!(step > 0 && unit > 0)) reader.fail('a step is not above 0')
-  const mesh = emptyMesh({ triangleCount, vertexCount, islandCount, parts, limit: 2 ** bits - 1 })
-  const numbers = new MeshNumbers(reader)
-  new FrontDecoder(numbers, mesh).decode()
-  decodeIslands(numbers, mesh)
-  if (numbers.bits.unread) reader.fail('mesh has bytes too many')
-  const positions = Float64Array.from(mesh.positions, (value, n) => [x, y, z][n % 3] + value * step)
+  const mesh = parseTriangles(reader, { triangleCount, vertexCount, islandCount, parts, limit: 2 ** bits - 1 }, decodeIslands)
+  const positions = placed(reader, mesh, [x, y, z], step)
   const parameters = Float64Array.from(mesh.parameters, (value) => value * unit)
-  if (!positions.every((value) => Math.abs(value) <= MOST) || !parameters.every(Number.isFinite)) {
-    reader.fail('a position is beyond 1e18, or a parameter is not finite')
-  }
+  if (!parameters.every(Number.isFinite)) reader.fail('a parameter is not finite')
   checkIslands(reader, mesh)
-  reader.take(reader.left)
   return {
     kind: 'mesh',
     name,
@@ -46,6 +39,24 @@ export function parseMesh(reader, maxTriangles) {
     positions,
     parameters,
   }
+}
+
+/** The rest of the reader's bytes: triangles and integer positions, and what `decodeMore(numbers, mesh)` reads. */
+export function parseTriangles(reader, counts, decodeMore = () => {}) {
+  const mesh = emptyMesh(counts)
+  const numbers = new MeshNumbers(reader)
+  new FrontDecoder(numbers, mesh).decode()
+  decodeMore(numbers, mesh)
+  if (numbers.bits.unread) reader.fail('mesh has bytes too many')
+  reader.take(reader.left)
+  return mesh
+}
+
+/** Positions in the model's units. */
+export function placed(reader, { positions }, origin, step) {
+  const found = Float64Array.from(positions, (value, n) => origin[n % 3] + value * step)
+  if (!found.every((value) => Math.abs(value) <= MOST)) reader.fail('a position is beyond 1e18')
+  return found
 }
 
 function emptyMesh(counts) {

@@ -16,6 +16,8 @@ export interface UphLoadEvent extends ProgressEvent {
 
 export interface UphModelEvents extends Object3DEventMap {
   progress: UphProgress
+  /** There are other meshes: first of a base, a coarse mesh, then of the charts. */
+  surface: object
   /** There is a textured picture. */
   first: object
   /** Textures have improved, or the limit has changed. */
