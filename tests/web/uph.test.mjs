@@ -219,7 +219,7 @@ test('an image that is none is refused', () => {
 test('other versions are refused by their number', () => {
   const stream = read('smallest.uph')
   const image = new TextEncoder().encode('EZW1 and so on')
-  for (const [data, newest, first] of [[stream, 2, 0], [image, 1, 48]]) {
+  for (const [data, newest, first] of [[stream, 3, 0], [image, 1, 48]]) {
     const Decoder = data === stream ? UphDecoder : EzwDecoder
     for (const [version, why] of [[newest - 1, 'it was never released'], [newest + 1, 'a newer decoder reads it']]) {
       data[3] = first + version
@@ -246,7 +246,7 @@ test('a stream that asks for more than a caller allows is refused', () => {
   }
   assert.throws(() => new UphDecoder({ limits: { triangles: 319 } }).feed(read('mesh.uph')), /number of triangles is 320/)
   // A chart of 256 × 256 steps, with cells of 1 step: 258 × 258 of them.
-  const cells = Buffer.from('75706802382b530104a3bccd8f4c030f8002e1534597580f4000400003010600008000800080005b8124515107010300000201029bb5975d', 'hex')
+  const cells = Buffer.from('75706803382b530104a3bccd8f4c030f8002e1534597580f4000400003010600008000800080005b8124515107010300000201029bb5975d', 'hex')
   new UphDecoder({ limits: { texels: 66_564 } }).feed(cells)
   assert.throws(() => new UphDecoder({ limits: { texels: 65_536 } }).feed(cells), /number of cells is 66564; allowed: 1 to 65536/)
   assert.throws(() => new EzwDecoder({ limits: { samples: 0 } }), RangeError)

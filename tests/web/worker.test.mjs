@@ -49,8 +49,10 @@ class Page {
   }
 
   take({ kind, ...message }) {
-    if (kind === 'surface') this.surface = message
-    else if (kind === 'meshes') for (const piece of message.pieces) this.meshes.set(piece.chart, piece)
+    if (kind === 'surface') {
+      this.surface = message
+      for (const kept of [this.textures, this.sizes, this.meshes]) kept.clear()
+    } else if (kind === 'meshes') for (const piece of message.pieces) this.meshes.set(piece.chart, piece)
     else if (kind === 'textures') {
       this.paintings++
       this.firstPainted ??= message.entries.map(({ chart }) => chart)

@@ -282,6 +282,7 @@ export class StreamSession {
     this.#mesh()
     this.#sizeTextures()
     for (const target of Object.keys(TARGETS)) this.#markDirty(target, this.#decoder.roles)
+    this.#placements = this.#decoder.placements.known
   }
 
   /** It is known with how many texels a step the stream is to be painted. */
