@@ -266,6 +266,22 @@ test('where no more placements come, those that are there are painted', async ()
   assert.deepEqual(rows(page), wanted)
 })
 
+test('a base is shown until the surface takes its place, and again where a limit asks for it', async () => {
+  const [, data] = streams.find(([name]) => name === 'base.uph')
+  const part = Math.floor(data.length / 3)
+  const onlyBase = await shown(data.slice(0, part))
+  const whole = await shown(data)
+  assert.deepEqual([onlyBase.state.isBase, whole.state.isBase], [true, false])
+  const page = await shown(data.slice(0, part))
+  await page.send({ kind: 'feed', bytes: data.slice(part) })
+  assert.deepEqual([page.surface, seen(page)], [whole.surface, seen(whole)])
+  await page.send({ kind: 'limit', bytes: part })
+  assert.deepEqual([page.surface, seen(page)], [onlyBase.surface, seen(onlyBase)])
+  await page.send({ kind: 'limit' })
+  assert.deepEqual([page.surface, seen(page)], [whole.surface, seen(whole)])
+  assert.deepEqual([...page.meshes.keys()], [...whole.meshes.keys()])
+})
+
 test('a model too large for the graphics card is painted smaller', async () => {
   const [, data] = streams.find(([name]) => name === 'quilt.uph')
   const decoder = new UphDecoder()
