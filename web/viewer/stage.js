@@ -103,7 +103,9 @@ export class Stage {
    * of the first model's shape before.
    */
   refresh({ shape = false, before = null } = {}) {
-    if (before && this.#models[0]) this.#orbit.keep(before, this.#models[0].sphere)
+    const [model] = this.#models
+    if (!model) return
+    if (before) this.#orbit.keep(before, model.sphere)
     if (shape) {
       if (!this.#orbit.touched) this.#measureShape()
       this.#renderer.sweep()
