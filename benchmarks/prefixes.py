@@ -44,7 +44,8 @@ def measured(request: Request) -> Table:
         with (request.out / "prefixes.csv").open("w", newline="", encoding="utf-8") as file:
             writer = csv.writer(file)
             writer.writerow(("model", "bytes", "dB"))
-            writer.writerows((name, n, f"{psnr:.2f}") for name, curve in curves.items() for n, psnr in curve)
+            for name, curve in curves.items():
+                writer.writerows((name, n, "base" if np.isnan(psnr) else f"{psnr:.2f}") for n, psnr in curve)
     columns = (
         "model",
         "stream",
