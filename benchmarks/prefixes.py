@@ -1,7 +1,7 @@
 """What the first bytes of a stream show, of README's ring, a ring of pebbles, the chair and further meshes.
 
-PSNR of all texels against those of the complete stream, 1 to 32 kB after the surface itself. With ``-o``
-prefixes.csv has more points.
+PSNR of all texels against those of the complete stream, at 1 to 32 kB. With ``-o`` prefixes.csv has more
+points.
 """
 
 import csv
@@ -34,26 +34,27 @@ def measured(request: Request) -> Table:
     with tempfile.TemporaryDirectory() as folder:
         for name, path in _streams(Path(folder), request.files).items():
             data = path.read_bytes()
-            surface = _surface_bytes(data)
-            curves[name] = _curve(data, surface)
-            at_sizes = dict(curves[name])
-            shown = [f"{at_sizes[size]:.1f}" if size in at_sizes else "" for size in SIZES]
-            sizes = (len(data), surface, _own_at(data))
+            curves[name] = _curve(data)
+            at_sizes = {length: "base" if np.isnan(psnr) else f"{psnr:.1f}" for length, psnr in curves[name]}
+            shown = [at_sizes.get(size, "") for size in SIZES]
+            sizes = (len(data), *_ends(data))
             rows.append([LABELS.get(name, name), *(f"{size / 1000:.1f} kB" for size in sizes), *shown])
             print(*rows[-1], sep="; ", file=sys.stderr, flush=True)
     if request.out is not None:
         with (request.out / "prefixes.csv").open("w", newline="", encoding="utf-8") as file:
             writer = csv.writer(file)
-            writer.writerow(("model", "bytes after the surface", "dB"))
-            writer.writerows((name, n, f"{psnr:.2f}") for name, curve in curves.items() for n, psnr in curve)
+            writer.writerow(("model", "bytes", "dB"))
+            for name, curve in curves.items():
+                writer.writerows((name, n, "base" if np.isnan(psnr) else f"{psnr:.2f}") for n, psnr in curve)
     columns = (
         "model",
         "stream",
-        "of it surface",
-        "every chart placed at",
+        "first view",
+        "surface",
+        "every chart placed",
         *(f"{n // 1000} kB" for n in SIZES),
     )
-    note = "PSNR in dB of all texels against those of the complete stream; bytes after the surface."
+    note = "PSNR in dB of all texels against those of the complete stream; a base has other texels."
     return Table(columns, rows, {"note": note})
 
 
@@ -71,33 +72,30 @@ def _streams(folder: Path, meshes: Sequence[Path]) -> dict[str, Path]:
     return made
 
 
-def _surface_bytes(data: bytes) -> int:
-    # A mesh takes many bytes before there is anything to lay texture on.
-    decoder = StreamDecoder()
-    decoder.feed(data)
-    return next(chunk.payload_offset + chunk.length + 4 for chunk in decoder.chunks if chunk.tag == "S")
-
-
-def _curve(data: bytes, surface: int) -> Curve:
+def _curve(data: bytes) -> Curve:
     whole = StreamDecoder()
     whole.feed(data)
     best = whole.texels()
     decoder, place = StreamDecoder(), 0
     found = []
-    lengths = {*SIZES, *np.geomspace(600, len(data) - surface, 32).astype(int).tolist()}
-    for length in sorted(n for n in lengths if surface + n < len(data)):
-        decoder.feed(data[place : surface + length])
-        place = surface + length
-        if not (decoder.needed or decoder.is_base):
+    lengths = {*SIZES, *np.geomspace(600, len(data), 32).astype(int).tolist()}
+    for length in sorted(n for n in lengths if n < len(data)):
+        decoder.feed(data[place:length])
+        place = length
+        if not decoder.needed:
             now = paint(decoder.quilt(), decoder.exemplar(), density=whole.density)
             found.append((length, texels_psnr(now, best)))
     return found
 
 
-def _own_at(data: bytes) -> int:
-    decoder = StreamDecoder()
+def _ends(data: bytes) -> tuple[int, int, int]:
+    """Return the bytes until the first view, until surface and layout, and until every chart has a block."""
+    decoder, view, surface = StreamDecoder(), 0, 0
     for place in range(0, len(data), 64):
         decoder.feed(data[place : place + 64])
-        if decoder.charts and decoder.charts_known == len(decoder.charts):
-            break
-    return decoder.received - _surface_bytes(data)
+        if not decoder.needed:
+            view = view or decoder.received
+            surface = surface or (0 if decoder.is_base else decoder.received)
+            if decoder.charts_known == len(decoder.charts):
+                break
+    return view, surface, decoder.received

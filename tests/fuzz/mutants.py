@@ -8,7 +8,7 @@ from upholster.codec.stream.chunks import ChunkReader
 
 __all__ = ["any_mutant", "mutated", "scrambled"]
 
-TAGS = "SLXDFQPMREabZ"
+TAGS = "BSLXDFQPMREabZ"
 NAMES = (b"\x1b]0;x\x07", b"[bold]x[/bold]", b"[/foo]", "\u202egpj.exe".encode(), b"\xff\xfe\0", b"<script>")
 """Names that a terminal, a table or a page might obey."""
 

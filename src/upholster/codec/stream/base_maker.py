@@ -16,9 +16,12 @@ _MOST_QUADS = 50_000
 
 _MOST_PARTS = 8
 
+_LEAST, _GREATEST, _PIXELS = 1e-30, 1e30, 1e8
+"""Lengths in model units that a base can store, and the most pixels of the exemplar along a model."""
+
 
 def made_base(surface: AnySurface, quilt: Quilt, most_bytes: int, bits: int) -> bytes:
-    """Return the payload of a base, of at most `most_bytes` bytes; empty if no triangles fit.
+    """Return the payload of a base, of at most `most_bytes` bytes; empty if none is possible.
 
     Parameters
     ----------
@@ -35,6 +38,8 @@ def made_base(surface: AnySurface, quilt: Quilt, most_bytes: int, bits: int) -> 
     origin = (float(low[0]), float(low[1]), float(low[2]))
     pixel, angles = _measured(corners, faces, parameters, quilt)
     metres = (surface.mesh.metres or 0.0) if isinstance(surface, MeshSurface) else 0.0
+    if not (min(size, pixel) > _LEAST and max(size, pixel, metres) < _GREATEST and size < _PIXELS * pixel):
+        return b""
 
     def coded(positions: IntArray, triangles: IntArray) -> bytes:
         return pack_base(CoarseMesh(positions, triangles, bits, origin, size / most, pixel, metres, angles))

@@ -1,10 +1,10 @@
 """The order of a stream's parts: always next is the part that reduces the error most per byte.
 
 The head, a coarse sample and coarse nodes of warp fields come first; after a base, the surface precedes the
-nodes. Then follow two queues, each in its own
-order: placements, finer nodes and labels; and the rest of the sample. The next part is always from the queue
-whose next parts together gain most per byte. The gain of a part is estimated from variances and from the
-number of steps that it makes right. A decoder accepts any order.
+nodes. Then follow two queues, each in its own order: placements, finer nodes and labels; and the rest of the
+sample. The next part is always from the queue whose next parts together gain most per byte. The gain of a
+part is estimated from variances and from the number of steps that it makes right. A decoder accepts any
+order.
 """
 
 from collections.abc import Sequence

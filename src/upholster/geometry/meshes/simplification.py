@@ -20,6 +20,10 @@ _GRIDS = (4096, 256, 128, 96, 64, 48, 32, 24, 16, 8)
 """Cells along the longest side of the mesh's box. Coarser ones are tried while the error falls."""
 
 _FEWEST = 16
+
+_SQUARES = 32
+"""A result has at most 4^bits / this number of triangles: rounding makes folds of smaller ones visible."""
+
 _POINTS, _POINTS_AT_ONCE = 256, 32
 
 Number = TypeVar("Number", bound=np.generic)
@@ -60,7 +64,7 @@ def simplified(corners: FloatArray, bits: int, fits: Fits) -> Coarse | None:
 
 def _largest(points: FloatArray, triangles: IntArray, most: int, fits: Fits) -> Coarse | None:
     """Return the version with the most triangles that fits, about; None if none does."""
-    low, high = _FEWEST, len(triangles)
+    low, high = _FEWEST, min(len(triangles), (most + 1) ** 2 // _SQUARES)
     best = _collapsed(points, triangles, low, most)
     if not len(best[1]) or not fits(*best):
         return None
