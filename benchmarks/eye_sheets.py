@@ -8,8 +8,10 @@ import json
 import sys
 from pathlib import Path
 
+import numpy as np
+from PIL import Image
+
 import upholster
-from upholster.image.files.write import write_image
 
 
 def main() -> None:
@@ -19,7 +21,8 @@ def main() -> None:
             continue
         exemplar = upholster.read_exemplar(sample)
         quilt = upholster.synthesize(exemplar, upholster.plane(), texels=(side, side), seed=seed)
-        write_image(f"{out}.png", upholster.paint(quilt, exemplar).arrays[0])
+        sheet = upholster.paint(quilt, exemplar).arrays[0]
+        Image.fromarray(np.squeeze(sheet)).save(f"{out}.png")
         Path(f"{out}.png").rename(out)  # a run that was ended leaves no half sheet
 
 
