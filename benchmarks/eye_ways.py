@@ -12,6 +12,8 @@ from dataclasses import dataclass
 from multiprocessing.pool import Pool
 from pathlib import Path
 
+import numpy as np
+
 import upholster
 from benchmarks.peers import SIDE, methods
 from benchmarks.quilting import BLOCK, OVERLAP, quilting
@@ -66,11 +68,14 @@ class Way:
             pool.starmap(self._run, [(jobs[part::2],) for part in range(2)])
 
     def _run(self, jobs: Sequence[tuple[Path, int, Path]]) -> None:
-        listed = [(str(sample), SIDE, seed, str(out)) for sample, seed, out in jobs]
         with tempfile.TemporaryDirectory() as name:
             file = Path(name, "jobs.json")
+            made = [Path(name, f"{number}.npy") for number in range(len(jobs))]
+            listed = [(str(job[0]), SIDE, job[1], str(to)) for job, to in zip(jobs, made, strict=True)]
             file.write_text(json.dumps(listed), encoding="utf-8")
             subprocess.run([str(self.python), str(SCRIPT), str(file)], env=self.environment(), check=True)
+            for (_, _, out), sheet in zip(jobs, made, strict=True):
+                write_image(out, np.load(sheet))
 
 
 def this_checkout(out: Path) -> Way:

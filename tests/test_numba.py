@@ -103,6 +103,18 @@ def test_to_look_at_a_kernel_does_not_import_numba() -> None:
     assert copy.copy(twice)(2) == 4
 
 
+def test_newer_x86_processors_run_the_same_code() -> None:
+    @kernel
+    def twice(value: int) -> int:
+        return 2 * value
+
+    if "NUMBA_CPU_NAME" in os.environ or not llvmlite.binding.get_host_cpu_features().get("avx2"):
+        pytest.skip("kernels are compiled for another processor here")
+    assert twice(4) == 8
+    code = cast(Any, twice).dispatcher.targetctx.codegen()
+    assert code.magic_tuple()[1:] == ("x86-64-v3", "")
+
+
 def test_threads_that_call_a_kernel_at_once_get_the_same_one() -> None:
     @kernel
     def twice(value: int) -> int:

@@ -157,7 +157,7 @@ def test_helpers_compile_what_the_command_then_loads(tmp_path):
 import upholster.runtime.warm
 from numba.core import event
 upholster.runtime.warm.jobs_for = lambda uses: jobs
-with event.install_recorder("numba:compile") as compiled, compiling(["any"], 2) as compiler:
+with event.install_recorder("numba:compile") as compiled, compiling(["any"]) as compiler:
     assert compiler.total == 2
     jobs[1].dispatcher().compile(jobs[1].types())  # waits
     compiler.wait()
@@ -193,7 +193,7 @@ def test_a_helper_that_dies_costs_time_and_no_more(tmp_path):
         + """
 import upholster.runtime.warm
 upholster.runtime.warm.jobs_for = lambda uses: jobs
-with compiling(["any"], 2) as compiler:
+with compiling(["any"]) as compiler:
     for helper in compiler._helpers:
         helper.kill()
     jobs[1].dispatcher().compile(jobs[1].types())

@@ -248,7 +248,7 @@ def test_materials_and_models_of_several_files_are_copied_whole(tmp_path):
         ({"upholster": 2}, "upholster is 2; allowed: 1"),
         ({"sample": {"source": 3}}, "source of sample is 3"),
         ({"sample": {"source": ["weave.png", 3]}}, "a file's name is 3"),
-        ({"sample": {"source": "weave.png", "maps": 3}}, "maps of sample is '3'"),
+        ({"sample": {"source": "weave.png", "maps": 3}}, "maps is a int"),
         ({"model": 3}, "model is 3"),
         ({"seed": "x"}, "seed is 'x'"),
         ({"materials": 3}, "materials is not an object"),

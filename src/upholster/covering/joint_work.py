@@ -69,7 +69,7 @@ def roles_of(requests: Sequence[Request], *, all_have: bool = False) -> tuple[st
 
 
 def for_files(
-    request: Request, targets: Sequence[str | os.PathLike[str]] | str | os.PathLike[str] = ()
+    request: Request, targets: Sequence[str | os.PathLike[str]] | str | os.PathLike[str] | None = None
 ) -> Request:
     """Return a request for writing these files; without any, for a model like that in files.
 
@@ -79,7 +79,7 @@ def for_files(
         If one has an unknown suffix, or an option is given that none of them uses.
     """
     writing, found = request.writing, tuple[Output, ...]()
-    if targets != ():
+    if targets is not None:
         flat = isinstance(request.synthesis.texels, tuple)
         found = tuple(parse_outputs(listed(targets), writing, flat=flat))
         if writing.wavelet is None and request.synthesis.method == "paper":

@@ -2,7 +2,7 @@
 
 Kernels release the interpreter lock (threads run them side by side, see `upholster.runtime.parallel`), are
 cached on disk (see `upholster.runtime.kernel_cache`), never use fast-math, and get no automatic parallelism:
-the same call gives the same bits on any machine.
+the same call gives the same bits on any machine. So all newer x86 processors run the same code.
 
 Python calls only kernels. A `shared` or `inline` function has no entry point for Python: use its `py_func`.
 
@@ -20,6 +20,13 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 # No C code calls kernels: without the C entry point they compile faster.
 _RULES: dict[str, Any] = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
+
+_PROCESSOR = "x86-64-v3"
+_FEATURES = ("avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe")
+"""What kernels are compiled for, where the processor has these features.
+
+With AVX-512, LLVM 22 makes wrong code of a cut's last loop, which compares 32-bit and 8-bit numbers.
+"""
 
 _LOCK = RLock()
 _choices: list[tuple[Callable[..., Any], Callable[..., Any]]] = []
@@ -108,6 +115,7 @@ def _dispatcher(function: Callable[..., Any], on_disk: bool, rules: dict[str, An
     from upholster.runtime.inlined_code import InlinedCompiler
     from upholster.runtime.kernel_cache import KernelCache
 
+    _choose_processor(numba.core.config)
     while _choices:
         name, choose = _choices.pop()
         overload(name, strict=False)(choose)
@@ -120,6 +128,16 @@ def _dispatcher(function: Callable[..., Any], on_disk: bool, rules: dict[str, An
         if on_disk:
             KernelCache.attach(compiled)
     return compiled
+
+
+def _choose_processor(config: Any) -> None:
+    # Without effect if another program in this process has compiled with Numba before.
+    from llvmlite.binding import get_host_cpu_features
+
+    if config.CPU_NAME is None and config.CPU_FEATURES is None:
+        features = get_host_cpu_features()
+        if all(features.get(name) for name in _FEATURES):
+            config.CPU_NAME, config.CPU_FEATURES = _PROCESSOR, ""
 
 
 def _folded(signature: Any, arguments: Any, keywords: Any) -> tuple[Any, tuple[Any, ...]]:

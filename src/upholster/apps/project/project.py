@@ -174,8 +174,8 @@ class Project(Shown):
         """Return another project in which nothing is pinned."""
         return replace(self, pinned=None)
 
-    def request(self, targets: Sequence[str] | str = ()) -> Request:
-        """Return the project as a request, for writing files if there are `targets`."""
+    def request(self, targets: Sequence[str] | str | None = None) -> Request:
+        """Return the project as a request, for writing files if `targets` are named."""
         how = self.reading, self.synthesis, self.writing, self.seed, self.pinned
         request = Request(self.sample, self.model, self.materials, *how)
         return for_files(request, targets)
