@@ -24,8 +24,8 @@ const CAUTION = 64 // a byte rarely codes more coefficients than this
 export class UphDecoder {
   #file = new ChunkReader((chunk, part, whole) => this.#take(chunk, part, whole))
   #payload = new GrowingBytes() // of a chunk that is read when it is whole
-  #exact = null // the surface itself, until its layout has come
-  #base = null // what is shown until then
+  #exact = { surface: null, charts: [] } // the surface itself
+  #base = null // what is shown until it has some placements
   #fields = null // the FieldDecoder, where there are warp fields
   #quilt = null
   #maps = new Map() // ImageDecoders or finished images, by role
@@ -87,7 +87,11 @@ export class UphDecoder {
 
   /** Number of charts that have a placement of their own; the others show the middle of the exemplar. */
   get chartsKnown() {
-    return this.#quilt?.placed ?? 0
+    return this.#shownQuilt?.placed ?? 0
+  }
+
+  get #shownQuilt() {
+    return this.#base ? null : this.#quilt
   }
 
   /** How many placements are known, and how many there are; 0 before chunk Q. */
@@ -114,7 +118,7 @@ export class UphDecoder {
       throw error
     }
     const changed = new Set([...(this.#fields?.changed ?? []), ...(this.#quilt?.changed ?? [])])
-    this.#changed.charts = [...changed].sort((a, b) => a - b)
+    this.#changed.charts = this.#base ? [] : [...changed].sort((a, b) => a - b)
     this.#fields?.changed.clear()
     this.#quilt?.changed.clear()
     return this.#changed
@@ -125,7 +129,10 @@ export class UphDecoder {
     const { tag, payload } = chunk
     if (tag === 'D') this.#feedExemplar(part)
     else if (tag === 'E') this.#feedFurtherMap(chunk, part)
-    else if (tag === 'P') this.#quilt.feedPlacements(part)
+    else if (tag === 'P') {
+      this.#quilt.feedPlacements(part)
+      if (this.#base && this.#quilt.isSpread) this.#showExact()
+    }
     else if (tag === 'N' || tag === 'M') {
       const fail = (what) => {
         throw new UphError(what, payload)
@@ -141,23 +148,33 @@ export class UphDecoder {
   }
 
   #takeWhole(tag, reader) {
-    if (tag === 'B') this.#takeSurface(reader, (this.#base = parseBase(reader, this.#limits.triangles)))
-    else if (tag === 'S') this.#exact = parseSurface(reader, this.#limits.triangles)
+    if (tag === 'B') {
+      this.#base = parseBase(reader, this.#limits.triangles)
+      checkCharts(reader, this.#base.charts, this.#limits)
+      this.#show(this.#base)
+    }
+    else if (tag === 'S') this.#exact.surface = parseSurface(reader, this.#limits.triangles)
     else if (tag === 'L') {
-      this.#base = null
-      this.#takeSurface(reader, { surface: this.#exact, charts: parseLayout(reader, this.#exact) })
+      this.#exact.charts = parseLayout(reader, this.#exact.surface)
+      checkCharts(reader, this.#exact.charts, this.#limits)
+      if (!this.#base) this.#showExact()
     } else if (tag === 'X') this.#takeExemplarHeader(reader)
     else if (tag === 'R') this.#takeMapHeader(reader)
-    else if (tag === 'F') this.#fields = new FieldDecoder(reader, this.charts)
+    else if (tag === 'F') this.#fields = new FieldDecoder(reader, this.#exact.charts)
     else if (tag === 'Q') {
-      this.#quilt = new QuiltDecoder(reader, this.charts, this.exemplarSize)
-      checkCharts(reader, this.charts.map((chart) => paintedSize(chart, this.density)), this.#limits)
+      const { charts } = this.#exact
+      this.#quilt = new QuiltDecoder(reader, charts, this.exemplarSize)
+      checkCharts(reader, charts.map((chart) => paintedSize(chart, this.#quilt.density)), this.#limits)
       checkCells(reader, this.#quilt.cells, this.#limits)
     } else reader.fail(`chunk ${tag} has no reader here`, 0)
   }
 
-  #takeSurface(reader, { surface, charts }) {
-    checkCharts(reader, charts, this.#limits)
+  #showExact() {
+    this.#base = null
+    this.#show(this.#exact)
+  }
+
+  #show({ surface, charts }) {
     Object.assign(this, { surface, charts })
     this.surfaceNumber++
     this.#changed.surface = true
@@ -312,7 +329,7 @@ export class UphDecoder {
 
   /** Default density of painting charts, in texels per step each way. */
   get density() {
-    return this.#quilt?.density ?? 1
+    return this.#shownQuilt?.density ?? 1
   }
 
   /** Height and width in texels of a chart that is painted with so many texels a step. */
@@ -355,7 +372,7 @@ export class UphDecoder {
     const size = this.paintedSize(index, density)
     const chart = this.charts[index]
     const field = this.#base?.fields[index] ?? this.#fields?.field(index) ?? IDENTITY_FIELD
-    const layers = this.#quilt?.layersOf(index) ?? bareLayers(chart, this.exemplarSize)
+    const layers = this.#shownQuilt?.layersOf(index) ?? bareLayers(chart, this.exemplarSize)
     return { chart, size, field, layers: layers.map((layer) => centred(layer, field)) }
   }
 

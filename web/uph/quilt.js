@@ -109,6 +109,11 @@ export class QuiltDecoder {
     return this.layers.filter(([first]) => first.known).length
   }
 
+  /** Whether at least a sixteenth of all placements is known [2.1]. */
+  get isSpread() {
+    return 16 * this.known >= this.total
+  }
+
   feedPlacements(part) {
     this.placements.feed(part)
   }

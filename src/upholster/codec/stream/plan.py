@@ -261,6 +261,11 @@ class PlanDecoder:
         starts = self._by_cell()[1]
         return int(np.count_nonzero(np.diff(starts)[:: self._head.layers]))
 
+    @property
+    def is_spread(self) -> bool:
+        """Whether at least a sixteenth of all placements is known (SPEC.md, 2.1)."""
+        return 16 * self.known >= self.total
+
     def feed_placements(self, data: bytes) -> None:
         """Take further bytes of the placements.
 

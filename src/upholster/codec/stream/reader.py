@@ -55,8 +55,8 @@ class StreamDecoder(Shown):
     Attributes
     ----------
     surface
-        The surface, a `MeshSurface` if it is a mesh; before it and its layout have arrived, the last base
-        that has arrived; None before that.
+        The surface, a `MeshSurface` if it is a mesh; while few of its placements are known, the last
+        base that has arrived; None before that.
     charts
         The layout of `surface`; empty before it has arrived.
     """
@@ -67,8 +67,9 @@ class StreamDecoder(Shown):
         self._limits = limits or Limits()
         self.surface: Surface | MeshSurface | None = None
         self.charts: tuple[Chart, ...] = ()
-        self._base: Base | None = None  # until the layout has arrived
+        self._base: Base | None = None  # until the surface has some placements
         self._exact: Surface | MeshSurface | None = None
+        self._layout: tuple[Chart, ...] = ()
         self._reader = ChunkReader()
         self._image: ImageDecoder | None = None
         self._plan: PlanDecoder | None = None
@@ -113,7 +114,7 @@ class StreamDecoder(Shown):
 
     @property
     def is_base(self) -> bool:
-        """Whether `surface` is the base, a coarse mesh: the surface itself or its layout is missing."""
+        """Whether `surface` is the base, a coarse mesh: few placements on the surface itself are known."""
         return self._base is not None
 
     @property
@@ -144,12 +145,16 @@ class StreamDecoder(Shown):
     @property
     def density(self) -> float:
         """Density of painting in texels per step of the charts, each way; 1 before the plan has arrived."""
-        return 1.0 if self._plan is None else self._plan.density
+        return 1.0 if self._shown_plan is None else self._shown_plan.density
 
     @property
     def charts_known(self) -> int:
         """Number of charts that have a placement of their own; the others show the middle of the exemplar."""
-        return 0 if self._plan is None else self._plan.charts_known
+        return 0 if self._shown_plan is None else self._shown_plan.charts_known
+
+    @property
+    def _shown_plan(self) -> PlanDecoder | None:
+        return None if self.is_base else self._plan
 
     @property
     def placements_complete(self) -> bool:
@@ -227,7 +232,7 @@ class StreamDecoder(Shown):
             If bytes are still `needed`.
         """
         header = self._ready().header
-        plan = self._plan or PlanDecoder(PlanHead.bare(self.charts), (header.height, header.width))
+        plan = self._shown_plan or PlanDecoder(PlanHead.bare(self.charts), (header.height, header.width))
         shown = self._base or self._fields
         return plan.quilt(() if shown is None else shown.fields).on(self.surface)
 
@@ -282,6 +287,8 @@ class StreamDecoder(Shown):
                 self._fields.feed(part)
             elif tag == "P" and self._plan is not None:
                 self._plan.feed_placements(part)
+                if self._base is not None and self._plan.is_spread:
+                    self._show_surface()
             elif tag == "M" and self._plan is not None:
                 self._plan.feed_labels(part)
             else:
@@ -291,6 +298,9 @@ class StreamDecoder(Shown):
                     self._take_whole(tag, whole, chunk.payload_offset)
         except (InputError, FormatError) as error:
             raise FormatError(f"byte {chunk.offset}: chunk {tag!r}: {error}") from None
+
+    def _show_surface(self) -> None:
+        self.surface, self.charts, self._base = self._exact, self._layout, None
 
     def _feed_exemplar(self, part: bytes) -> None:
         image, self._held = self._image, self._held + part
@@ -334,9 +344,10 @@ class StreamDecoder(Shown):
         elif tag == "S":
             self._exact = parse_surface(fields, self._limits)
         elif tag == "L" and self._exact is not None:
-            self.charts = parse_layout(fields, self._exact)
-            check_chart_budget(self.charts, self._limits)
-            self.surface, self._base = self._exact, None
+            self._layout = parse_layout(fields, self._exact)
+            check_chart_budget(self._layout, self._limits)
+            if self._base is None:
+                self._show_surface()
         elif tag == "X":
             header = ImageHeader.parse(data, offset=offset)
             if header.length != len(data):
@@ -357,13 +368,13 @@ class StreamDecoder(Shown):
             check_sample_budget([header], self._limits)
             self._image = self._maps[FIRST_ROLE] = ImageDecoder(header)
         elif tag == "F":
-            self._fields = FieldDecoder(fields, self.charts)
+            self._fields = FieldDecoder(fields, self._layout)
         elif tag == "R":
             self._add_map(data, offset)
         elif tag == "Q" and self._image is not None:
             shape = self._image.header.height, self._image.header.width
-            head = PlanHead.parse(fields, self.charts)
-            check_chart_budget(painted_charts(self.charts, head.density), self._limits)
+            head = PlanHead.parse(fields, self._layout)
+            check_chart_budget(painted_charts(self._layout, head.density), self._limits)
             check_cell_budget(head, self._limits)
             self._plan = PlanDecoder(head, shape)
         else:
