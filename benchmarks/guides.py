@@ -110,7 +110,7 @@ def _luminance(exemplar: PixelArray) -> FloatArray:
     options = SynthesisOptions(guide=("luminance=height",))
     _, guidance = read_guidance(options, exemplar, SampleOptions(), None)
     assert guidance is not None
-    return guidance.guides[0].shown.astype(np.float64)
+    return guidance.guides[0].shown / 255
 
 
 def _laid(exemplar: PixelArray, surface: str, options: SynthesisOptions) -> tuple[Quilt, float]:

@@ -58,7 +58,7 @@ def unpacked(package: zipfile.ZipFile, entry: zipfile.ZipInfo, most: int) -> Ite
         with package.open(entry) as stream:  # it ends after the declared size
             while piece := stream.read(_PIECE):
                 yield piece
-    except (zipfile.BadZipFile, zlib.error, NotImplementedError, EOFError, OSError) as error:
+    except (zipfile.BadZipFile, zlib.error, ValueError, NotImplementedError, EOFError, OSError) as error:
         raise InputError(f"it cannot be unpacked: {error}") from None
 
 
