@@ -158,6 +158,23 @@ def test_machine_code_is_written_and_read_by_our_cache_alone(
         assert [path.suffix for path in tmp_path.rglob("*") if path.is_file()] == [".kernel"]
 
 
+def test_kernels_of_a_wheel_are_loaded_and_not_written_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def half(value: float) -> float:
+        return value / 2
+
+    shipped, own = tmp_path / "shipped", tmp_path / "own"
+    monkeypatch.setattr(config, "CACHE_DIR", str(shipped))
+    assert kernel(half)(3.0) == 1.5
+    monkeypatch.setattr(config, "CACHE_DIR", str(own))
+    monkeypatch.setattr("upholster.runtime.kernel_cache.SHIPPED", shipped)
+    loaded: Any = kernel(half)
+    assert loaded(3.0) == 1.5
+    assert sum(loaded.stats.cache_hits.values()) == 1
+    assert not list(own.rglob("*.kernel"))
+
+
 def test_bitcode_is_parsed_where_a_kernel_from_disk_is_compiled_into_another(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -5,6 +5,8 @@ in it, and it does not notice when a function changes that a kernel calls. Here 
 content: the kernel, a digest of all its sources, and a digest of its signature and machine. So a folder may
 serve several versions and copies of the program. A file begins with a checksum: a damaged file is deleted,
 and its kernel compiled again. Folders and files of strangers are not used: see `_Files.is_trusted`.
+
+A wheel for one platform holds such files, too, in `SHIPPED`: from it, the first command compiles nothing.
 """
 
 import hashlib
@@ -12,12 +14,12 @@ import os
 import pickle
 import re
 import secrets
-import sys
 import warnings
 import zlib
 from collections.abc import Callable
 from contextlib import suppress
 from functools import lru_cache, partial
+from importlib.machinery import EXTENSION_SUFFIXES
 from pathlib import Path
 from typing import Any
 
@@ -32,7 +34,10 @@ from numba.core.serialize import dumps
 from upholster._version import __version__
 from upholster.runtime.ownership import belongs
 
-__all__ = ["KernelCache", "kernel_name"]
+__all__ = ["SHIPPED", "KernelCache", "kernel_name"]
+
+SHIPPED = Path(__file__).with_name("compiled")
+"""The kernels of a wheel for this platform, read only; absent in other installations."""
 
 _ROOT = Path(__file__).parents[1]
 
@@ -120,8 +125,7 @@ class _Files:
         self._folder, self._kernel, self._source = folder, kernel, source
 
     def has(self, key: Any) -> bool:
-        path = self._path(key)
-        return path.exists() and self.is_trusted(path)
+        return self._existing(key) is not None
 
     def is_trusted(self, path: Path) -> bool:
         """Whether a path belongs to this user, the administrator, or the owner of the program's sources.
@@ -134,8 +138,8 @@ class _Files:
             return not path.exists()
 
     def load(self, key: Any) -> Any:
-        path = self._path(key)
-        if not self.is_trusted(path):
+        path = self._existing(key)
+        if path is None:
             return None
         try:
             written = path.read_bytes()
@@ -183,13 +187,21 @@ class _Files:
                 with suppress(OSError):  # as above, or it is being read
                     path.unlink()
 
+    def _existing(self, key: Any) -> Path | None:
+        name = self._path(key).name
+        for path in (self._folder / name, SHIPPED / name):
+            if path.exists() and self.is_trusted(path):
+                return path
+        return None
+
     def _path(self, key: Any) -> Path:
         return self._folder / f"{self._kernel}.{self._stamp()}.{_digest(str(key).encode())}.kernel"
 
     def _stamp(self) -> str:
-        # Whether bounds checks are compiled in: Numba's own key leaves that out.
-        machine = (__version__, numba.__version__, sys.version, str(config.BOUNDSCHECK), str(config.OPT))
-        return _stamp(self._source, *machine)
+        # The suffix tells Python's minor version and binary interface. Whether bounds checks are compiled in:
+        # Numba's own key leaves that out.
+        machine = (__version__, numba.__version__, EXTENSION_SUFFIXES[0])
+        return _stamp(self._source, *machine, str(config.BOUNDSCHECK), str(config.OPT))
 
 
 @lru_cache
