@@ -114,6 +114,14 @@ def test_on_a_plane_phases_are_the_waves(patch):
     assert field.strain(1.0) < 1e-3 / 13.1
 
 
+@pytest.mark.parametrize("side", [256, 512, 1024])
+@pytest.mark.parametrize("wave", [(3 / 64, 3 / 65536), (1 / 9.7, 0.003), (0.001, 1 / 33.3)])
+def test_on_a_large_plane_no_course_ends(side, wave):
+    surface = charted_plane(Chart(0, side, side))
+    field = phase_field(surface, along_rows(surface), 1.0, np.array([wave]))
+    assert field.missing.max() < 1e-9
+
+
 def test_a_tile_has_whole_periods():
     surface = charted_plane(Chart(0, 96, 128), tile=True)
     waves = np.array([(0.1, 0.002), (0.03, -0.051)])

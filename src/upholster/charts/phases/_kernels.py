@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from upholster.base.types import FloatArray, IntArray
 from upholster.runtime.jit import inline, kernel
 
-__all__ = ["first_members", "nearest_parts"]
+__all__ = ["carry_phases", "first_members", "nearest_parts"]
 
 ComplexArray = NDArray[np.complex128]
 
@@ -30,6 +30,31 @@ def first_members(first: IntArray, second: IntArray, part: IntArray) -> None:
         part[max(a, b)] = min(a, b)
     for i in range(len(part)):
         part[i] = _top(part, i)
+
+
+@kernel
+def carry_phases(
+    starts: IntArray, seconds: IntArray, turns: ComplexArray, queue: IntArray, phases: ComplexArray
+) -> None:
+    """Carry the phase 1 from one unknown of each connected part to all others, breadth first.
+
+    Links `starts[i]` to `starts[i + 1]` are those of unknown i: its phase times `turns` is that of `seconds`.
+    `queue` (n,) is scratch; `phases` (n,) are 0 before.
+    """
+    for root in range(len(phases)):
+        if phases[root] != 0:
+            continue
+        phases[root], queue[0] = 1, root
+        head, tail = 0, 1
+        while head < tail:
+            here = queue[head]
+            head += 1
+            for link in range(starts[here], starts[here + 1]):
+                there = seconds[link]
+                if phases[there] == 0:
+                    phases[there] = turns[link] * phases[here]
+                    queue[tail] = there
+                    tail += 1
 
 
 @kernel

@@ -7,7 +7,7 @@ import numpy as np
 from upholster.base.types import FloatArray, IntArray
 from upholster.charts._multigrid_kernels import ComplexArray, Rows
 from upholster.charts.multigrid import Multigrid, hermitian, smallest_eigenvectors, solve, unit_complex
-from upholster.charts.phases._kernels import first_members
+from upholster.charts.phases._kernels import carry_phases, first_members
 from upholster.charts.phases.links import Links, signed
 
 __all__ = [
@@ -156,8 +156,22 @@ def smallest_phases(system: PhaseSystem) -> ComplexArray:
     """Return the smallest eigenvector of each part, as one vector (unknowns,)."""
     count = int(system.part.max()) + 1
     shift = 0.1 * np.bincount(system.part, system.pull, count) / np.bincount(system.part, system.mass, count)
-    start = np.ones(len(system.mass), np.complex128)
+    # Where nothing bends, the start is the solution. From another one the iteration may stop at the second
+    # smallest eigenvector, with a fault right across a flat texture.
+    start = _carried(system)
     return smallest_eigenvectors(system.rows(), system.mass, system.part, start, shift=shift, tolerance=1e-3)
+
+
+def _carried(system: PhaseSystem) -> ComplexArray:
+    count = len(system.mass)
+    ends = np.concatenate([system.first, system.second])
+    order = np.argsort(ends, kind="stable")
+    starts = np.searchsorted(ends[order], np.arange(count + 1)).astype(np.int32)
+    seconds = np.concatenate([system.second, system.first])[order]
+    turns = np.concatenate([system.turns, np.conj(system.turns)])[order]
+    phases = np.zeros(count, np.complex128)
+    carry_phases(starts, seconds, turns, np.empty(count, np.int32), phases)
+    return phases
 
 
 def conjugate_phases(system: PhaseSystem, psi: ComplexArray) -> ComplexArray:
