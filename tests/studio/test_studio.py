@@ -168,7 +168,13 @@ def test_what_is_shown_is_what_a_project_makes_and_what_is_saved(page, tmp_path)
 def test_the_words_make_the_same(page, tmp_path, monkeypatch):
     state = STATE | {
         "sample": {"source": "included/weave.png", "crop": [0, 0, 120, 100], "even_light": True},
-        "synthesis": {"texels": 10_000, "direction": "around:z", "mirror": True, "sample_size": "70cm"},
+        "synthesis": {
+            "texels": 10_000,
+            "direction": "around:z",
+            "mirror": True,
+            "sample_size": "70cm",
+            "guide": ["luminance=height", "luminance=slope@2"],
+        },
         "writing": {"view": [10, 20], "texture": "png"},
         "reading": {"part": ["Seat", "Leg 1"]},
     }

@@ -37,6 +37,7 @@ from upholster.base.formats import (
     is_model_name,
     suffixes_of,
 )
+from upholster.base.lengths import METRES
 from upholster.base.options.write_options import WriteOptions
 
 __all__ = ["info", "levels", "refine"]
@@ -124,7 +125,7 @@ def info(
         ),
     ],
     unit: Annotated[
-        str | None, typer.Option(metavar="mm", help="Unit of a model's file: m, dm, cm, mm, km, in or ft.")
+        str | None, typer.Option(metavar="mm", help=f"Unit of a model's file: {', '.join(METRES)}.")
     ] = None,
     most_texels: Annotated[
         str | None,

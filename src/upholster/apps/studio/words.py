@@ -4,7 +4,7 @@ import os
 import re
 import shlex
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,13 +15,13 @@ from upholster.base.formats import PROJECT_SUFFIX
 from upholster.base.options.choices import Options
 from upholster.base.options.option_fields import differing
 from upholster.base.options.sample_options import SampleOptions
+from upholster.base.options.synthesis_options import SynthesisOptions
+from upholster.base.options.write_options import RELIEF
 from upholster.charts.size_map import parse_size_map
 from upholster.image.files.source import Sample
+from upholster.synthesis.guidance_reader import with_names
 
 __all__ = ["command", "file_names", "flat", "python", "stem"]
-
-_RELIEF = ("displace", "displace_by", "mid_level", "keep", "triangles")
-"""Options of a relief in the mesh."""
 
 
 def command(project: Project, folder: Path) -> str:
@@ -89,11 +89,11 @@ def python(project: Project, folder: Path) -> str:
 
 def flat(project: Project) -> Project:
     """Return a project without a relief in the mesh: only some kinds of files can have one."""
-    return project.change(**dict.fromkeys(_RELIEF))
+    return project.change(**dict.fromkeys(RELIEF))
 
 
 def _no_relief(project: Project) -> str:
-    return ", ".join(f"{name}=None" for name in differing(project.writing) if name in _RELIEF)
+    return ", ".join(f"{name}=None" for name in differing(project.writing) if name in RELIEF)
 
 
 def _has_all(project: Project, folder: Path) -> bool:
@@ -141,6 +141,9 @@ def _flags(options: Options) -> Iterator[str]:
     """Yield options that are not defaults, in the form of the command line."""
     if isinstance(options, SampleOptions):
         options = options.renamed(_name)
+    if isinstance(options, SynthesisOptions):
+        named: dict[str, Any] = dict(with_names(options, _name))
+        options = replace(options, **named)
     about = {entry.name: entry.metadata for entry in fields(options)}
     for name, value in differing(options).items():
         flag = about[name]["flag"] or "--" + name.replace("_", "-")
@@ -159,8 +162,8 @@ def _texts(name: str, value: Any, between: str) -> list[str]:
     if isinstance(value, Mapping):
         return [f"{key}={one}" for key, one in value.items()]
     if isinstance(value, (tuple, list)):
-        if name in ("part", "stroke"):
-            return [str(one) for one in value]
+        if value and all(isinstance(one, str) for one in value):
+            return list(value)  # each is an option of its own
         if value and isinstance(value[0], tuple):
             return [" ".join(_joined(corner, ",") for corner in value)]
         return [_joined(value, between)]

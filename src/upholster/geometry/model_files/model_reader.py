@@ -62,7 +62,7 @@ def read_model(
         Patterns as for `fnmatch`, case-insensitive: they select parts by their names, or those of their
         object or material. By default all parts.
     unit
-        The file's unit: "m", "dm", "cm", "mm", "km", "in", "ft". By default the format's: metres in glTF,
+        The file's unit, see `upholster.base.lengths.METRES`. By default the format's: metres in glTF,
         the file's in 3MF, none in the others. A note says if it contradicts glTF's.
     up
         The file's upward axis, "y" or "z"; by default the format's convention.
