@@ -6,12 +6,17 @@ import os
 import re
 import shutil
 import subprocess
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 import pytest
+from tests.web.decoders import run
 
 import upholster
+from upholster.base.limits import Limits
+from upholster.codec.stream import reader
+from upholster.codec.stream.base_chunk import MOST_BASES
 from upholster.image.roles import MAP_ROLES
 
 HERE = Path(__file__).parent
@@ -231,3 +236,22 @@ def test_scripts_are_small() -> None:
     names = ("upholster-viewer.js", "uph-worker.js")
     sizes = {name: len(gzip.compress(built[name].encode(), 9)) for name in names}
     assert sum(sizes.values()) <= MOST_SCRIPTS, sizes
+
+
+def test_chunks_have_the_same_order_and_lengths_as_in_python() -> None:
+    text = (WEB / "uph" / "chunks.js").read_text(encoding="utf-8")
+    rows = dict(line.split(" = ", 1) for line in re.findall(r"^const ([A-Z_]+ = .+)$", text, re.MULTILINE))
+    needs = re.findall(r"(\w): \[([^]]*)\]", rows["NEEDS"])
+    assert {tag: tuple(re.findall(r"\w+", groups)) for tag, groups in needs} == reader._NEEDS
+    longest = re.findall(r"(\w): 2 \*\* (\d+)", rows["LONGEST"])
+    assert {tag: 2 ** int(bits) for tag, bits in longest} == reader._LONGEST_WHOLE
+    assert rows["ANY_NUMBER"] == f"'{reader._ANY_NUMBER}'"
+    assert int(rows["MOST_BASES"]) == MOST_BASES
+
+
+@pytest.mark.parametrize("texels", [1, 10**6, 2**31])
+def test_limits_follow_from_texels_as_in_python(texels: int) -> None:
+    script = f"import {{ fillLimits }} from '{WEB}/uph/limits.js'; "
+    script += f"console.log(JSON.stringify([fillLimits(), fillLimits({{ texels: {texels} }})]))"
+    found = json.loads(run("--input-type=module", "-e", script))
+    assert found == [asdict(Limits()), asdict(Limits(texels=texels))]
