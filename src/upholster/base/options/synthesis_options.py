@@ -209,7 +209,7 @@ class SynthesisOptions:
         default=None,
         metadata=about(
             _SYNTHESIS,
-            "Side of a block in pixels of the sample, 8 to 512. Default: half of its shorter "
+            "Side of a block in pixels of the sample, 8 to 512. Default: 3/8 of its shorter "
             "side, 5/16 if it repeats in two directions, less "
             "on curved surfaces. With method paper in texels, a multiple of 2^levels up to 256; default 32.",
             only=("quilt", "paper"),
