@@ -180,7 +180,7 @@ def carry_out(
                 with timed("paint", seconds):
                     model = replace(painted_model(requests, quilts), packed=layout)
                 written = written_to(wanted, model, files, seconds)
-                counts = counted(requests, quilts, model)
+                counts = counted(requests, model)
                 notes += _said(notes_after(wanted, model, seconds))
             counts |= pool.counts()
         how = {"threads": given_threads(), "workers": workers, "scheduler": scheduler}

@@ -191,12 +191,7 @@ def automatic_values(requests: Sequence[Request]) -> dict[str, str]:
     }
 
 
-def counted(requests: Sequence[Request], quilts: Sequence[Quilt], model: TexturedModel) -> dict[str, int]:
+def counted(requests: Sequence[Request], model: TexturedModel) -> dict[str, int]:
     """Return counts of charts, texels and the like, over all requests."""
-    counts = [counts_of(model.surface, quilt, model.texels) for quilt in quilts]
-    summed = {name: sum(each[name] for each in counts) for name in _SUMMED}
     materials = {"materials": len(requests)} if len(requests) > 1 else {}
-    return counts[0] | summed | {"maps": 1 + len(model.maps)} | materials | page_counts(model)
-
-
-_SUMMED = ("charts", "texels", "painted texels", "placements", "edge blocks")
+    return counts_of(model) | {"maps": 1 + len(model.maps)} | materials | page_counts(model)
