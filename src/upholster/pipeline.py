@@ -1,7 +1,8 @@
 """The whole flow on one screen.
 
-Request ──► Scene ──► LayPlan ──► Quilt ──► TexturedModel ──► files
+Request ──► Scene ──► Quilt ──► TexturedModel ──► files
 
+`upholster.synthesis.execution` makes the quilt; between scene and quilt method "quilt" has a `LayPlan`.
 With several materials, the request is read as one for each: each has its own scene, quilt and texels, and the
 files have all of them.
 """
@@ -23,6 +24,7 @@ from upholster.covering.cover_report import check_report, cover_report, written_
 from upholster.covering.joint_work import (
     atlas_layout,
     check_read,
+    check_streamed,
     counted,
     for_files,
     laid_quilts,
@@ -164,7 +166,9 @@ def carry_out(
         check_read(requests, files)
         check_tasks(requests, workers, scheduler)
         with timed("prepare", seconds, reported=True):
-            layout = atlas_layout(requests)
+            scenes = [each.scene for each in requests]
+            check_streamed(requests, scenes)
+            layout = atlas_layout(requests, scenes)
             files.add(files_of(wanted, roles_of(requests), layout, after=roles_of(requests)))
         alone, model = are_tiles_alone(requests), None
         notes += _said(work_notes(requests, in_memory=not alone))

@@ -31,11 +31,14 @@ from upholster.output.reports import automatic_words, counts_of, page_counts
 from upholster.quilt.model import Quilt
 from upholster.quilt.painting import PAINTED_DENSITIES
 from upholster.runtime.parallel import reporting
+from upholster.synthesis.patch_scene import PatchScene
+from upholster.synthesis.quilt.scene import Scene
 
 __all__ = [
     "atlas_layout",
     "automatic_values",
     "check_read",
+    "check_streamed",
     "counted",
     "for_files",
     "laid_quilts",
@@ -107,23 +110,28 @@ def check_read(requests: Sequence[Request], files: Outputs) -> None:
     check_displacement(writing, roles=roles_of(requests, all_have=True), metres=metres_of(surface))
 
 
-def atlas_layout(requests: Sequence[Request]) -> AtlasLayout | None:
-    """Return the places of the charts of all requests in one atlas; None if no output has an atlas.
-
-    Raises
-    ------
-    InputError
-        If an option is out of range, or a stream can not hold a surface with this layout, or this method.
-    """
+def check_streamed(requests: Sequence[Request], scenes: Sequence[Scene | PatchScene]) -> None:
+    """Raise InputError if a stream is requested and can not hold this layout, or this method's quilt."""
     first = requests[0]
     if has_stream(first.outputs) and isinstance(first.surface, Surface):
         if first.synthesis.method == "pixel":
             refuse_pixel(first.texels, first.exemplar.shape)
-        check_layout(first.surface, first.scene.charts, first.exemplar.shape)
+        check_layout(first.surface, scenes[0].charts, first.exemplar.shape)
+
+
+def atlas_layout(requests: Sequence[Request], scenes: Sequence[Scene | PatchScene]) -> AtlasLayout | None:
+    """Return the places of the charts of all scenes in one atlas; None if no output has an atlas.
+
+    Raises
+    ------
+    InputError
+        If an option is out of range.
+    """
+    first = requests[0]
     if not any(output.kind.atlas for output in first.outputs):
         return None
     surface = joined_surface([each.surface for each in requests])
-    charts = [chart for each in requests for chart in each.charts]
+    charts = [chart for scene in scenes for chart in scene.painted]
     return pack_atlas(surface, charts, **first.writing.packing)
 
 
