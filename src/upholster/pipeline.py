@@ -169,7 +169,7 @@ def carry_out(
             scenes = [each.scene for each in requests]
             check_streamed(requests, scenes)
             layout = atlas_layout(requests, scenes)
-            files.add(files_of(wanted, roles_of(requests), layout, after=roles_of(requests)))
+            files.add(files_of(wanted, roles_of(requests), layout))
         alone, model = are_tiles_alone(requests), None
         notes += _said(work_notes(requests, in_memory=not alone))
         with task_pool(workers, scheduler) as pool:

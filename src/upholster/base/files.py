@@ -198,18 +198,19 @@ class Outputs:
                 )
 
     def add(self, targets: Iterable[str | os.PathLike[str]]) -> None:
-        """Declare targets that became known only inside the body.
+        """Declare targets, some of which may have been declared before.
 
         Raises
         ------
         InputError
             As for `outputs`.
         """
+        given = set[Path]()
         for target in targets:
-            known = len(self._temporary)
-            self.path(target)
-            if len(self._temporary) == known:
+            temporary = self.path(target)
+            if temporary in given:
                 raise InputError(f"output {os.fspath(target)!r} is given twice")
+            given.add(temporary)
 
     def path(self, target: str | os.PathLike[str]) -> Path:
         """Return the temporary path at which to write `target`: same directory, same suffix.

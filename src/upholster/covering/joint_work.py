@@ -105,7 +105,7 @@ def check_read(requests: Sequence[Request], files: Outputs) -> None:
     if isinstance(surface, Surface):
         _ = surface.shared  # find edges that are claimed twice now, not after the work
     check_directions(wanted, surface)
-    files.add(files_of(wanted, roles_of(requests), after=()))
+    files.add(files_of(wanted, roles_of(requests)))
     check_coded(wanted, source_parts(first.source), writing)
     check_displacement(writing, roles=roles_of(requests, all_have=True), metres=metres_of(surface))
 
