@@ -218,7 +218,7 @@ def painted(
 
 
 def _coarser(model: TexturedModel, halvings: int) -> TexturedModel:
-    """Return a model painted again with textures halved `lod` times each way, gutters and pages as well."""
+    """Return a model painted again; textures, gutters and pages are halved `halvings` times each way."""
     if model.parts:
         return joined_model([_coarser(part, halvings) for part in model.parts])
     if model.quilt is None or model.exemplar is None:
