@@ -80,7 +80,7 @@ def read_bytes(path: str | os.PathLike[str]) -> bytes:
 def path_inside(folders: Sequence[str | os.PathLike[str]], name: str | os.PathLike[str]) -> Path:
     """Return the path of a file that is named in another file, with links followed.
 
-    The naming file may come from a stranger: it must not reach files that the user has not given.
+    The naming file may come from an untrusted source: it must not reach files that the user has not given.
 
     Parameters
     ----------

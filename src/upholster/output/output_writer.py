@@ -228,7 +228,7 @@ def _coarser(model: TexturedModel, halvings: int) -> TexturedModel:
         texels, maps = painted(model.quilt, model.exemplar, density=density)
     padding = model.options.padding
     if padding is None and not isinstance(model.surface, MeshSurface):
-        padding = GUTTER  # on a mesh it goes with the texels
+        padding = GUTTER  # on a mesh it depends on the number of texels
     options = replace(
         model.options,
         padding=None if padding is None else padding >> halvings,

@@ -201,7 +201,7 @@ def page_counts(model: TexturedModel) -> dict[str, int]:
 
 
 def painted_texels(charts: Sequence[Chart]) -> int:
-    """Return the number of texels of charts: on meshes some lie beside the surface."""
+    """Return the number of texels of charts: on meshes some are not on the surface."""
     return sum(chart.height * chart.width for chart in charts)
 
 
