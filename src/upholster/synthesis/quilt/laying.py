@@ -25,6 +25,7 @@ from upholster.synthesis.quilt.ground import PlacedGround
 from upholster.synthesis.quilt.kernels._block_kernels import (
     BLOCK_COLUMNS,
     LAID,
+    MULTIPLIER,
     PHASE,
     SOURCE_COLUMN,
     SOURCE_ROW,
@@ -88,9 +89,6 @@ _SIZES = 3.0
 
 _NUMBERS = 2**24
 """Each parcel has a range of this many numbers for its blocks; the ranges are in the order of parcels."""
-
-_MULTIPLIER = 0xD1342543DE82EF95
-"""Difference of the random generators' seeds of two successive blocks; `lay_blocks` uses the same."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -462,10 +460,9 @@ class _Laying:
         plan, (start, stop) = self.plan, part
         scratch = self._free.pop() if self._free else self._scratch()
         fits, pieces = np.empty((stop - start, MOST_SHEETS, FIT)), np.zeros(stop - start, np.int64)
-        # A block's generator follows from its number. `lay_blocks` adds the index, so it is subtracted here.
-        moved = (int(self.numbers[start]) - start) * _MULTIPLIER
         ground, blocks, masks = self.placed.ground, self._arrays(), self.masks[start:stop]
-        seed = np.uint64((plan.seed + moved) % 2**64)
+        # A block's generator follows from its number.
+        seed = np.uint64((plan.seed + int(self.numbers[start]) * MULTIPLIER) % 2**64)
         if near is None:
             relay_blocks(
                 ground, plan.match, plan.numbers, plan.weights, blocks, part,
@@ -489,5 +486,5 @@ class _Laying:
 
 def _scattered(count: int) -> FloatArray:
     # Numbers in an order that looks random: Fibonacci hashing.
-    found: FloatArray = (np.arange(count, dtype=np.uint64) * np.uint64(_MULTIPLIER)).astype(np.float64)
+    found: FloatArray = (np.arange(count, dtype=np.uint64) * np.uint64(MULTIPLIER)).astype(np.float64)
     return found

@@ -12,6 +12,7 @@ __all__ = [
     "EITHER",
     "LAID",
     "MOST_NEAR",
+    "MULTIPLIER",
     "PHASE",
     "REFINED",
     "SOURCE_COLUMN",
@@ -41,6 +42,9 @@ _FEW = 4096
 
 MOST_NEAR = 64
 """Maximum number of nearby blocks whose sources a block avoids."""
+
+MULTIPLIER = 0xD1342543DE82EF95
+"""Difference of the seeds of two successive blocks' random generators, modulo 2^64, and of `_scattered`."""
 
 REFINED = 4
 """Number of the best candidates whose surroundings are searched."""

@@ -17,6 +17,7 @@ from upholster.synthesis.quilt.kernels._block_kernels import (
     EITHER,
     LAID,
     MOST_NEAR,
+    MULTIPLIER,
     PHASE,
     SOURCE_COLUMN,
     SOURCE_ROW,
@@ -366,15 +367,15 @@ def lay_blocks(
     that fit. The source of any other block is chosen by the blocks that it continues, and the block is cut
     where it differs least from them. Of sources that fit about equally well it takes the one that the nearby
     blocks use least: those of block n are ``near[firsts[n] : firsts[n + 1]]``. Each block has its own random
-    generator, which follows from `seed`. `fits` (blocks, `MOST_SHEETS`, `FIT`) and `pieces` (blocks,) receive
-    the sheets' fits and the number of sheets,
-    `masks` (blocks, cells) the cells that show. The loop ends early once `stop` (1,) is not 0.
+    generator; `seed` is that of the first one. `fits` (blocks, `MOST_SHEETS`, `FIT`) and `pieces` (blocks,)
+    receive the sheets' fits and the number of sheets, `masks` (blocks, cells) the cells that show. The loop
+    ends early once `stop` (1,) is not 0.
     """
     for n in range(part[0], part[1]):
         if stop[0]:
             return
         own = n - part[0]
-        scratch.state[0] = seed + np.uint64(n) * np.uint64(0xD1342543DE82EF95)
+        scratch.state[0] = seed + np.uint64(own) * np.uint64(MULTIPLIER)
         blocks.records[n, LAID] = 0
         count, pieces[own] = find_block(ground, 0.5 * numbers.size, blocks, n, fits[own], scratch)
         own_near = near[firsts[n] : firsts[n + 1]]

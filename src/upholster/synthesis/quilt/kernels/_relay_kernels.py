@@ -17,6 +17,7 @@ from upholster.synthesis._cut_kernels import cut_weighted
 from upholster.synthesis.quilt.kernels._block_kernels import (
     EITHER,
     LAID,
+    MULTIPLIER,
     PHASE,
     SOURCE_COLUMN,
     SOURCE_ROW,
@@ -402,7 +403,7 @@ def relay_blocks(
         if stop[0]:
             return
         own = n - part[0]
-        scratch.state[0] = seed + np.uint64(n) * np.uint64(0xD1342543DE82EF95)
+        scratch.state[0] = seed + np.uint64(own) * np.uint64(MULTIPLIER)
         blocks.records[n, LAID] = 0
         scratch.mask[:] = 0
         count, pieces[own] = find_block(ground, 0.5 * numbers.size, blocks, n, fits[own], scratch)
