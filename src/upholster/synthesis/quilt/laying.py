@@ -24,8 +24,8 @@ from upholster.synthesis.quilt.centres import Centres, centres_at, centres_on
 from upholster.synthesis.quilt.ground import PlacedGround
 from upholster.synthesis.quilt.kernels._block_kernels import (
     BLOCK_COLUMNS,
-    LAID,
     MULTIPLIER,
+    OUTCOME,
     PHASE,
     SOURCE_COLUMN,
     SOURCE_ROW,
@@ -276,7 +276,7 @@ class _Laying:
             self._add(
                 centres_at(self.placed, np.array([piece.step], np.int32)), np.array([-2 - number], np.int64)
             )
-            self.records[n, [SOURCE_ROW, SOURCE_COLUMN, LAID]] = *frame.source, 2
+            self.records[n, [SOURCE_ROW, SOURCE_COLUMN, OUTCOME]] = *frame.source, 2
             fits = np.empty((1, MOST_SHEETS, FIT))
             pieces = put_block(
                 self.placed.ground, frame.numbers, self._arrays(), n, piece.turn(), frame.half, frame.mask,
@@ -347,7 +347,7 @@ class _Laying:
             return np.append(np.zeros(len(self.records)), _scattered(len(centres.steps)))
         if self.plan.in_rows:
             return np.append(np.zeros(len(self.records)), centres.steps[:, 1:] @ np.array([_ROW, 1.0]))
-        known = np.where(self.records[:, LAID] != 0, 0.0, np.inf)
+        known = np.where(self.records[:, OUTCOME] != 0, 0.0, np.inf)
         if self.plan.before is not None:
             known[0] = np.inf
         triangles = np.concatenate([self.centres.triangles, centres.triangles])
@@ -404,7 +404,7 @@ class _Laying:
 
     def laid(self) -> ParcelBlocks:
         """Return the parcel's own blocks."""
-        kept = self.first + np.flatnonzero(self.records[self.first :, LAID])
+        kept = self.first + np.flatnonzero(self.records[self.first :, OUTCOME])
         return ParcelBlocks(
             self.numbers[kept],
             self.centres.steps[kept],
@@ -477,7 +477,7 @@ class _Laying:
         self._free.append(scratch)
 
     def _keep(self, start: int, fits: FloatArray, pieces: NDArray[np.int64]) -> None:
-        counts = np.where(self.records[start : start + len(pieces), LAID], pieces, 0)
+        counts = np.where(self.records[start : start + len(pieces), OUTCOME], pieces, 0)
         self.sheets[start] = counts, fits[np.arange(MOST_SHEETS) < counts[:, None]]
 
     def _scratch(self) -> LayScratch:

@@ -10,9 +10,9 @@ from upholster.runtime.jit import inline
 __all__ = [
     "BLOCK_COLUMNS",
     "EITHER",
-    "LAID",
     "MOST_NEAR",
     "MULTIPLIER",
+    "OUTCOME",
     "PHASE",
     "REFINED",
     "SOURCE_COLUMN",
@@ -31,7 +31,7 @@ __all__ = [
 # Columns of a block's record: the pixel that its centre reads, its symmetry, and whether it was laid on other
 # blocks (1), laid on bare steps only (2), or not needed (0). The last ones are the phases that the surface
 # requests at the centre, for at most two waves, in 1/65536 turn.
-SOURCE_ROW, SOURCE_COLUMN, SYMMETRY, LAID, PHASE = range(5)
+SOURCE_ROW, SOURCE_COLUMN, SYMMETRY, OUTCOME, PHASE = range(5)
 BLOCK_COLUMNS = PHASE + 2
 
 EITHER = 128
