@@ -26,6 +26,7 @@ from upholster.covering.joint_work import (
     check_read,
     check_streamed,
     counted,
+    declare_files,
     for_files,
     laid_quilts,
     painted_model,
@@ -163,7 +164,8 @@ def carry_out(
         with timed("read", seconds, reported=True):
             requests = request.read()
         notes = _said(read_notes(requests))
-        check_read(requests, files)
+        declare_files(requests, files)
+        check_read(requests)
         check_tasks(requests, workers, scheduler)
         with timed("prepare", seconds, reported=True):
             scenes = [each.scene for each in requests]

@@ -40,6 +40,7 @@ __all__ = [
     "check_read",
     "check_streamed",
     "counted",
+    "declare_files",
     "for_files",
     "laid_quilts",
     "painted_model",
@@ -90,22 +91,27 @@ def for_files(
     return replace(request, writing=writing, outputs=found, largest=largest_chart(found, writing))
 
 
-def check_read(requests: Sequence[Request], files: Outputs) -> None:
-    """Check what is asked against the model and samples that were read, and keep the model's files.
+def declare_files(requests: Sequence[Request], files: Outputs) -> None:
+    """Declare the model's files, which are read, and all maps' files; InputError if one is an input."""
+    first = requests[0]
+    if first.covered.model is not None:
+        files.keep(first.covered.model.inputs)
+    files.add(files_of(first.outputs, roles_of(requests)))
+
+
+def check_read(requests: Sequence[Request]) -> None:
+    """Check what is asked against the model and samples that were read.
 
     Raises
     ------
     InputError
-        If an output can not hold it, or would replace one of its files.
+        If an output can not hold it.
     """
     first = requests[0]
     wanted, writing, surface = first.outputs, first.writing, first.surface
-    if first.covered.model is not None:
-        files.keep(first.covered.model.inputs)
     if isinstance(surface, Surface):
         _ = surface.shared  # find edges that are claimed twice now, not after the work
     check_directions(wanted, surface)
-    files.add(files_of(wanted, roles_of(requests)))
     check_coded(wanted, source_parts(first.source), writing)
     check_displacement(writing, roles=roles_of(requests, all_have=True), metres=metres_of(surface))
 
