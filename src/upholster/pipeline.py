@@ -190,7 +190,10 @@ def carry_out(
                 notes += _said(notes_after(wanted, model, seconds))
             counts |= pool.counts()
         how = {"threads": given_threads(), "workers": workers, "scheduler": scheduler}
-        found = cover_report(request, requests, how, seconds, (written, counts, notes, model))
+        found = cover_report(
+            request, requests, running=how, seconds=seconds,
+            written=written, counts=counts, notes=notes, model=model,
+        )  # fmt: skip
         if report:
             written_report(found, files.path(report))
     return found
