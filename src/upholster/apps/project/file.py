@@ -1,7 +1,7 @@
 """Projects as files: `chair.upholster.json`, JSON with names of files relative to its folder.
 
-A file may come from a stranger. It can name only files in its own folder, and in folders that the caller
-allows.
+A file may come from an untrusted source. It can name only files in its own folder, and in folders that the
+caller allows.
 """
 
 import hashlib

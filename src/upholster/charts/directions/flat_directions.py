@@ -120,7 +120,7 @@ class _Planes:
 class _Adjacent:
     """Directions asked for across the edges around faces, (B,): powers, carried over; `trust` 0 for none.
 
-    The wishes' confidence does not count: right next to a lid with rounded edges it is almost zero.
+    The requests' confidence does not count: right next to a lid with rounded edges it is almost zero.
     """
 
     power: ComplexArray

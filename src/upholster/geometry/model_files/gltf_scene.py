@@ -288,23 +288,23 @@ def _together(gltf: Gltf, pieces: Sequence[_Piece], notes: list[str]) -> RawMode
             f"{len(bare)} of {len(pieces)} parts without texture coordinates: {', '.join(bare)[:200]}"
         )
     return RawModel(
-        np.concatenate([piece.positions for piece in pieces]),
-        np.concatenate([piece.triangles + at for piece, at in zip(pieces, first, strict=False)]),
-        np.repeat(np.arange(len(pieces), dtype=np.int32), counts),
-        parts,
-        np.concatenate([piece.raw for piece in pieces]),
-        np.repeat(
+        positions=np.concatenate([piece.positions for piece in pieces]),
+        triangles=np.concatenate([piece.triangles + at for piece, at in zip(pieces, first, strict=False)]),
+        part=np.repeat(np.arange(len(pieces), dtype=np.int32), counts),
+        parts=parts,
+        same=np.concatenate([piece.raw for piece in pieces]),
+        owner=np.repeat(
             np.array([piece.stand.mesh for piece in pieces], np.int32),
             [len(piece.positions) for piece in pieces],
         ),
-        joined_corners([piece.uv for piece in pieces], counts, 2),
-        joined_corners([piece.normals for piece in pieces], counts, 3),
-        1.0,
-        "y",
-        notes,
-        {kind: len(gltf.items(kind)) for kind in _KEPT if gltf.items(kind)},
-        gltf,
-        [piece.source for piece in pieces],
+        uv=joined_corners([piece.uv for piece in pieces], counts, 2),
+        normals=joined_corners([piece.normals for piece in pieces], counts, 3),
+        metres=1.0,
+        up="y",
+        notes=notes,
+        contents={kind: len(gltf.items(kind)) for kind in _KEPT if gltf.items(kind)},
+        gltf=gltf,
+        gltf_parts=[piece.source for piece in pieces],
         colors=joined_corners([piece.colors for piece in pieces], counts, 3, np.float32),
     )
 
