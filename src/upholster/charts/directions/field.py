@@ -8,8 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from upholster.base.display import Shown, on_a_line
 from upholster.base.errors import InputError
-from upholster.base.types import FloatArray, IntArray, frozen_array
-from upholster.charts._multigrid_kernels import ComplexArray
+from upholster.base.types import ComplexArray, FloatArray, IntArray, frozen_array
 from upholster.charts.directions._kernels import comb, corner_fans, take_branches, vertex_vectors
 from upholster.charts.directions.coordinate_directions import vectors_on_coordinates
 from upholster.charts.directions.direction import Direction, Vectors, parse_direction
