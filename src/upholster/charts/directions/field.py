@@ -90,7 +90,7 @@ class DirectionField(Shown):
         found: FloatArray = self.mesh.positions[self.singular]
         return found
 
-    def as_faces_run(self, asked: FloatArray) -> FloatArray:
+    def with_flat_faces(self, asked: FloatArray) -> FloatArray:
         """Return directions asked for at corners, (T, 3, 3), but flat faces' own directions on these."""
         return np.where((self.face >= 0)[:, None, None], self.corner_vectors, asked)
 
