@@ -9,7 +9,7 @@ from upholster.synthesis.quilt.kernels._guide_kernels import is_barred, penalise
 from upholster.synthesis.quilt.kernels._seed_kernels import cut_block
 from upholster.synthesis.quilt.kernels._sheet_kernels import fit_block, shown_at
 from upholster.synthesis.quilt.kernels._unfold_kernels import unfold_block
-from upholster.synthesis.quilt.kernels._whole_kernels import lie_whole
+from upholster.synthesis.quilt.kernels._whole_kernels import place_inside_chart
 
 
 @kernel
@@ -71,8 +71,8 @@ def show(match: Any, numbers: Any, base: int, pixels: Any, mask: Any) -> None:
 
 @kernel
 def lie(field: Any, clear: Any, root: Any, half: float, out: Any, fits: Any) -> int:
-    """Call `lie_whole`."""
-    return int(lie_whole(field, clear, root, half, out, fits))
+    """Call `place_inside_chart`."""
+    return int(place_inside_chart(field, clear, root, half, out, fits))
 
 
 @kernel

@@ -7,8 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.base.errors import InputError
-from upholster.base.types import FloatArray
-from upholster.charts._multigrid_kernels import ComplexArray
+from upholster.base.types import ComplexArray, FloatArray
 from upholster.charts.directions.direction import Direction, TriangleVectors
 from upholster.charts.directions.field_solution import spread_evenly
 from upholster.charts.directions.frames import PlaneFrames, power

@@ -10,8 +10,8 @@ Here the unknowns are on triangles, so that creases are edges that no direction 
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.base.types import FloatArray, IntArray
-from upholster.charts._multigrid_kernels import ComplexArray, Rows
+from upholster.base.types import ComplexArray, FloatArray, IntArray
+from upholster.charts._multigrid_kernels import Rows
 from upholster.charts.directions.frames import PlaneFrames, power
 from upholster.charts.multigrid import Multigrid, hermitian, smallest_eigenvectors, solve, unit_complex
 

@@ -163,7 +163,7 @@ def _asked(surface: AnySurface, quilt: Quilt, direction: Direction) -> FloatArra
     crease = default_crease(charted.mesh)
     asked = requested_at_corners(charted.mesh, direction, crease)
     field = direction_field(charted.mesh, direction, crease=crease)
-    return field.corner_vectors if asked is None else field.as_faces_run(asked)
+    return field.corner_vectors if asked is None else field.with_flat_faces(asked)
 
 
 def _turning(corners: FloatArray, asked: FloatArray, here: FloatArray) -> FloatArray:

@@ -1,8 +1,8 @@
 """The hot loop of method "quilt": finds, chooses, cuts and lays blocks, one after another.
 
-For each block, the loop finds its footprint (`lie_whole`, or `unfold_block` and `fit_block`), draws the
-blocks under it (`look_at_frame`), chooses its source (`choose_source`, once for each symmetry that is tried),
-cuts its border (`cut_block`), and writes it to the canvases (`write_frame`).
+For each block, the loop finds its footprint (`place_inside_chart`, or `unfold_block` and `fit_block`), draws
+the blocks under it (`look_at_frame`), chooses its source (`choose_source`, once for each symmetry that is
+tried), cuts its border (`cut_block`), and writes it to the canvases (`write_frame`).
 """
 
 from typing import Any, NamedTuple
@@ -43,7 +43,7 @@ from upholster.synthesis.quilt.kernels._unfold_kernels import (
     UnfoldScratch,
     unfold_block,
 )
-from upholster.synthesis.quilt.kernels._whole_kernels import ClearCells, lie_whole
+from upholster.synthesis.quilt.kernels._whole_kernels import ClearCells, place_inside_chart
 
 __all__ = [
     "BlockArrays",
@@ -309,7 +309,7 @@ def find_block(
     `half` is half the block's side in frame pixels; `blocks.scales` are frame pixels per model unit.
     """
     root = blocks.roots[n]
-    count = lie_whole(ground.field, ground.clear, root, half, scratch.found, fits)
+    count = place_inside_chart(ground.field, ground.clear, root, half, scratch.found, fits)
     if count > 0:
         return count, int64(1)
     found, sheets = unfold_block(
