@@ -257,6 +257,32 @@ def test_words_name_only_files_that_the_user_has(page):
     assert "project.change(displace=None, displace_by=None).cover(['chair_photo.glb'])" in code
 
 
+def test_words_repeat_options_and_name_all_files_as_the_user_has_them(tmp_path):
+    project = Project(
+        str(tmp_path / "1/chair.glb"),
+        Sample(str(tmp_path / "2/a.png"), options={"use": str(tmp_path / "3/mask.png")}),
+        synthesis={
+            "guide": (f"{tmp_path}/4/g.png={tmp_path}/5/t.png", "luminance=slope@2"),
+            "again": ("part:Seat@2", f"{tmp_path}/6/r.png@3"),
+            "stroke": (f"{tmp_path}/7/rows.json",),
+            "direction": f"{tmp_path}/8/rows.png",
+            "size_map": f"{tmp_path}/9/m.png=1,2",
+        },
+    )
+    shell, code = command(project, tmp_path), python(project, tmp_path)
+    for words in (
+        "--use mask.png",
+        "--guide g.png=t.png --guide luminance=slope@2",
+        "--again part:Seat@2 --again r.png@3",
+        "--stroke rows.json",
+        "--direction rows.png",
+        "--size-map m.png=",
+    ):
+        assert words in shell
+    assert "'guide': ('g.png=t.png', 'luminance=slope@2')" in code
+    assert str(tmp_path) not in shell + code
+
+
 def test_a_state_without_model_or_sample_shows_nothing_and_is_kept(page):
     before = page.answer("POST", "/state", {"state": LONG | {"seed": 57}})["revision"]
     for state in ({"upholster": 1}, {k: v for k, v in STATE.items() if k != "sample"}):

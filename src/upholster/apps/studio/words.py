@@ -4,7 +4,7 @@ import os
 import re
 import shlex
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import fields, replace
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +17,6 @@ from upholster.base.options.option_fields import differing
 from upholster.base.options.sample_options import SampleOptions
 from upholster.base.options.synthesis_options import SynthesisOptions
 from upholster.base.options.write_options import RELIEF
-from upholster.charts.size_map import parse_size_map
 from upholster.image.files.source import Sample
 from upholster.synthesis.guidance_reader import with_names
 
@@ -77,7 +76,7 @@ def python(project: Project, folder: Path) -> str:
         inner = ", ".join(f"{part!r}: {_spelled(one)}" for part, one in project.materials.items())
         named["materials"] = f"{{{inner}}}"
     for kind in KINDS:
-        if changed := differing(getattr(project, kind)):
+        if changed := differing(_renamed(getattr(project, kind))):
             named[kind] = repr(changed)
     if project.seed:
         named["seed"] = str(project.seed)
@@ -132,33 +131,31 @@ def _spelled(sample: Sample) -> str:
     words = [repr(names[0] if len(names) == 1 else names)]
     if sample.size is not None:
         words.append(repr(sample.size))
-    if changed := differing(sample.options):
+    if changed := differing(_renamed(sample.options)):
         words.append(f"options={changed!r}")
     return f"upholster.Sample({', '.join(words)})"
 
 
+def _renamed(options: Options) -> Options:
+    """Return options with the names of files as the user has them."""
+    if isinstance(options, SampleOptions):
+        return options.renamed(_name)
+    return with_names(options, _name) if isinstance(options, SynthesisOptions) else options
+
+
 def _flags(options: Options) -> Iterator[str]:
     """Yield options that are not defaults, in the form of the command line."""
-    if isinstance(options, SampleOptions):
-        options = options.renamed(_name)
-    if isinstance(options, SynthesisOptions):
-        named: dict[str, Any] = dict(with_names(options, _name))
-        options = replace(options, **named)
     about = {entry.name: entry.metadata for entry in fields(options)}
-    for name, value in differing(options).items():
+    for name, value in differing(_renamed(options)).items():
         flag = about[name]["flag"] or "--" + name.replace("_", "-")
         if isinstance(value, bool):
             yield flag if value else f"--no-{flag.removeprefix('--')}"
             continue
-        for text in _texts(name, value, "x" if "WxH" in (about[name]["metavar"] or "") else ","):
+        for text in _texts(value, "x" if "WxH" in (about[name]["metavar"] or "") else ","):
             yield from (flag, text)
 
 
-def _texts(name: str, value: Any, between: str) -> list[str]:
-    if name == "direction" and isinstance(value, str):
-        return [_name(value)]
-    if name == "size_map":
-        return [parse_size_map(value).named(_name)]
+def _texts(value: Any, between: str) -> list[str]:
     if isinstance(value, Mapping):
         return [f"{key}={one}" for key, one in value.items()]
     if isinstance(value, (tuple, list)):

@@ -74,8 +74,6 @@ class ModelOptions:
     )
 
     def __post_init__(self) -> None:
-        if isinstance(self.part, str):
-            object.__setattr__(self, "part", (self.part,))
         settle_types(self)
         if self.uv not in ("new", "keep"):
             raise InputError(f"uv is {self.uv!r}; allowed: new, keep")

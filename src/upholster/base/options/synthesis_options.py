@@ -325,9 +325,6 @@ class SynthesisOptions:
         return on_a_line(self, differing(self))
 
     def __post_init__(self) -> None:
-        for name in ("stroke", "guide", "labels", "zone", "again", "put"):
-            if isinstance(getattr(self, name), str):
-                object.__setattr__(self, name, (getattr(self, name),))
         settle_types(self)
         object.__setattr__(self, "direction", _direction_text(self.direction))
         if self.method not in METHODS:
