@@ -14,6 +14,7 @@ import pytest
 from tests.web.decoders import run
 
 import upholster
+from upholster.base.lengths import METRES, parse_length
 from upholster.base.limits import Limits
 from upholster.codec.stream import reader
 from upholster.codec.stream.base_chunk import MOST_BASES
@@ -23,6 +24,7 @@ HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
 WEB = ROOT / "web"
 FOLDERS = ("glb", "uph", "mesh", "model", "three", "worker", "viewer")
+PAGE = ROOT / "src" / "upholster" / "apps" / "studio" / "page"
 SHIPPED = ROOT / "src" / "upholster" / "output" / "web"
 LONGEST_FUNCTION = 60
 """Lines."""
@@ -236,6 +238,14 @@ def test_scripts_are_small() -> None:
     names = ("upholster-viewer.js", "uph-worker.js")
     sizes = {name: len(gzip.compress(built[name].encode(), 9)) for name in names}
     assert sum(sizes.values()) <= MOST_SCRIPTS, sizes
+
+
+def test_the_studio_writes_lengths_in_the_units_of_python() -> None:
+    script = f"import {{ METRES, written }} from '{PAGE}/lengths.js'; "
+    script += "console.log(JSON.stringify([METRES, [1e-5, 0.02, 3, 2500].map((size) => written(size, 'm'))]))"
+    units, lengths = json.loads(run("--input-type=module", "-e", script))
+    assert units == METRES
+    assert [parse_length(text, 1.0) for text in lengths] == pytest.approx([1e-5, 0.02, 3, 2500])
 
 
 def test_chunks_have_the_same_order_and_lengths_as_in_python() -> None:
