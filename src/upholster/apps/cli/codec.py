@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from upholster.apps.cli.command_options import number_or_text
-from upholster.apps.cli.console import byte_count, limits_of, naming, noted, progress_bars, say, share
+from upholster.apps.cli.console import Quiet, byte_count, limits_of, naming, noted, progress_bars, say, share
 from upholster.base.display import in_bytes
 from upholster.base.errors import InputError
 from upholster.base.examples import sample_path
@@ -36,7 +36,7 @@ def encode(
         str | None, typer.Option(help="9/7, 5/3 or haar (the paper's: the largest coefficients first).")
     ] = None,
     levels: Annotated[int | None, typer.Option(help="Levels of the transform, 0 to 10.")] = None,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
+    quiet: Quiet = False,
 ) -> None:
     """Encode an image as an embedded zerotree stream: any prefix of the file is a picture."""
     from upholster.base.files import outputs, write_bytes
@@ -84,7 +84,7 @@ def decode(
     most_texels: Annotated[
         str | None, typer.Option("--limit", metavar="4M", help="Refuse an image with more samples.")
     ] = None,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
+    quiet: Quiet = False,
 ) -> None:
     """Decode an image from an embedded zerotree stream, or from its start."""
     from upholster.base.files import outputs, read_bytes

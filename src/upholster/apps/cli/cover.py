@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from upholster.apps.cli.command_options import by_name, spelled_out
-from upholster.apps.cli.console import compiled, new_console, progress_bars, say
+from upholster.apps.cli.console import Quiet, Threads, compiled, new_console, progress_bars, say
 from upholster.base.display import in_bytes, number_of, texels_in_words
 from upholster.base.errors import InputError
 from upholster.base.examples import INCLUDED_PREFIX, included_models, included_samples
@@ -157,7 +157,7 @@ def cover(
     report: Annotated[
         str | None, typer.Option(metavar="FILE", help="Write parameters, counts and times as JSON.")
     ] = None,
-    threads: Annotated[int | None, typer.Option(help="Threads, 1 to 256; default: one per core.")] = None,
+    threads: Threads = None,
     workers: Annotated[
         int | None,
         typer.Option(
@@ -168,7 +168,7 @@ def cover(
         str | None,
         typer.Option(metavar="ADDRESS", help="Use a running Dask cluster instead: tcp://host:8786."),
     ] = None,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
+    quiet: Quiet = False,
 ) -> None:
     """Cover a surface with texture from a sample or a material, and write models and pictures."""
     start = time.perf_counter()

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from upholster.apps.cli.console import progress_bars, say
+from upholster.apps.cli.console import Quiet, progress_bars, say
 from upholster.base.display import in_bytes
 
 __all__ = ["fill"]
@@ -52,7 +52,7 @@ def fill(
         ),
     ] = None,
     seed: Annotated[int, typer.Option(help="Same seed, same result.")] = 0,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
+    quiet: Quiet = False,
 ) -> None:
     """Fill holes in a photo or a material with the texture around them: outside nothing changes."""
     start = time.perf_counter()

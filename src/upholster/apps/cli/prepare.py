@@ -5,7 +5,7 @@ from typing import Annotated
 import typer
 
 from upholster.apps.cli.command_options import spelled_out
-from upholster.apps.cli.console import progress_bars, say
+from upholster.apps.cli.console import Quiet, progress_bars, say
 from upholster.base.display import in_bytes
 from upholster.base.options.sample_options import SampleOptions
 
@@ -26,7 +26,7 @@ def prepare(
     picture: Annotated[
         str | None, typer.Option(metavar="IMAGE", help="Write photo and sample side by side, to compare.")
     ] = None,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
+    quiet: Quiet = False,
 ) -> None:
     """Make a sample from a photo: rectified, cropped, resized, evenly lit, in sRGB."""
     from upholster.covering.photos import prepare_sample
