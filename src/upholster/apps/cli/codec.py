@@ -10,12 +10,13 @@ from upholster.apps.cli.console import Quiet, byte_count, limits_of, naming, not
 from upholster.base.display import in_bytes
 from upholster.base.errors import InputError
 from upholster.base.examples import sample_path
+from upholster.base.formats import IMAGES_READ, IMAGES_WRITTEN
 
 __all__ = ["decode", "encode"]
 
 
 def encode(
-    image: Annotated[str, typer.Argument(help="PNG, JPEG, WebP, TIFF, EXR, HEIC or AVIF.", metavar="IMAGE")],
+    image: Annotated[str, typer.Argument(help=f"{IMAGES_READ}.", metavar="IMAGE")],
     output: Annotated[str, typer.Option("-o", "--output", metavar="FILE.ezw", help="The file to write.")],
     most_bytes: Annotated[
         str | None, typer.Option("--bytes", metavar="N", help="Largest length: 4000, 4k, 4Ki.")
@@ -71,9 +72,7 @@ def encode(
 
 def decode(
     file: Annotated[str, typer.Argument(help="A file from `encode`, or its start.", metavar="FILE.ezw")],
-    output: Annotated[
-        str, typer.Option("-o", "--output", metavar="IMAGE", help="PNG, JPEG, WebP, TIFF, EXR.")
-    ],
+    output: Annotated[str, typer.Option("-o", "--output", metavar="IMAGE", help=f"{IMAGES_WRITTEN}.")],
     most_bytes: Annotated[
         str | None, typer.Option("--bytes", metavar="N", help="Use only the first N bytes: 4000, 4k, 4Ki.")
     ] = None,

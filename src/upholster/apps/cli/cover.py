@@ -10,7 +10,14 @@ from upholster.apps.cli.console import Quiet, Threads, compiled, new_console, pr
 from upholster.base.display import in_bytes, number_of, texels_in_words
 from upholster.base.errors import InputError
 from upholster.base.examples import INCLUDED_PREFIX, included_models, included_samples
-from upholster.base.formats import MESH_SUFFIXES, is_model_name, kind_of, outputs_in_words, split_name
+from upholster.base.formats import (
+    IMAGES_READ,
+    MESH_SUFFIXES,
+    is_model_name,
+    kind_of,
+    outputs_in_words,
+    split_name,
+)
 from upholster.base.options.model_options import ModelOptions
 from upholster.base.options.option_fields import differing
 from upholster.base.options.sample_options import SampleOptions
@@ -114,7 +121,7 @@ def cover(
     sample: Annotated[
         list[str] | None,
         typer.Argument(
-            help="The sample: an image (PNG, JPEG, WebP, TIFF, EXR, HEIC, AVIF); or a material's maps, as a "
+            help=f"The sample: an image ({IMAGES_READ}); or a material's maps, as a "
             "folder, a zip file or files named by role, `brick_albedo.png brick_normal.png` …; or an "
             "included one, `sample:bricks` (see `surfaces`). With "
             "--material it covers the other parts, and may be left out.",

@@ -15,7 +15,7 @@ __all__ = ["picture"]
 def picture(
     model: Annotated[str, typer.Argument(help="A model: .glb, .gltf.", metavar="MODEL")],
     output: Annotated[
-        str, typer.Option("-o", "--output", metavar="FILE", help="The picture: .png, .jpg, .webp or .exr.")
+        str, typer.Option("-o", "--output", metavar="FILE", help=f"The picture: {' '.join(PICTURES)}.")
     ],
     view: Annotated[
         str,

@@ -7,6 +7,7 @@ import typer
 from upholster.apps.cli.command_options import spelled_out
 from upholster.apps.cli.console import Quiet, progress_bars, say
 from upholster.base.display import in_bytes
+from upholster.base.formats import IMAGES_READ, IMAGES_WRITTEN
 from upholster.base.options.sample_options import SampleOptions
 
 __all__ = ["prepare"]
@@ -16,10 +17,10 @@ __all__ = ["prepare"]
 def prepare(
     photo: Annotated[
         str,
-        typer.Argument(help="PNG, JPEG, WebP, TIFF, EXR, HEIC or AVIF; or `sample:bricks`.", metavar="PHOTO"),
+        typer.Argument(help=f"{IMAGES_READ}; or `sample:bricks`.", metavar="PHOTO"),
     ],
     output: Annotated[
-        str, typer.Option("-o", "--output", metavar="IMAGE", help="The sample: PNG, JPEG, WebP, TIFF, EXR.")
+        str, typer.Option("-o", "--output", metavar="IMAGE", help=f"The sample: {IMAGES_WRITTEN}.")
     ],
     *,
     preparing: SampleOptions,

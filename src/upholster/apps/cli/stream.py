@@ -180,7 +180,7 @@ def _show_stream(stream: str, most_texels: str | None) -> None:
 
 def levels(
     stream: Annotated[str, typer.Argument(help="A stream, or the start of one.", metavar="FILE.uph")],
-    output: Annotated[str, typer.Option("-o", "--output", metavar="PICTURE", help="PNG, JPEG or WebP.")],
+    output: Annotated[str, typer.Option("-o", "--output", metavar="PICTURE", help=" ".join(LDR_PICTURES))],
     curve: Annotated[bool, typer.Option("--curve", help="Plot quality over bytes instead.")] = False,
     most_texels: MostTexels = None,
     size: Annotated[str, typer.Option(metavar="WxH", help="Size of each picture in pixels.")] = "400x320",
