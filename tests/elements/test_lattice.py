@@ -63,6 +63,17 @@ def test_the_same_picture_has_the_same_lattice_at_every_size(pattern, unit):
         assert abs(round(np.linalg.det(np.rint(change)))) == 1, side
 
 
+@pytest.mark.parametrize(
+    ("pattern", "unit", "grain"), [("gingham", 24, 90), ("stack_bond", 32, 90), ("hexagons", 32, 90)]
+)
+def test_few_periods_under_strong_grain_are_found(pattern, unit, grain):
+    sample = lattice_sample(pattern, side=128, unit=unit, seed=3)
+    noise = grain * np.random.default_rng(1).normal(size=(128, 128, 1))
+    lattice = find_lattice(np.rint((sample.image + noise).clip(0, 255)).astype(np.uint8))
+    assert lattice is not None
+    assert abs(round(np.linalg.det(change_of_basis(lattice, sample)))) == 1
+
+
 def test_a_large_sample_is_reduced_and_has_phases_at_every_pixel():
     small = find_lattice(lattice_sample("stack_bond", side=192, unit=18).image)
     image = lattice_sample("stack_bond", side=192, unit=18).image
