@@ -86,7 +86,7 @@ def covered(model: Path, texels: int | None) -> Row:
     direction = parse_direction(default_direction(surface.mesh))
     asked = requested_at_corners(surface.mesh, direction, default_crease(surface.mesh))
     field = prepared.field
-    wanted = field.corner_vectors if asked is None else field.as_faces_run(asked)
+    wanted = field.corner_vectors if asked is None else field.with_flat_faces(asked)
     found = mesh_mapping(surface, quilt, scale=prepared.scale.scale, asked=wanted)
     looked = paint(quilt, image, density=1.0)
     across = mesh_seams(surface, quilt, looked, image, crease=CREASE)

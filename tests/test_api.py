@@ -1,5 +1,6 @@
 """The public names: few, documented, and enough for the README's few lines."""
 
+import ast
 import html
 import inspect
 import re
@@ -47,6 +48,15 @@ def test_public_names_exist_and_say_what_they_do():
             assert value.__doc__
     with pytest.raises(AttributeError):
         upholster.nothing_of_the_kind  # noqa: B018
+
+
+def test_type_checkers_see_all_public_names():
+    tree = ast.parse(Path(upholster.__file__).read_text(encoding="utf-8"))
+    (checked,) = (one for one in tree.body if isinstance(one, ast.If))
+    homes = {name.name: entry.module for entry in checked.body for name in entry.names}
+    assert homes == upholster._HOME | {"measure": "upholster.covering"}
+    at_once = {"FormatError", "InputError", "UpholsterError", "__version__"}
+    assert set(upholster.__all__) == homes.keys() | at_once
 
 
 def test_texels_are_an_array_where_there_is_one_chart(made):

@@ -81,6 +81,13 @@ def test_every_relative_link_leads_somewhere() -> None:
     assert [f"{page.relative_to(ROOT)}: {to}" for page, to in links if not _leads_somewhere(page, to)] == []
 
 
+def test_files_of_decisions_exist() -> None:
+    found = set(re.findall(r"`((?:\w+/)*\w+\.py)`", _text(ROOT / "docs" / "decisions.md")))
+    places = [(ROOT / "src" / "upholster" / name, ROOT / name) for name in found]
+    assert len(found) > 50
+    assert [package for package, own in places if not package.exists() and not own.exists()] == []
+
+
 def test_what_pages_include_has_the_words_between_which_it_lies() -> None:
     blocks = [(page, *found) for page in PAGES for found in INCLUDE.findall(_text(page))]
     assert blocks

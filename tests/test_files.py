@@ -149,7 +149,7 @@ def test_targets_known_late_are_checked_too(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="same file as input"):
         write("b.png", "in.png")
     with pytest.raises(InputError, match="given twice"):
-        write("b.png", "a.png")
+        write("a.png", "b.png", "b.png")
     with pytest.raises(InputError, match="same file as input"):
         write_unannounced()
     assert listing(tmp_path) == ["in.png"]

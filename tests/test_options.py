@@ -21,6 +21,8 @@ from upholster.base.options.direction_words import (
     FIELD_DIRECTIONS,
     PATCH_DIRECTIONS,
 )
+from upholster.base.options.model_options import ModelOptions
+from upholster.base.options.option_fields import repeats
 from upholster.base.options.sample_options import SampleOptions
 from upholster.base.options.synthesis_options import SynthesisOptions
 from upholster.base.options.write_options import WriteOptions
@@ -124,6 +126,29 @@ def test_what_is_written_arrives_as_options(monkeypatch):
         "--bytes", "1000",
     )  # fmt: skip
     assert given["options"] == WriteOptions(normal_scale=2.0)
+
+
+@pytest.mark.parametrize(
+    ("name", "texts"),
+    [
+        ("stroke", ("0,0,0:1,0,0", "1,0,0:1,0,0")),
+        ("guide", ("luminance=height", "height=slope@2")),
+        ("labels", ("a.png=b.png", "c.png=d.png")),
+        ("zone", ("a.png=height", "b.png@3cm=slope")),
+        ("again", ("0,0,1:0.3", "part:Seat@2")),
+        ("put", ("a.png=0,0,0", "b.png=1,0,0@90")),
+        ("part", ("Seat", "Leg*")),
+    ],
+)
+def test_options_of_several_texts_are_repeated_and_take_one_alone(name, texts, monkeypatch):
+    kind, of = (ModelOptions, "reading") if name == "part" else (SynthesisOptions, "synthesis")
+    assert {entry.name for entry in fields(kind) if repeats(entry)} >= {name}
+    assert getattr(kind(**{name: texts[0]}), name) == texts[:1]
+    assert getattr(kind(**{name: list(texts)}), name) == texts
+    words = [word for text in texts for word in (f"--{name}", text)]
+    target = "upholster.apps.project.project.carry_out"
+    request = run("cover", monkeypatch, target, "a.png", "--on", "a.glb", "-o", "b.glb", *words)["request"]
+    assert getattr(getattr(request, of), name) == texts
 
 
 def test_a_default_that_is_written_is_refused_by_the_other_method(monkeypatch):

@@ -1,4 +1,4 @@
-// Bundles the viewer, the loader for three.js and the decoder for the Python package: ../src/upholster/web.
+// Bundles the viewer, the loader for three.js and the decoder for the Python package: ../src/upholster/output/web.
 //
 //     npm ci && npm run build      writes the files
 //     npm run check                compares them with what would be written

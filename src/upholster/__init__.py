@@ -16,8 +16,11 @@ from upholster.base.errors import FormatError, InputError, UpholsterError
 
 if TYPE_CHECKING:
     from upholster.apps.notebook import view
+    from upholster.apps.project.file import read_project, save_project
+    from upholster.apps.project.project import Project
     from upholster.base.limits import Limits
     from upholster.base.options.model_options import ModelOptions
+    from upholster.base.options.sample_options import SampleOptions
     from upholster.base.options.synthesis_options import SynthesisOptions
     from upholster.base.options.write_options import WriteOptions
     from upholster.codec.stream.reader import StreamDecoder
@@ -34,6 +37,7 @@ if TYPE_CHECKING:
     from upholster.image.files.material import Material
     from upholster.image.files.material_files import read_material
     from upholster.image.files.read import read_exemplar
+    from upholster.image.files.source import Sample
     from upholster.pipeline import cover, refine, write
     from upholster.quilt.materials import paint_material
     from upholster.quilt.model import Quilt, Texels

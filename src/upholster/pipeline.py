@@ -1,7 +1,8 @@
 """The whole flow on one screen.
 
-Request ──► Scene ──► LayPlan ──► Quilt ──► TexturedModel ──► files
+Request ──► Scene ──► Quilt ──► TexturedModel ──► files
 
+`upholster.synthesis.execution` makes the quilt; between scene and quilt method "quilt" has a `LayPlan`.
 With several materials, the request is read as one for each: each has its own scene, quilt and texels, and the
 files have all of them.
 """
@@ -23,7 +24,9 @@ from upholster.covering.cover_report import check_report, cover_report, written_
 from upholster.covering.joint_work import (
     atlas_layout,
     check_read,
+    check_streamed,
     counted,
+    declare_files,
     for_files,
     laid_quilts,
     painted_model,
@@ -161,11 +164,14 @@ def carry_out(
         with timed("read", seconds, reported=True):
             requests = request.read()
         notes = _said(read_notes(requests))
-        check_read(requests, files)
+        declare_files(requests, files)
+        check_read(requests)
         check_tasks(requests, workers, scheduler)
         with timed("prepare", seconds, reported=True):
-            layout = atlas_layout(requests)
-            files.add(files_of(wanted, roles_of(requests), layout, after=roles_of(requests)))
+            scenes = [each.scene for each in requests]
+            check_streamed(requests, scenes)
+            layout = atlas_layout(requests, scenes)
+            files.add(files_of(wanted, roles_of(requests), layout))
         alone, model = are_tiles_alone(requests), None
         notes += _said(work_notes(requests, in_memory=not alone))
         with task_pool(workers, scheduler) as pool:
@@ -180,11 +186,14 @@ def carry_out(
                 with timed("paint", seconds):
                     model = replace(painted_model(requests, quilts), packed=layout)
                 written = written_to(wanted, model, files, seconds)
-                counts = counted(requests, quilts, model)
+                counts = counted(requests, model)
                 notes += _said(notes_after(wanted, model, seconds))
             counts |= pool.counts()
         how = {"threads": given_threads(), "workers": workers, "scheduler": scheduler}
-        found = cover_report(request, requests, how, seconds, (written, counts, notes, model))
+        found = cover_report(
+            request, requests, running=how, seconds=seconds,
+            written=written, counts=counts, notes=notes, model=model,
+        )  # fmt: skip
         if report:
             written_report(found, files.path(report))
     return found

@@ -1,6 +1,7 @@
 """Sections 5.1 and 5.2 of SPEC.md in plain Python: bits coded by one counter, numbers, and a file's bytes."""
 
 from collections import defaultdict
+from dataclasses import dataclass
 from typing import Any
 
 RECIPROCALS = [round(16384 / (n + 1.6)) for n in range(1024)]
@@ -9,6 +10,19 @@ MASK = 2**32 - 1
 
 class EndError(Exception):
     """The next bit is not determined by the bytes that have come."""
+
+
+@dataclass
+class PlainCounter:
+    """A probability of 1, in 1/2^20, and how many bits it has seen."""
+
+    p: int = 2**19
+    n: int = 0
+
+    def adapt(self, bit: Any, limit: Any) -> None:
+        target = 2**20 - 1 if bit else 0
+        self.p += (((target - self.p) >> 4) * RECIPROCALS[self.n]) >> 10
+        self.n = min(self.n + 1, limit)
 
 
 class PlainCoder:
@@ -20,7 +34,7 @@ class PlainCoder:
         self.ended = False
         for _ in range(4):
             self._next_byte()
-        self.counters: Any = defaultdict(lambda: [2**19, 0])
+        self.counters: Any = defaultdict(PlainCounter)
 
     def _next_byte(self) -> None:
         byte = next(self.data, None)
@@ -29,7 +43,12 @@ class PlainCoder:
 
     def bit(self, name: Any) -> Any:
         counter = self.counters[name]
-        chance = max(16, min(65520, counter[0] >> 4))
+        bit = self.decided(max(16, min(65520, counter.p >> 4)))
+        counter.adapt(bit, 255)
+        return bit
+
+    def decided(self, chance: Any) -> Any:
+        """Return the next bit, which is 1 with a chance in 1/65536."""
         span = self.high - self.low
         middle = self.low + (span >> 16) * chance + ((span & 65535) * chance >> 16)
         if self.ended:
@@ -45,9 +64,6 @@ class PlainCoder:
             self.low = self.low << 8 & MASK
             self.high = (self.high << 8 | 255) & MASK
             self._next_byte()
-        target = 2**20 - 1 if bit else 0
-        counter[0] += (((target - counter[0]) >> 4) * RECIPROCALS[counter[1]]) >> 10
-        counter[1] = min(counter[1] + 1, 255)
         return bit
 
     def number(self, k: Any, c: Any) -> Any:

@@ -10,8 +10,7 @@ from hypothesis import strategies as st
 from streams import STREAMS, anything, laid, noise, same, stream
 
 from upholster.base.errors import FormatError, InputError
-from upholster.codec.stream import reader as stream_reader
-from upholster.codec.stream.chunks import ChunkReader, header, pack_chunk
+from upholster.codec.stream.chunks import CHUNK_KINDS, ChunkKind, ChunkReader, header, pack_chunk
 from upholster.codec.stream.description import describe
 from upholster.codec.stream.reader import StreamDecoder, read_stream
 from upholster.codec.stream.writer import encode_stream
@@ -127,7 +126,7 @@ def test_unknown_small_letters_are_skipped_and_capitals_refused() -> None:
 
 
 def test_a_chunk_that_is_known_and_not_read_is_taken_for_no_other(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(stream_reader._NEEDS, "G", "S")
+    monkeypatch.setitem(CHUNK_KINDS, "G", ChunkKind("for a test", ("S",)))
     with pytest.raises(FormatError, match=r"^byte .*: chunk 'G' has no reader here"):
         read_stream(rebuilt(stream("plain"), lambda chunks: [*chunks[:4], ("G", b"?"), *chunks[4:]]))
 

@@ -168,7 +168,13 @@ def test_what_is_shown_is_what_a_project_makes_and_what_is_saved(page, tmp_path)
 def test_the_words_make_the_same(page, tmp_path, monkeypatch):
     state = STATE | {
         "sample": {"source": "included/weave.png", "crop": [0, 0, 120, 100], "even_light": True},
-        "synthesis": {"texels": 10_000, "direction": "around:z", "mirror": True, "sample_size": "70cm"},
+        "synthesis": {
+            "texels": 10_000,
+            "direction": "around:z",
+            "mirror": True,
+            "sample_size": "70cm",
+            "guide": ["luminance=height", "luminance=slope@2"],
+        },
         "writing": {"view": [10, 20], "texture": "png"},
         "reading": {"part": ["Seat", "Leg 1"]},
     }
@@ -249,6 +255,32 @@ def test_words_name_only_files_that_the_user_has(page):
     assert ("displace" in first, "--displace 5mm --displace-by luminance" in second) == (False, True)
     assert (first.endswith("chair_photo.glb"), second.endswith("chair_photo.3mf")) == (True, True)
     assert "project.change(displace=None, displace_by=None).cover(['chair_photo.glb'])" in code
+
+
+def test_words_repeat_options_and_name_all_files_as_the_user_has_them(tmp_path):
+    project = Project(
+        str(tmp_path / "1/chair.glb"),
+        Sample(str(tmp_path / "2/a.png"), options={"use": str(tmp_path / "3/mask.png")}),
+        synthesis={
+            "guide": (f"{tmp_path}/4/g.png={tmp_path}/5/t.png", "luminance=slope@2"),
+            "again": ("part:Seat@2", f"{tmp_path}/6/r.png@3"),
+            "stroke": (f"{tmp_path}/7/rows.json",),
+            "direction": f"{tmp_path}/8/rows.png",
+            "size_map": f"{tmp_path}/9/m.png=1,2",
+        },
+    )
+    shell, code = command(project, tmp_path), python(project, tmp_path)
+    for words in (
+        "--use mask.png",
+        "--guide g.png=t.png --guide luminance=slope@2",
+        "--again part:Seat@2 --again r.png@3",
+        "--stroke rows.json",
+        "--direction rows.png",
+        "--size-map m.png=",
+    ):
+        assert words in shell
+    assert "'guide': ('g.png=t.png', 'luminance=slope@2')" in code
+    assert str(tmp_path) not in shell + code
 
 
 def test_a_state_without_model_or_sample_shows_nothing_and_is_kept(page):

@@ -3,13 +3,22 @@
 from typing import Any
 
 from upholster.runtime.jit import kernel
+from upholster.synthesis.quilt.kernels._block_kernels import LayNumbers
 from upholster.synthesis.quilt.kernels._choice_kernels import choose_source, draw_fitting
 from upholster.synthesis.quilt.kernels._frame_kernels import look_at_frame, write_frame
 from upholster.synthesis.quilt.kernels._guide_kernels import is_barred, penalise_off, prefer_cells, show_all
 from upholster.synthesis.quilt.kernels._seed_kernels import cut_block
 from upholster.synthesis.quilt.kernels._sheet_kernels import fit_block, shown_at
 from upholster.synthesis.quilt.kernels._unfold_kernels import unfold_block
-from upholster.synthesis.quilt.kernels._whole_kernels import lie_whole
+from upholster.synthesis.quilt.kernels._whole_kernels import place_inside_chart
+
+
+def lay_numbers(height: int, width: int, size: int, **changes: int) -> LayNumbers:
+    """Return numbers of a sample and of blocks of `size` pixels, with `changes` by name."""
+    numbers = LayNumbers(
+        height, width, level=0, step=1, shortlist=32, guide_step=4, symmetries=1, size=size, cell=2
+    )
+    return numbers._replace(**changes)
 
 
 @kernel
@@ -71,8 +80,8 @@ def show(match: Any, numbers: Any, base: int, pixels: Any, mask: Any) -> None:
 
 @kernel
 def lie(field: Any, clear: Any, root: Any, half: float, out: Any, fits: Any) -> int:
-    """Call `lie_whole`."""
-    return int(lie_whole(field, clear, root, half, out, fits))
+    """Call `place_inside_chart`."""
+    return int(place_inside_chart(field, clear, root, half, out, fits))
 
 
 @kernel

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 from laying import texture
-from laying_kernels import choose, cut, draw_first
+from laying_kernels import choose, cut, draw_first, lay_numbers
 from plain_laying import (
     SYMMETRIES,
     Draws,
@@ -20,7 +20,6 @@ from upholster.synthesis.quilt.kernels._block_kernels import (
     ChoiceScratch,
     CutScratch,
     FramePixels,
-    LayNumbers,
     LayWeights,
     Span,
 )
@@ -52,8 +51,13 @@ class Frame:
         self.level, rng = self.pyramid.levels[0], np.random.default_rng(seed)
         self.match, self.rng = self.level.match, rng
         height, width = exemplar.shape[:2]
-        self.numbers = LayNumbers(
-            height, width, 0, self.level.step, more.get("shortlist", 32), self.pyramid.stride(0), 1, size, 2
+        self.numbers = lay_numbers(
+            height,
+            width,
+            size,
+            step=self.level.step,
+            shortlist=more.get("shortlist", 32),
+            guide_step=self.pyramid.stride(0),
         )
         # Costs are multiples of 1/4: then sums are exact in the search's float32, in any order.
         self.weights = LayWeights(more.get("tolerance", 1.1), 0.25 if lattice else 0.0, 0.0)

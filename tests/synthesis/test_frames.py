@@ -6,14 +6,14 @@ from typing import Any
 import numpy as np
 import pytest
 from laying import Folded, cylinder, plane, texture
-from laying_kernels import lie, look, write
+from laying_kernels import lay_numbers, lie, look, write
 from plain_laying import SYMMETRIES, barycentric
 from warp_fields import quantised
 
 from upholster.charts._step_kernels import StepGrid, locate_steps
 from upholster.quilt.warp_field import FIELD_STEP, WarpField
 from upholster.synthesis.quilt.centres import centres_on
-from upholster.synthesis.quilt.kernels._block_kernels import BLOCK_COLUMNS, FramePixels, LayNumbers
+from upholster.synthesis.quilt.kernels._block_kernels import BLOCK_COLUMNS, FramePixels
 from upholster.synthesis.quilt.kernels._frame_kernels import bound_places
 from upholster.synthesis.quilt.kernels._lay_kernels import Ground
 from upholster.synthesis.quilt.kernels._sheet_kernels import FIT, MOST_SHEETS, FieldArrays
@@ -95,10 +95,6 @@ def simple(side: tuple[int, int], hole: bool = True) -> Ground:
     return ground
 
 
-def numbers_of(size: int, image: np.ndarray) -> LayNumbers:
-    return LayNumbers(*image.shape[:2], 0, 1, 32, 4, 1, size, 2)
-
-
 PLACES = [(45, 40), (3, 50), (85, 2), (60, 60), (101, 88)]
 
 
@@ -148,7 +144,7 @@ def test_a_block_writes_what_its_mask_shows(centre: tuple[int, int], symmetry: i
     record[:3] = 20, 50, symmetry
     out, fits = Footprint.of(64), np.zeros((MOST_SHEETS, FIT))
     count = lie(ground.field, clear_cells(20, 20), np.array([0, *centre, 0, 0, 0.0]), 12.0, out, fits)
-    write(canvases, numbers_of(size, image), 6, record, mask.ravel(), out, count)
+    write(canvases, lay_numbers(*image.shape[:2], size), 6, record, mask.ravel(), out, count)
     owners, turn = np.full(shape, -1), SYMMETRIES[symmetry]
     for r, c in np.ndindex(shape):
         y, x = r - centre[0], c - centre[1]

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from laying import plane, texture
-from laying_kernels import ask, bar, cut, draw_first, lie, look, prefer, read_cells, show
+from laying_kernels import ask, bar, cut, draw_first, lay_numbers, lie, look, prefer, read_cells, show
 from plain_cut import NEW, OLD, OUTSIDE, cut_cost
 from plain_laying import SYMMETRIES, cells_of, plain_seeds
 
@@ -14,7 +14,6 @@ from upholster.synthesis.quilt.kernels._block_kernels import (
     ChoiceScratch,
     CutScratch,
     FramePixels,
-    LayNumbers,
     LayWeights,
     Span,
 )
@@ -36,7 +35,7 @@ class Asked:
         rng = self.rng = np.random.default_rng(seed)
         level = match_pyramid(texture(*SHAPE, seed=seed)).levels[0]
         self.image = level.match.image.view(np.uint8).reshape(*SHAPE, 4).astype(np.int64)
-        self.numbers = LayNumbers(*SHAPE, 0, level.step, 32, 4, 1, SIZE, cell)
+        self.numbers = lay_numbers(*SHAPE, SIZE, step=level.step, cell=cell)
         self.guides = texture(*SHAPE, max(1, guides), seed + 1).clip(1, None).transpose(2, 0, 1)[:guides]
         # The first guide costs more the more it is off; the second one is of labels.
         self.costs = np.stack([np.arange(256) ** 2 // 10, np.minimum(np.arange(256), 1) * 900])[:guides]
@@ -295,7 +294,7 @@ def test_a_piece_lies_turned_and_scaled(degrees: float, size: float) -> None:
     ground, step, n = placed.ground, (0, 52, 47), 0
     canvases = ground.canvases
     piece = PutPiece(step, (10, 12, 20, 28), size, degrees)
-    frame = piece_frame(piece, LayNumbers(*SHAPE, 0, 1, 32, 4, 1, SIZE, 2))
+    frame = piece_frame(piece, lay_numbers(*SHAPE, SIZE))
     centres = centres_at(placed, np.array([step], np.int32))
     records, fits = np.zeros((1, BLOCK_COLUMNS), np.int32), np.zeros((MOST_SHEETS, FIT))
     records[0, :2] = frame.source

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 from laying import texture
+from laying_kernels import lay_numbers
 
 from upholster import Quilt, paint, synthesize
 from upholster.charts.maps.map_ground import MapGround
@@ -14,7 +15,6 @@ from upholster.charts.maps.surface_map import region
 from upholster.covering.measure.trace import charted_of
 from upholster.image.files.write import write_image
 from upholster.quilt.chart import Chart
-from upholster.synthesis.quilt.kernels._block_kernels import LayNumbers
 from upholster.synthesis.quilt.puts import PutPiece, piece_frame
 
 CHAIR = str(Path(__file__).parents[2] / "examples" / "chair.glb")
@@ -129,7 +129,7 @@ def test_regions_are_laid_one_after_another() -> None:
 
 
 def test_a_pieces_frame_is_its_rectangle() -> None:
-    numbers = LayNumbers(100, 100, 0, 1, 32, 4, 1, 32, 2)
+    numbers = lay_numbers(100, 100, 32)
     used = np.ones((20, 30), bool)
     used[:, 20:] = False
     for piece, cells in (

@@ -24,15 +24,15 @@ def stretched(strain, waves=LATTICE.waves):
 
 
 def test_a_block_suits_the_sample_where_nothing_is_stretched():
-    assert block_side(SAMPLE.shape, 5000.0, 0.0, None) == suiting_side(SAMPLE.shape, repeats=False) == 128
+    assert block_side(SAMPLE.shape, 5000.0, 0.0, None) == suiting_side(SAMPLE.shape, repeats=False) == 96
     assert block_side(SAMPLE.shape, 5000.0, 0.0, stretched(0.0)) == suiting_side(SAMPLE.shape, repeats=True)
 
 
 @pytest.mark.parametrize(
     ("shape", "side", "repeating"),
-    [((32, 90), 16, 8), ((128, 128, 3), 64, 40), ((14, 14), 8, 8), ((4000, 4000, 1), 512, 512)],
+    [((32, 90), 12, 8), ((128, 128, 3), 48, 40), ((14, 14), 8, 8), ((4000, 4000, 1), 512, 512)],
 )
-def test_a_block_is_half_of_the_sample_or_five_sixteenths_of_one_that_repeats(shape, side, repeating):
+def test_a_block_is_three_eighths_of_the_sample_or_less_if_it_repeats(shape, side, repeating):
     assert suiting_side(shape, repeats=False) == side
     assert suiting_side(shape, repeats=True) == repeating
 

@@ -6,18 +6,25 @@ import os
 import re
 import shutil
 import subprocess
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 import pytest
+from tests.web.decoders import run
 
 import upholster
+from upholster.base.lengths import METRES, parse_length
+from upholster.base.limits import Limits
+from upholster.codec.stream.base_chunk import MOST_BASES
+from upholster.codec.stream.chunks import CHUNK_KINDS
 from upholster.image.roles import MAP_ROLES
 
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
 WEB = ROOT / "web"
 FOLDERS = ("glb", "uph", "mesh", "model", "three", "worker", "viewer")
+PAGE = ROOT / "src" / "upholster" / "apps" / "studio" / "page"
 SHIPPED = ROOT / "src" / "upholster" / "output" / "web"
 LONGEST_FUNCTION = 60
 """Lines."""
@@ -231,3 +238,35 @@ def test_scripts_are_small() -> None:
     names = ("upholster-viewer.js", "uph-worker.js")
     sizes = {name: len(gzip.compress(built[name].encode(), 9)) for name in names}
     assert sum(sizes.values()) <= MOST_SCRIPTS, sizes
+
+
+def test_the_studio_writes_lengths_in_the_units_of_python() -> None:
+    script = f"import {{ METRES, written }} from '{PAGE}/lengths.js'; "
+    script += "console.log(JSON.stringify([METRES, [1e-5, 0.02, 3, 2500].map((size) => written(size, 'm'))]))"
+    units, lengths = json.loads(run("--input-type=module", "-e", script))
+    assert units == METRES
+    assert [parse_length(text, 1.0) for text in lengths] == pytest.approx([1e-5, 0.02, 3, 2500])
+
+
+def test_chunks_have_the_same_order_and_lengths_as_in_python() -> None:
+    text = (WEB / "uph" / "chunks.js").read_text(encoding="utf-8")
+    rows = dict(line.split(" = ", 1) for line in re.findall(r"^const ([A-Z_]+ = .+)$", text, re.MULTILINE))
+    needs = re.findall(r"(\w): \[([^]]*)\]", rows["NEEDS"])
+    kinds = CHUNK_KINDS.items()
+    assert {tag: tuple(re.findall(r"\w+", groups)) for tag, groups in needs} == {
+        tag: kind.needs for tag, kind in kinds
+    }
+    longest = re.findall(r"(\w): 2 \*\* (\d+)", rows["LONGEST"])
+    assert {tag: 2 ** int(bits) for tag, bits in longest} == {
+        tag: kind.longest for tag, kind in kinds if kind.longest
+    }
+    assert set(rows["ANY_NUMBER"].strip("'")) == {tag for tag, kind in kinds if kind.repeats}
+    assert int(rows["MOST_BASES"]) == MOST_BASES
+
+
+@pytest.mark.parametrize("texels", [1, 10**6, 2**31])
+def test_limits_follow_from_texels_as_in_python(texels: int) -> None:
+    script = f"import {{ fillLimits }} from '{WEB}/uph/limits.js'; "
+    script += f"console.log(JSON.stringify([fillLimits(), fillLimits({{ texels: {texels} }})]))"
+    found = json.loads(run("--input-type=module", "-e", script))
+    assert found == [asdict(Limits()), asdict(Limits(texels=texels))]

@@ -43,7 +43,7 @@ const TOOLS = [
 /**
  * The controls below the stage.
  *
- * `act(name)` is called with a tool's name, `limit(limit)` with {bytes}, {coefficients} or null, as `UphModel.setLimit` takes it.
+ * `act(name)` is called with a tool's name, `limit(limit)` with {bytes}, {coefficients} or null, as `Model.setLimit` takes it.
  */
 export class Panel {
   #slider

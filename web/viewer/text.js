@@ -39,7 +39,7 @@ const TOO_LARGE = /number of (texels|samples|charts|triangles) is \d+; allowed: 
 /**
  * What an error means to the user.
  *
- * @param {Error} error as `UphModel` gives it
+ * @param {Error} error as `Model` gives it
  * @param {{ shown: boolean, received: number, total: number | null, name: string }} state whether a picture is there, the
  *   bytes received and to come, and what was opened
  * @returns {{ title: string, advice: string, detail: string }} a sentence, what it means, and the loader's own words

@@ -80,7 +80,7 @@ def read_bytes(path: str | os.PathLike[str]) -> bytes:
 def path_inside(folders: Sequence[str | os.PathLike[str]], name: str | os.PathLike[str]) -> Path:
     """Return the path of a file that is named in another file, with links followed.
 
-    The naming file may come from a stranger: it must not reach files that the user has not given.
+    The naming file may come from an untrusted source: it must not reach files that the user has not given.
 
     Parameters
     ----------
@@ -198,18 +198,19 @@ class Outputs:
                 )
 
     def add(self, targets: Iterable[str | os.PathLike[str]]) -> None:
-        """Declare targets that became known only inside the body.
+        """Declare targets, some of which may have been declared before.
 
         Raises
         ------
         InputError
             As for `outputs`.
         """
+        given = set[Path]()
         for target in targets:
-            known = len(self._temporary)
-            self.path(target)
-            if len(self._temporary) == known:
+            temporary = self.path(target)
+            if temporary in given:
                 raise InputError(f"output {os.fspath(target)!r} is given twice")
+            given.add(temporary)
 
     def path(self, target: str | os.PathLike[str]) -> Path:
         """Return the temporary path at which to write `target`: same directory, same suffix.

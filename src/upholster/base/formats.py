@@ -12,6 +12,8 @@ from typing import Literal, NamedTuple
 
 __all__ = [
     "CAD_SUFFIXES",
+    "IMAGES_READ",
+    "IMAGES_WRITTEN",
     "INPUTS",
     "LDR_PICTURES",
     "MESH_SUFFIXES",
@@ -38,6 +40,12 @@ PICTURES = (".png", ".jpg", ".jpeg", ".webp", ".exr")
 
 LDR_PICTURES = PICTURES[:-1]
 """Those that hold sRGB-coded integers."""
+
+IMAGES_WRITTEN = "PNG, JPEG, WebP, TIFF, EXR"
+"""Formats of images that are written, in words."""
+
+IMAGES_READ = f"{IMAGES_WRITTEN}, HEIC, AVIF"
+"""Formats of images that are read, in words."""
 
 PROJECT_SUFFIX = ".upholster.json"
 

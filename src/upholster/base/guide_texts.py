@@ -132,7 +132,7 @@ def _region(text: str) -> str:
 
 @dataclass(frozen=True, slots=True)
 class PutText:
-    """A piece that is put by hand: ``PIECE=X,Y,Z*size@degrees``.
+    """A piece of a sample at a chosen position: ``PIECE=X,Y,Z*size@degrees``.
 
     Attributes
     ----------
@@ -164,7 +164,7 @@ _PIECE = re.compile(r"(\d{1,5}),(\d{1,5}),(\d{1,5}),(\d{1,5})")
 
 
 def parse_put(text: str) -> PutText:
-    """Read a piece that is put by hand: split at the last ``=``.
+    """Read a piece at a chosen position: split at the last ``=``.
 
     Raises
     ------

@@ -8,8 +8,8 @@ from upholster.base.errors import InputError
 
 __all__ = ["METRES", "Length", "parse_length", "read_length"]
 
-METRES = {"mm": 0.001, "cm": 0.01, "m": 1.0, "in": 0.0254, "ft": 0.3048}
-"""Allowed units of lengths, in metres."""
+METRES = {"mm": 0.001, "cm": 0.01, "dm": 0.1, "m": 1.0, "km": 1000.0, "in": 0.0254, "ft": 0.3048}
+"""Units by name, in metres: of lengths, and of models whose files state none."""
 
 _FORM = re.compile(r"([+-]?(?:[0-9]{1,18}(?:\.[0-9]{0,18})?|\.[0-9]{1,18})(?:e[+-]?[0-9]{1,2})?) ?([a-z]*)")
 

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 __all__ = [
     "MAX_SAMPLE",
+    "ComplexArray",
     "FloatArray",
     "IntArray",
     "PixelArray",
@@ -16,6 +17,9 @@ __all__ = [
     "int64",
     "uint64",
 ]
+
+ComplexArray = NDArray[np.complex128]
+"""Directions in planes, phases, and their powers."""
 
 FloatArray = NDArray[np.float64]
 """Geometry and coefficients: always float64."""

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.base.types import FloatArray, IntArray
+from upholster.base.types import ComplexArray, FloatArray, IntArray
 from upholster.runtime.jit import inline, kernel, shared, spliced
 
 __all__ = [
@@ -27,8 +27,6 @@ __all__ = [
     "prolong",
     "restrict",
 ]
-
-ComplexArray = NDArray[np.complex128]
 
 _STRONG = 0.25
 """Two unknowns form a pair if their coupling is at least this share of the row's strongest one."""

@@ -17,9 +17,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from upholster.base.types import FloatArray, IntArray
+from upholster.base.types import ComplexArray, FloatArray, IntArray
 from upholster.charts._multigrid_kernels import (
-    ComplexArray,
     GridLevels,
     Rows,
     Work,

@@ -21,9 +21,6 @@ from upholster.synthesis.quilt.scene import Scene
 
 __all__ = ["check_report", "cover_report", "written_report"]
 
-_Made = tuple[dict[str, int], dict[str, int], list[str], TexturedModel | None]
-"""Bytes of each file, counts, notes, and the model: none if tiles were written one by one."""
-
 
 def check_report(report: str | os.PathLike[str] | None) -> None:
     """Raise InputError if the report's file has another suffix than ``.json``."""
@@ -34,24 +31,31 @@ def check_report(report: str | os.PathLike[str] | None) -> None:
 def cover_report(
     request: Request,
     requests: Sequence[Request],
+    *,
     running: Mapping[str, int | str | None],
     seconds: Mapping[str, float],
-    made: _Made,
+    written: dict[str, int],
+    counts: dict[str, int],
+    notes: list[str],
+    model: TexturedModel | None,
 ) -> CoverReport:
-    """Return the report of a request, which was read as the given `requests`; `running` says how it ran."""
-    written, counts, notes, model = made
+    """Return the report of a request, which was read as the given `requests`; `running` says how it ran.
+
+    `written` are the bytes of each file. `model` is None if tiles were written one by one.
+    """
     file = requests[0].covered.model
+    inputs = () if file is None else file.inputs
     return CoverReport(
-        __version__,
-        _parameters(request, running, requests[0]),
-        automatic_values(requests) | quality_words(request.outputs, model),
-        counts,
-        totalled(dict(seconds)),
-        peak_memory(),
-        written,
-        notes,
-        list(dict.fromkeys([*request.files(), *map(os.fspath, () if file is None else file.inputs)])),
-        model,
+        version=__version__,
+        parameters=_parameters(request, running, requests[0]),
+        settled=automatic_values(requests) | quality_words(request.outputs, model),
+        counts=counts,
+        seconds=totalled(dict(seconds)),
+        peak_memory_bytes=peak_memory(),
+        written=written,
+        notes=notes,
+        read=list(dict.fromkeys([*request.files(), *map(os.fspath, inputs)])),
+        model=model,
     )
 
 

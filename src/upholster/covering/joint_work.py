@@ -31,12 +31,16 @@ from upholster.output.reports import automatic_words, counts_of, page_counts
 from upholster.quilt.model import Quilt
 from upholster.quilt.painting import PAINTED_DENSITIES
 from upholster.runtime.parallel import reporting
+from upholster.synthesis.patch_scene import PatchScene
+from upholster.synthesis.quilt.scene import Scene
 
 __all__ = [
     "atlas_layout",
     "automatic_values",
     "check_read",
+    "check_streamed",
     "counted",
+    "declare_files",
     "for_files",
     "laid_quilts",
     "painted_model",
@@ -87,43 +91,53 @@ def for_files(
     return replace(request, writing=writing, outputs=found, largest=largest_chart(found, writing))
 
 
-def check_read(requests: Sequence[Request], files: Outputs) -> None:
-    """Check what is asked against the model and samples that were read, and keep the model's files.
+def declare_files(requests: Sequence[Request], files: Outputs) -> None:
+    """Declare the model's files, which are read, and all maps' files; InputError if one is an input."""
+    first = requests[0]
+    if first.covered.model is not None:
+        files.keep(first.covered.model.inputs)
+    files.add(files_of(first.outputs, roles_of(requests)))
+
+
+def check_read(requests: Sequence[Request]) -> None:
+    """Check what is asked against the model and samples that were read.
 
     Raises
     ------
     InputError
-        If an output can not hold it, or would replace one of its files.
+        If an output can not hold it.
     """
     first = requests[0]
     wanted, writing, surface = first.outputs, first.writing, first.surface
-    if first.covered.model is not None:
-        files.keep(first.covered.model.inputs)
     if isinstance(surface, Surface):
         _ = surface.shared  # find edges that are claimed twice now, not after the work
     check_directions(wanted, surface)
-    files.add(files_of(wanted, roles_of(requests), after=()))
     check_coded(wanted, source_parts(first.source), writing)
     check_displacement(writing, roles=roles_of(requests, all_have=True), metres=metres_of(surface))
 
 
-def atlas_layout(requests: Sequence[Request]) -> AtlasLayout | None:
-    """Return the places of the charts of all requests in one atlas; None if no output has an atlas.
-
-    Raises
-    ------
-    InputError
-        If an option is out of range, or a stream can not hold a surface with this layout, or this method.
-    """
+def check_streamed(requests: Sequence[Request], scenes: Sequence[Scene | PatchScene]) -> None:
+    """Raise InputError if a stream is requested and can not hold this layout, or this method's quilt."""
     first = requests[0]
     if has_stream(first.outputs) and isinstance(first.surface, Surface):
         if first.synthesis.method == "pixel":
             refuse_pixel(first.texels, first.exemplar.shape)
-        check_layout(first.surface, first.scene.charts, first.exemplar.shape)
+        check_layout(first.surface, scenes[0].charts, first.exemplar.shape)
+
+
+def atlas_layout(requests: Sequence[Request], scenes: Sequence[Scene | PatchScene]) -> AtlasLayout | None:
+    """Return the places of the charts of all scenes in one atlas; None if no output has an atlas.
+
+    Raises
+    ------
+    InputError
+        If an option is out of range.
+    """
+    first = requests[0]
     if not any(output.kind.atlas for output in first.outputs):
         return None
     surface = joined_surface([each.surface for each in requests])
-    charts = [chart for each in requests for chart in each.charts]
+    charts = [chart for scene in scenes for chart in scene.painted]
     return pack_atlas(surface, charts, **first.writing.packing)
 
 
@@ -191,12 +205,7 @@ def automatic_values(requests: Sequence[Request]) -> dict[str, str]:
     }
 
 
-def counted(requests: Sequence[Request], quilts: Sequence[Quilt], model: TexturedModel) -> dict[str, int]:
+def counted(requests: Sequence[Request], model: TexturedModel) -> dict[str, int]:
     """Return counts of charts, texels and the like, over all requests."""
-    counts = [counts_of(model.surface, quilt, model.texels) for quilt in quilts]
-    summed = {name: sum(each[name] for each in counts) for name in _SUMMED}
     materials = {"materials": len(requests)} if len(requests) > 1 else {}
-    return counts[0] | summed | {"maps": 1 + len(model.maps)} | materials | page_counts(model)
-
-
-_SUMMED = ("charts", "texels", "painted texels", "placements", "edge blocks")
+    return counts_of(model) | {"maps": 1 + len(model.maps)} | materials | page_counts(model)

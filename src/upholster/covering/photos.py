@@ -159,7 +159,7 @@ def fill_files(
     with running(progress=progress), outputs([target], inputs=read) as files:
         filling = Filling.of(photo, hole, sample, block, notes)
         places = {role: map_companion(target, role) for role in filling.maps} | {"albedo": Path(target)}
-        files.add(place for role, place in places.items() if role != "albedo")
+        files.add(places.values())
         maps = filling.filled(seed)
         for role, pixels in maps.items():
             write_map(files.path(places[role]), role, pixels, quality=95)

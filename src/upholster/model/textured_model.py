@@ -100,7 +100,6 @@ class TexturedModel(Shown):
         material of its own; all other outputs hold them together.
     density
         Texels per step of the quilt's charts, each way.
-        Texels for a step of the quilt's charts, each way.
     packed
         The places of charts in the atlas, if they are known already: as the options say.
     """

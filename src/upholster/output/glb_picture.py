@@ -14,7 +14,7 @@ from upholster.base.types import FloatArray, PixelArray
 from upholster.geometry.gltf.accessors import Accessors
 from upholster.geometry.gltf.gltf import Gltf, Json
 from upholster.geometry.meshes.triangle_mesh import MAX_TRIANGLES
-from upholster.geometry.model_files.gltf_nodes import stands
+from upholster.geometry.model_files.gltf_nodes import mesh_placements
 from upholster.geometry.model_files.model_file import ModelFile
 from upholster.geometry.model_files.model_reader import read_model
 from upholster.image.color import from_linear, to_linear
@@ -179,15 +179,15 @@ def _everywhere(model: ModelFile, uv: FloatArray) -> tuple[FloatArray, FloatArra
     normals = np.repeat(flat[:, None], 3, axis=1) if mesh.normals is None else mesh.normals
     found = [(corners, normals, uv)]
     room, left = _MOST_TRIANGLES - len(corners), 0
-    standing = {stand.mesh: stand for stand in stands(model.gltf, Accessors(model.gltf))}
+    standing = {placement.mesh: placement for placement in mesh_placements(model.gltf, Accessors(model.gltf))}
     for number, part in enumerate(model.gltf_parts):
-        mine, stand = mesh.part == number, standing[part.mesh]
+        mine, placement = mesh.part == number, standing[part.mesh]
         count = int(mine.sum())
-        fitting = stand.others[: max(0, room) // max(1, count)]
-        left += len(stand.others) - len(fitting)
+        fitting = placement.others[: max(0, room) // max(1, count)]
+        left += len(placement.others) - len(fitting)
         room -= count * len(fitting)
         for other in fitting:
-            matrix = _UP @ other @ np.linalg.pinv(stand.matrix) @ _UP.T
+            matrix = _UP @ other @ np.linalg.pinv(placement.matrix) @ _UP.T
             turn = np.linalg.pinv(matrix[:3, :3])
             found.append((corners[mine] @ matrix[:3, :3].T + matrix[:3, 3], normals[mine] @ turn, uv[mine]))
     joined = [np.concatenate(parts) for parts in zip(*found, strict=True)]

@@ -59,26 +59,21 @@ def listed(
 
 
 def files_of(
-    wanted: Sequence[Output],
-    roles: Sequence[str] = (),
-    layout: AtlasLayout | None = None,
-    *,
-    after: Sequence[str] | None = None,
+    wanted: Sequence[Output], roles: Sequence[str] = (), layout: AtlasLayout | None = None
 ) -> list[Path]:
     """Return the files of all outputs.
 
     Textures that an OBJ and a PLY of one name share are equal, and listed once. Any other duplicate is listed
     twice, and `upholster.base.files` refuses it. `roles` are as for `Output.files`. `layout` is the atlas's;
-    None: one page. Files that are known only after the roles `after` are left out.
+    None: one page.
     """
     pages = 1 if layout is None else len(layout.pages)
     found: list[Path] = []
     shared: set[Path] = set()
     for output in wanted:
-        known = () if after is None else output.files(after)
         for file in output.files(roles, pages):
             is_shared = bool(output.kind.texture) and file not in output.own
-            if file not in known and not (is_shared and file in shared):
+            if not (is_shared and file in shared):
                 found.append(file)
             if is_shared:
                 shared.add(file)
@@ -223,7 +218,7 @@ def painted(
 
 
 def _coarser(model: TexturedModel, halvings: int) -> TexturedModel:
-    """Return a model painted again with textures halved `lod` times each way, gutters and pages as well."""
+    """Return a model painted again; textures, gutters and pages are halved `halvings` times each way."""
     if model.parts:
         return joined_model([_coarser(part, halvings) for part in model.parts])
     if model.quilt is None or model.exemplar is None:
@@ -233,7 +228,7 @@ def _coarser(model: TexturedModel, halvings: int) -> TexturedModel:
         texels, maps = painted(model.quilt, model.exemplar, density=density)
     padding = model.options.padding
     if padding is None and not isinstance(model.surface, MeshSurface):
-        padding = GUTTER  # on a mesh it goes with the texels
+        padding = GUTTER  # on a mesh it depends on the number of texels
     options = replace(
         model.options,
         padding=None if padding is None else padding >> halvings,

@@ -141,11 +141,11 @@ def refine(
         charts = painted_charts(decoder.charts, density)
         exemplar = received_exemplar(decoder)
         roles = tuple(source_parts(exemplar))[1:]
-        files.add(files_of(wanted, roles, after=()))
+        files.add(files_of(wanted, roles))
         check_displacement(options, roles=roles, metres=metres_of(surface))
         with_atlas = any(output.kind.atlas for output in wanted)
         layout = pack_atlas(surface, charts, **options.packing) if with_atlas else None
-        files.add(files_of(wanted, roles, layout, after=roles))
+        files.add(files_of(wanted, roles, layout))
         same = data if decoder.complete and not options.stream_choices else None
         if same is not None and on is not None:
             same = None if isinstance(surface, MeshSurface) else on_surface(same, surface)

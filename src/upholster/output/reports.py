@@ -19,7 +19,6 @@ from upholster.geometry.patches.surface import Surface
 from upholster.image.elements.lattice import element_of
 from upholster.model.textured_model import TexturedModel
 from upholster.quilt.chart import Chart
-from upholster.quilt.model import Quilt, Texels
 from upholster.runtime.parallel import report_progress
 from upholster.synthesis.paper.method import PaperOptions
 from upholster.synthesis.patch_scene import PatchScene
@@ -164,13 +163,16 @@ def _settled_by_paper(options: PaperOptions, surface: Surface) -> dict[str, str]
     return found
 
 
-def counts_of(surface: AnySurface, quilt: Quilt, texels: Texels) -> dict[str, int]:
-    """Return counts of a covering."""
+def counts_of(model: TexturedModel) -> dict[str, int]:
+    """Return counts of a covered model; of several materials each has its own surface and quilt."""
+    parts = model.parts or (model,)
+    placements = [part.quilt.placements for part in parts if part.quilt is not None]
     # An edge block is on two charts, over their own blocks.
-    placed = len(quilt.placements), int(np.count_nonzero(quilt.placements["layer"])) // 2
-    counts = laid_counts(surface, texels.charts, placed, texels.arrays[0])
-    # One of several materials has islands of its own.
-    return counts | {"texels": covering(quilt.surface, texels.charts)}
+    edges = sum(int(np.count_nonzero(each["layer"])) // 2 for each in placements)
+    placed = sum(map(len, placements)), edges
+    counts = laid_counts(model.surface, model.texels.charts, placed, model.texels.arrays[0])
+    # The texels of one material may be a little larger than those of another.
+    return counts | {"texels": sum(covering(part.surface, part.texels.charts) for part in parts)}
 
 
 def laid_counts(
@@ -199,7 +201,7 @@ def page_counts(model: TexturedModel) -> dict[str, int]:
 
 
 def painted_texels(charts: Sequence[Chart]) -> int:
-    """Return the number of texels of charts: on meshes some lie beside the surface."""
+    """Return the number of texels of charts: on meshes some are not on the surface."""
     return sum(chart.height * chart.width for chart in charts)
 
 

@@ -1,11 +1,11 @@
-"""A chart: the texel grid laid over a part of a surface."""
+"""A chart: the grid of steps laid over a part of a surface."""
 
 from dataclasses import dataclass
 
 __all__ = ["MAX_CHART", "MAX_TEXELS", "Chart"]
 
 MAX_CHART = 16384
-"""Greatest number of texels of a chart, each way."""
+"""Greatest number of steps or texels of a chart, each way."""
 
 MAX_TEXELS = 2**31
 """Greatest number of texels of a layout."""
@@ -13,16 +13,16 @@ MAX_TEXELS = 2**31
 
 @dataclass(frozen=True, slots=True)
 class Chart:
-    """The texel grid laid over a rectangle of one face's parameters, across its patches.
+    """The grid of steps laid over a rectangle of one face's parameters, across its patches; or of texels.
 
     Attributes
     ----------
     face
         Index of the face in its surface.
     height, width
-        Size in texels: rows run along s, columns along t.
+        Number of steps each way: rows run along s, columns along t.
     s0, s1, t0, t1
-        The rectangle of parameters that the chart covers; texel (r, c) is at
+        The rectangle of parameters that the chart covers; step (r, c) is at
         ``s0 + (s1 - s0)·(r + ½)/height``, ``t0 + (t1 - t0)·(c + ½)/width``.
     """
 

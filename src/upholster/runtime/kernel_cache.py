@@ -4,7 +4,7 @@ Numba's own cache keeps an index per function. Processes that compile at the sam
 in it, and it does not notice when a function changes that a kernel calls. Here a file's name identifies its
 content: the kernel, a digest of all its sources, and a digest of its signature and machine. So a folder may
 serve several versions and copies of the program. A file begins with a checksum: a damaged file is deleted,
-and its kernel compiled again. Folders and files of strangers are not used: see `_Files.is_trusted`.
+and its kernel compiled again. Folders and files of other users are not used: see `_Files.is_trusted`.
 
 A wheel for one platform holds such files, too, in `SHIPPED`: from it, the first command compiles nothing.
 """
@@ -72,7 +72,7 @@ class KernelCache(FunctionCache):  # type: ignore[misc]  # numba is untyped
         folder = Path(locator.get_cache_path())
         self._cache_file = _Files(folder, kernel_name(function), Path(locator._py_file))
         if not self._cache_file.is_trusted(folder):
-            _report_stranger(folder)
+            _report_other_user(folder)
             raise RuntimeError("the folder belongs to another user")
 
     @classmethod
@@ -205,7 +205,7 @@ class _Files:
 
 
 @lru_cache
-def _report_stranger(folder: Path) -> None:
+def _report_other_user(folder: Path) -> None:
     warnings.warn(
         f"compiled kernels in {folder} are not used: the folder belongs to another user. They are compiled "
         "at each start, unless NUMBA_CACHE_DIR names your own",

@@ -5,8 +5,8 @@ same arguments: later calls return the same object again. So a stage whose argum
 runs again only if one of those did. Arguments that can be compared count by value, arrays and surfaces by
 identity: arguments and results of a stage are never changed afterwards.
 
-Work that is `cancelled` stops at the next stage or task (see `upholster.runtime.parallel`). If a stage is
-running in one thread, another thread that needs it waits.
+Work that is cancelled stops at the next stage or task: see `upholster.runtime.parallel.cancelled_by`. If a
+stage is running in one thread, another thread that needs it waits.
 """
 
 import functools
@@ -236,7 +236,7 @@ class Stages:
 
 
 def _states(files: Iterable[str]) -> tuple[tuple[str, int, int], ...]:
-    """Return size and time of files; missing files are left out."""
+    """Return name, size and time of files; both are −1 for missing files."""
     found = []
     for name in files:
         try:

@@ -15,8 +15,11 @@ from upholster.base.lengths import parse_length, read_length
 from upholster.base.options.sample_options import SampleOptions
 from upholster.base.options.synthesis_options import SynthesisOptions
 from upholster.base.types import IntArray, PixelArray
+from upholster.charts.directions.direction_image import is_direction_image
+from upholster.charts.directions.strokes import is_stroke_file
 from upholster.charts.maps.map_text import parse_map
 from upholster.charts.maps.surface_map import SurfaceMap
+from upholster.charts.size_map import parse_size_map
 from upholster.image.color import alpha_channel
 from upholster.image.files.collage import Rectangle, combined
 from upholster.image.files.material import Material
@@ -71,8 +74,8 @@ def guidance_files(asked: SynthesisOptions) -> list[str]:
     return list(dict.fromkeys(found))
 
 
-def with_names(asked: SynthesisOptions, name: Callable[[str], str]) -> dict[str, tuple[str, ...]]:
-    """Return guides, labels, zones, regions and pieces by option; `name` gives the new name of each file."""
+def with_names(asked: SynthesisOptions, name: Callable[[str], str]) -> SynthesisOptions:
+    """Return the options with other names of files; `name` returns a file's."""
 
     def map_(text: str) -> str:
         return parse_map(text).named(name)
@@ -88,7 +91,8 @@ def with_names(asked: SynthesisOptions, name: Callable[[str], str]) -> dict[str,
     zones = [parse_zone(text) for text in asked.zone or ()]
     puts = [parse_put(text) for text in asked.put or ()]
     again = [parse_again(text) for text in asked.again or ()]
-    found = {
+    found: dict[str, list[str]] = {
+        "stroke": [name(text) if is_stroke_file(text) else text for text in asked.stroke or ()],
         "guide": [guide(parse_guide(text)) for text in asked.guide or ()],
         "labels": [guide(parse_guide(text)) for text in asked.labels or ()],
         "zone": [str(replace(one, sample=sample(one.sample), target=map_(one.target))) for one in zones],
@@ -97,7 +101,12 @@ def with_names(asked: SynthesisOptions, name: Callable[[str], str]) -> dict[str,
             str(replace(one, piece=sample(one.piece)) if isinstance(one.piece, str) else one) for one in puts
         ],
     }
-    return {option: tuple(texts) for option, texts in found.items() if texts}
+    changes: dict[str, Any] = {option: tuple(texts) for option, texts in found.items() if texts}
+    if is_direction_image(asked.direction):
+        changes["direction"] = name(asked.direction.strip())
+    if asked.size_map is not None:
+        changes["size_map"] = parse_size_map(asked.size_map).named(name)
+    return replace(asked, **changes)
 
 
 def sized_sample(text: str, what: str) -> Sample:

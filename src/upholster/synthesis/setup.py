@@ -208,19 +208,19 @@ def _on_charts(
         block = _block_side(exemplar, options, across, turning, phases)
     text = "strokes" if options.stroke and options.direction is None else direction.text
     return Scene(
-        charted,
-        vectors,
-        fields,
-        _own_options(options, block),
-        turns,
-        field.fold,
-        scale,
-        density,
-        f"{text}, {field.words}",
-        field,
-        sizes,
-        phases,
-        steering_on(ground, exemplar.guidance, block / scale.scale * scale.density / density),
+        charted=charted,
+        vectors=vectors,
+        fields=fields,
+        options=_own_options(options, block),
+        turns=turns,
+        fold=field.fold,
+        scale=scale,
+        density=density,
+        direction=f"{text}, {field.words}",
+        field=field,
+        sizes=sizes,
+        phases=phases,
+        steering=steering_on(ground, exemplar.guidance, block / scale.scale * scale.density / density),
     )
 
 

@@ -120,7 +120,7 @@ def _interrupt(_signal: int, _frame: FrameType | None) -> NoReturn:
 
 
 def _start_quickly() -> None:
-    # Threads of BLAS, which NumPy would start, wait busily beside ours, and our matrices are small.
+    # NumPy would start threads of BLAS, which take processor time while they wait. Our matrices are small.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     # Imports make several hundred thousand objects that stay: the garbage collector would scan them again and
     # again.

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from upholster.apps.cli.command_options import spelled_out
-from upholster.apps.cli.console import check_suffix, compiled, say
+from upholster.apps.cli.console import Quiet, check_suffix, compiled, say
 from upholster.apps.cli.cover import cover, requested_project, uses_of
 from upholster.base.display import number_of
 from upholster.base.errors import InputError, StoppedError, UpholsterError, check_whole
@@ -61,7 +61,7 @@ def batch(
         list[str] | None,
         typer.Option(metavar="DIR", help="Another folder in which jobs may read and write; repeatable."),
     ] = None,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
+    quiet: Quiet = False,
 ) -> None:
     """Run many covers side by side, skipping those that are done.
 

@@ -6,16 +6,17 @@ from typing import Annotated
 import typer
 
 from upholster.apps.cli.command_options import number_or_text
-from upholster.apps.cli.console import byte_count, limits_of, naming, noted, progress_bars, say, share
+from upholster.apps.cli.console import Quiet, byte_count, limits_of, naming, noted, progress_bars, say, share
 from upholster.base.display import in_bytes
 from upholster.base.errors import InputError
 from upholster.base.examples import sample_path
+from upholster.base.formats import IMAGES_READ, IMAGES_WRITTEN
 
 __all__ = ["decode", "encode"]
 
 
 def encode(
-    image: Annotated[str, typer.Argument(help="PNG, JPEG, WebP, TIFF, EXR, HEIC or AVIF.", metavar="IMAGE")],
+    image: Annotated[str, typer.Argument(help=f"{IMAGES_READ}.", metavar="IMAGE")],
     output: Annotated[str, typer.Option("-o", "--output", metavar="FILE.ezw", help="The file to write.")],
     most_bytes: Annotated[
         str | None, typer.Option("--bytes", metavar="N", help="Largest length: 4000, 4k, 4Ki.")
@@ -36,7 +37,7 @@ def encode(
         str | None, typer.Option(help="9/7, 5/3 or haar (the paper's: the largest coefficients first).")
     ] = None,
     levels: Annotated[int | None, typer.Option(help="Levels of the transform, 0 to 10.")] = None,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
+    quiet: Quiet = False,
 ) -> None:
     """Encode an image as an embedded zerotree stream: any prefix of the file is a picture."""
     from upholster.base.files import outputs, write_bytes
@@ -71,9 +72,7 @@ def encode(
 
 def decode(
     file: Annotated[str, typer.Argument(help="A file from `encode`, or its start.", metavar="FILE.ezw")],
-    output: Annotated[
-        str, typer.Option("-o", "--output", metavar="IMAGE", help="PNG, JPEG, WebP, TIFF, EXR.")
-    ],
+    output: Annotated[str, typer.Option("-o", "--output", metavar="IMAGE", help=f"{IMAGES_WRITTEN}.")],
     most_bytes: Annotated[
         str | None, typer.Option("--bytes", metavar="N", help="Use only the first N bytes: 4000, 4k, 4Ki.")
     ] = None,
@@ -84,7 +83,7 @@ def decode(
     most_texels: Annotated[
         str | None, typer.Option("--limit", metavar="4M", help="Refuse an image with more samples.")
     ] = None,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
+    quiet: Quiet = False,
 ) -> None:
     """Decode an image from an embedded zerotree stream, or from its start."""
     from upholster.base.files import outputs, read_bytes

@@ -11,6 +11,7 @@ import typer
 from upholster.apps.cli.console import byte_count, large_count, numbers, share, texel_count, view_angles
 from upholster.base.errors import InputError
 from upholster.base.options.choices import chosen
+from upholster.base.options.option_fields import repeats
 
 __all__ = ["by_name", "number_or_text", "spelled_out"]
 
@@ -22,13 +23,6 @@ _AS_TEXT: dict[str, tuple[_Read, _Write]] = {
     "crop": (lambda text: numbers("crop", text, ",", 4, int), str),
     "resize": (str, str),
     "maps": (lambda texts: by_name("map", "role=file, as roughness=rough.png", texts), str),
-    "part": (tuple, str),
-    "stroke": (tuple, str),
-    "guide": (tuple, str),
-    "labels": (tuple, str),
-    "zone": (tuple, str),
-    "again": (tuple, str),
-    "put": (tuple, str),
     "texels": (texel_count, str),
     "sample_size": (lambda text: number_or_text(text), str),
     "element_size": (lambda text: number_or_text(text), str),
@@ -85,16 +79,9 @@ def _by_part(name: str, texts: list[str]) -> str | dict[str, str]:
 _WORDS: dict[str, Any] = {
     "rectify": tuple[str, str, str, str] | None,
     "maps": list[str] | None,
-    "part": list[str] | None,
     "direction": list[str] | None,
-    "stroke": list[str] | None,
-    "guide": list[str] | None,
-    "labels": list[str] | None,
-    "zone": list[str] | None,
-    "again": list[str] | None,
-    "put": list[str] | None,
 }
-"""Options of several words, or that may be repeated."""
+"""Options of several words, or that are read from several texts; besides those that repeat."""
 
 
 def spelled_out(*, without: Collection[str] = ()) -> Callable[[Callable[..., None]], Callable[..., None]]:
@@ -151,6 +138,8 @@ def _option(entry: "Field[Any]") -> inspect.Parameter:
     if entry.name in _AS_TEXT:
         kind, default = (str | None, None) if default is None else (str, _AS_TEXT[entry.name][1](default))
         kind = _WORDS.get(entry.name, kind)
+    elif repeats(entry):
+        kind = list[str] | None
     option = typer.Option(names, help=about["help"], metavar=about["metavar"], rich_help_panel=about["panel"])
     return _parameter(entry.name, Annotated[kind, option], default)
 

@@ -8,7 +8,9 @@ import threading
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
 
 from upholster.base.errors import FormatError, InputError, printable
 
@@ -23,6 +25,9 @@ if TYPE_CHECKING:  # NumPy, which it imports, would slow down --help
 
 __all__ = [
     "EVERY",
+    "MostTexels",
+    "Quiet",
+    "Threads",
     "add_row",
     "bars",
     "byte_count",
@@ -40,6 +45,18 @@ __all__ = [
     "texel_count",
     "view_angles",
 ]
+
+MostTexels = Annotated[
+    str | None,
+    typer.Option(
+        "--limit", metavar="4M", help="Refuse a stream with more texels; other limits follow from it."
+    ),
+]
+"""The option that `limits_of` reads."""
+
+Threads = Annotated[int | None, typer.Option(help="Threads, 1 to 256; default: one per core.")]
+
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")]
 
 EVERY = 10.0
 """Seconds between two lines of progress if the output is not a terminal."""

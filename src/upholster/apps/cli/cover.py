@@ -6,11 +6,18 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from upholster.apps.cli.command_options import by_name, spelled_out
-from upholster.apps.cli.console import compiled, new_console, progress_bars, say
+from upholster.apps.cli.console import Quiet, Threads, compiled, new_console, progress_bars, say
 from upholster.base.display import in_bytes, number_of, texels_in_words
 from upholster.base.errors import InputError
 from upholster.base.examples import INCLUDED_PREFIX, included_models, included_samples
-from upholster.base.formats import MESH_SUFFIXES, is_model_name, kind_of, outputs_in_words, split_name
+from upholster.base.formats import (
+    IMAGES_READ,
+    MESH_SUFFIXES,
+    is_model_name,
+    kind_of,
+    outputs_in_words,
+    split_name,
+)
 from upholster.base.options.model_options import ModelOptions
 from upholster.base.options.option_fields import differing
 from upholster.base.options.sample_options import SampleOptions
@@ -114,7 +121,7 @@ def cover(
     sample: Annotated[
         list[str] | None,
         typer.Argument(
-            help="The sample: an image (PNG, JPEG, WebP, TIFF, EXR, HEIC, AVIF); or a material's maps, as a "
+            help=f"The sample: an image ({IMAGES_READ}); or a material's maps, as a "
             "folder, a zip file or files named by role, `brick_albedo.png brick_normal.png` …; or an "
             "included one, `sample:bricks` (see `surfaces`). With "
             "--material it covers the other parts, and may be left out.",
@@ -157,7 +164,7 @@ def cover(
     report: Annotated[
         str | None, typer.Option(metavar="FILE", help="Write parameters, counts and times as JSON.")
     ] = None,
-    threads: Annotated[int | None, typer.Option(help="Threads, 1 to 256; default: one per core.")] = None,
+    threads: Threads = None,
     workers: Annotated[
         int | None,
         typer.Option(
@@ -168,7 +175,7 @@ def cover(
         str | None,
         typer.Option(metavar="ADDRESS", help="Use a running Dask cluster instead: tcp://host:8786."),
     ] = None,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
+    quiet: Quiet = False,
 ) -> None:
     """Cover a surface with texture from a sample or a material, and write models and pictures."""
     start = time.perf_counter()

@@ -5,8 +5,9 @@ from typing import Annotated
 
 import typer
 
-from upholster.apps.cli.console import progress_bars, say
+from upholster.apps.cli.console import Quiet, progress_bars, say
 from upholster.base.display import in_bytes
+from upholster.base.formats import IMAGES_READ, IMAGES_WRITTEN
 
 __all__ = ["fill"]
 
@@ -15,7 +16,7 @@ def fill(
     photo: Annotated[
         list[str],
         typer.Argument(
-            help="A photo (PNG, JPEG, WebP, TIFF, EXR, HEIC, AVIF); or a material's maps, as a folder, a zip "
+            help=f"A photo ({IMAGES_READ}); or a material's maps, as a folder, a zip "
             "file or files named by role: all are filled in the same way.",
             metavar="PHOTO",
         ),
@@ -35,7 +36,7 @@ def fill(
             "-o",
             "--output",
             metavar="IMAGE",
-            help="PNG, JPEG, WebP, TIFF, EXR. A material's other maps go next to it: `x_normal.png`.",
+            help=f"{IMAGES_WRITTEN}. A material's other maps go next to it: `x_normal.png`.",
         ),
     ],
     *,
@@ -52,7 +53,7 @@ def fill(
         ),
     ] = None,
     seed: Annotated[int, typer.Option(help="Same seed, same result.")] = 0,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
+    quiet: Quiet = False,
 ) -> None:
     """Fill holes in a photo or a material with the texture around them: outside nothing changes."""
     start = time.perf_counter()

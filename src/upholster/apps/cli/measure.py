@@ -7,6 +7,9 @@ import typer
 
 from upholster.apps.cli.command_options import spelled_out
 from upholster.apps.cli.console import (
+    MostTexels,
+    Quiet,
+    Threads,
     add_row,
     check_suffix,
     limits_of,
@@ -59,15 +62,10 @@ def measure(
             "seams there are listed separately. Default: 75.",
         ),
     ] = None,
-    most_texels: Annotated[
-        str | None,
-        typer.Option(
-            "--limit", metavar="4M", help="Refuse a stream with more texels; other limits follow from it."
-        ),
-    ] = None,
+    most_texels: MostTexels = None,
     json: Annotated[str | None, typer.Option(metavar="FILE", help="Write the figures as JSON.")] = None,
-    threads: Annotated[int | None, typer.Option(help="1 to 256; default: one per core.")] = None,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
+    threads: Threads = None,
+    quiet: Quiet = False,
 ) -> None:
     """Measure a result: seams, scale, fidelity to the sample."""
     import json as codec

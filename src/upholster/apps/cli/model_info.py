@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 
 from upholster.apps.cli.console import add_row, new_console, say
 from upholster.base.display import number_of
+from upholster.base.lengths import METRES
 
 if TYPE_CHECKING:  # NumPy, which they import, would slow down --help
     from upholster.base.types import FloatArray
@@ -13,7 +14,9 @@ if TYPE_CHECKING:  # NumPy, which they import, would slow down --help
 
 __all__ = ["show_model"]
 
-_STEPS = ((1000.0, "km"), (1.0, "m"), (0.01, "cm"), (0.001, "mm"))
+_UNITS = ("km", "m", "cm", "mm")
+"""Units in which sizes are printed."""
+
 _LINES = 200
 """Largest number of parts in the table."""
 
@@ -95,8 +98,8 @@ def _head(model: "ModelFile") -> list[str]:
 def _measured(values: "Sequence[float] | FloatArray", metres: float | None, power: int = 1) -> str:
     """Write lengths, or an area, in a suitable unit."""
     largest = float(max(values)) * (metres or 1.0) ** power
-    size, name = next((step for step in _STEPS if largest >= step[0] ** power), _STEPS[-1])
-    factor = 1.0 if metres is None else (metres / size) ** power
+    name = next((name for name in _UNITS if largest >= METRES[name] ** power), _UNITS[-1])
+    factor = 1.0 if metres is None else (metres / METRES[name]) ** power
     text = " x ".join(_figures(float(value) * factor) for value in values)
     return text if metres is None else f"{text} {name}{'²' if power == 2 else ''}"
 

@@ -5,7 +5,7 @@ from typing import Annotated, Any
 
 import typer
 
-from upholster.apps.cli.console import check_suffix, numbers, progress_bars, say, view_angles
+from upholster.apps.cli.console import Quiet, Threads, check_suffix, numbers, progress_bars, say, view_angles
 from upholster.base.display import in_bytes
 from upholster.base.formats import PICTURES
 
@@ -15,7 +15,7 @@ __all__ = ["picture"]
 def picture(
     model: Annotated[str, typer.Argument(help="A model: .glb, .gltf.", metavar="MODEL")],
     output: Annotated[
-        str, typer.Option("-o", "--output", metavar="FILE", help="The picture: .png, .jpg, .webp or .exr.")
+        str, typer.Option("-o", "--output", metavar="FILE", help=f"The picture: {' '.join(PICTURES)}.")
     ],
     view: Annotated[
         str,
@@ -26,8 +26,8 @@ def picture(
     ] = "30,30",
     size: Annotated[str, typer.Option(metavar="WxH", help="Size of the picture in pixels.")] = "1024x768",
     supersample: Annotated[int, typer.Option(help="Samples per pixel each way, 1 to 8.")] = 2,
-    threads: Annotated[int | None, typer.Option(help="Threads, 1 to 256; default: one per core.")] = None,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
+    threads: Threads = None,
+    quiet: Quiet = False,
 ) -> None:
     """Draw a model with its own textures, from one side or from four."""
     import numpy as np

@@ -5,8 +5,9 @@ from typing import Annotated
 import typer
 
 from upholster.apps.cli.command_options import spelled_out
-from upholster.apps.cli.console import progress_bars, say
+from upholster.apps.cli.console import Quiet, progress_bars, say
 from upholster.base.display import in_bytes
+from upholster.base.formats import IMAGES_READ, IMAGES_WRITTEN
 from upholster.base.options.sample_options import SampleOptions
 
 __all__ = ["prepare"]
@@ -16,17 +17,17 @@ __all__ = ["prepare"]
 def prepare(
     photo: Annotated[
         str,
-        typer.Argument(help="PNG, JPEG, WebP, TIFF, EXR, HEIC or AVIF; or `sample:bricks`.", metavar="PHOTO"),
+        typer.Argument(help=f"{IMAGES_READ}; or `sample:bricks`.", metavar="PHOTO"),
     ],
     output: Annotated[
-        str, typer.Option("-o", "--output", metavar="IMAGE", help="The sample: PNG, JPEG, WebP, TIFF, EXR.")
+        str, typer.Option("-o", "--output", metavar="IMAGE", help=f"The sample: {IMAGES_WRITTEN}.")
     ],
     *,
     preparing: SampleOptions,
     picture: Annotated[
         str | None, typer.Option(metavar="IMAGE", help="Write photo and sample side by side, to compare.")
     ] = None,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
+    quiet: Quiet = False,
 ) -> None:
     """Make a sample from a photo: rectified, cropped, resized, evenly lit, in sRGB."""
     from upholster.covering.photos import prepare_sample

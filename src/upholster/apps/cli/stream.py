@@ -8,6 +8,9 @@ import typer
 from upholster.apps.cli.cad_info import show_cad
 from upholster.apps.cli.command_options import spelled_out
 from upholster.apps.cli.console import (
+    MostTexels,
+    Quiet,
+    Threads,
     add_row,
     byte_count,
     check_suffix,
@@ -37,6 +40,7 @@ from upholster.base.formats import (
     is_model_name,
     suffixes_of,
 )
+from upholster.base.lengths import METRES
 from upholster.base.options.write_options import WriteOptions
 
 __all__ = ["info", "levels", "refine"]
@@ -76,15 +80,10 @@ def refine(
         str | None,
         typer.Option(metavar="7%", help="Take this share of the sample's coefficients, with all placements."),
     ] = None,
-    most_texels: Annotated[
-        str | None,
-        typer.Option(
-            "--limit", metavar="4M", help="Refuse a stream with more texels; other limits follow from it."
-        ),
-    ] = None,
+    most_texels: MostTexels = None,
     writing: WriteOptions,
-    threads: Annotated[int | None, typer.Option(help="Threads, 1 to 256; default: one per core.")] = None,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
+    threads: Threads = None,
+    quiet: Quiet = False,
 ) -> None:
     """Write models and pictures from a stream, or from its start."""
     from upholster.codec.stream.prefix import Limit
@@ -124,14 +123,9 @@ def info(
         ),
     ],
     unit: Annotated[
-        str | None, typer.Option(metavar="mm", help="Unit of a model's file: m, dm, cm, mm, km, in or ft.")
+        str | None, typer.Option(metavar="mm", help=f"Unit of a model's file: {', '.join(METRES)}.")
     ] = None,
-    most_texels: Annotated[
-        str | None,
-        typer.Option(
-            "--limit", metavar="4M", help="Refuse a stream with more texels; other limits follow from it."
-        ),
-    ] = None,
+    most_texels: MostTexels = None,
 ) -> None:
     """Show the contents of a stream or a project; a model's parts and their defects; a surface's patches."""
     file = model_path(file)
@@ -186,18 +180,13 @@ def _show_stream(stream: str, most_texels: str | None) -> None:
 
 def levels(
     stream: Annotated[str, typer.Argument(help="A stream, or the start of one.", metavar="FILE.uph")],
-    output: Annotated[str, typer.Option("-o", "--output", metavar="PICTURE", help="PNG, JPEG or WebP.")],
+    output: Annotated[str, typer.Option("-o", "--output", metavar="PICTURE", help=" ".join(LDR_PICTURES))],
     curve: Annotated[bool, typer.Option("--curve", help="Plot quality over bytes instead.")] = False,
-    most_texels: Annotated[
-        str | None,
-        typer.Option(
-            "--limit", metavar="4M", help="Refuse a stream with more texels; other limits follow from it."
-        ),
-    ] = None,
+    most_texels: MostTexels = None,
     size: Annotated[str, typer.Option(metavar="WxH", help="Size of each picture in pixels.")] = "400x320",
     view: Annotated[str, typer.Option(metavar="AZ,EL", help="Azimuth and elevation in degrees.")] = "30,30",
-    threads: Annotated[int | None, typer.Option(help="Threads, 1 to 256; default: one per core.")] = None,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
+    threads: Threads = None,
+    quiet: Quiet = False,
 ) -> None:
     """Show a stream at 3, 5, 7 and 15 % of its coefficients and complete (the paper's figure 13)."""
     from upholster.base.files import outputs, read_bytes

@@ -2,20 +2,14 @@
 
 import os
 import time
-from typing import Annotated
 
-import typer
-
-from upholster.apps.cli.console import bars, say
+from upholster.apps.cli.console import Quiet, Threads, bars, say
 from upholster.base.errors import InputError
 
 __all__ = ["warm"]
 
 
-def warm(
-    threads: Annotated[int | None, typer.Option(help="Threads, 1 to 256; default: one per core.")] = None,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
-) -> None:
+def warm(threads: Threads = None, quiet: Quiet = False) -> None:
     """Compile all kernels for this machine now, for images and CI, instead of at their first use."""
     start = time.perf_counter()
     from upholster.runtime.kernel_cache import KernelCache

@@ -1,7 +1,7 @@
 """Projects as files: `chair.upholster.json`, JSON with names of files relative to its folder.
 
-A file may come from a stranger. It can name only files in its own folder, and in folders that the caller
-allows.
+A file may come from an untrusted source. It can name only files in its own folder, and in folders that the
+caller allows.
 """
 
 import hashlib
@@ -22,10 +22,8 @@ from upholster.base.options.choices import seed_number
 from upholster.base.options.option_fields import differing
 from upholster.base.options.sample_options import SampleOptions
 from upholster.base.options.synthesis_options import SynthesisOptions
-from upholster.charts.directions.direction_image import is_direction_image
-from upholster.charts.directions.strokes import is_stroke_file, stroke_texts
+from upholster.charts.directions.strokes import stroke_texts
 from upholster.charts.maps.map_text import parse_map
-from upholster.charts.size_map import parse_size_map
 from upholster.charts.surface_to_cover import CoveredLike, covered_files
 from upholster.covering.pins import MOST_PINNED, Pinned
 from upholster.image.files.source import Sample, Source
@@ -110,7 +108,7 @@ class _Reader:
         if version != _VERSION:
             raise FormatError(f"upholster is {version!r}; allowed: {_VERSION}, the version of the format")
         options = {key: self.options(kind, known.get(key, {}), key) for key, kind in KINDS.items()}
-        options["synthesis"] = self.with_files(options["synthesis"])
+        options["synthesis"] = with_names(options["synthesis"], self.file_or_folder)
         materials = known.get("materials", {})
         if not isinstance(materials, dict):
             raise FormatError("materials is not an object; allowed: samples by the names of parts")
@@ -124,19 +122,6 @@ class _Reader:
         )
         return replace(found, notes=tuple(self.changed(known.get("files", {}))))
 
-    def with_files(self, asked: SynthesisOptions) -> SynthesisOptions:
-        """Return options with the paths of the files that they name."""
-        found: dict[str, Any] = dict(with_names(asked, self.file_or_folder))
-        if asked.stroke:
-            found["stroke"] = tuple(
-                self.file(text) if is_stroke_file(text) else text for text in asked.stroke
-            )
-        if is_direction_image(asked.direction):
-            found["direction"] = self.file(asked.direction.strip())
-        if asked.size_map is not None:
-            found["size_map"] = parse_size_map(asked.size_map).named(self.file)
-        return replace(asked, **found)
-
     def pinned(self, data: Any, depth: int = 1) -> Pinned:
         known = _object(data, "pinned", ("regions", "synthesis", "seed", "before"))
         regions = known.get("regions")
@@ -147,7 +132,9 @@ class _Reader:
         before = known.get("before")
         return Pinned(
             tuple(parse_map(one).named(self.file) for one in regions),
-            self.with_files(self.options(SynthesisOptions, known.get("synthesis", {}), "pinned")),
+            with_names(
+                self.options(SynthesisOptions, known.get("synthesis", {}), "pinned"), self.file_or_folder
+            ),
             seed_number(known.get("seed", 0)),
             None if before is None else self.pinned(before, depth + 1),
         )
@@ -283,14 +270,9 @@ class _Keeper:
 
     def synthesis(self, asked: SynthesisOptions) -> dict[str, Any]:
         """Return options as a file stores them, with the names of their files."""
-        written = _written(asked) | with_names(asked, lambda file: str(self.source(Sample(file))))
         if asked.stroke:
-            written["stroke"] = stroke_texts(asked.stroke)
-        if is_direction_image(asked.direction):
-            written["direction"] = self.kept(asked.direction.strip())
-        if asked.size_map is not None:
-            written["size_map"] = parse_size_map(asked.size_map).named(self.kept)
-        return written
+            asked = replace(asked, stroke=stroke_texts(asked.stroke))
+        return _written(with_names(asked, lambda file: str(self.source(Sample(file)))))
 
     def pinned(self, pinned: Pinned) -> dict[str, Any]:
         written: dict[str, Any] = {

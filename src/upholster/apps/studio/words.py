@@ -15,13 +15,12 @@ from upholster.base.formats import PROJECT_SUFFIX
 from upholster.base.options.choices import Options
 from upholster.base.options.option_fields import differing
 from upholster.base.options.sample_options import SampleOptions
-from upholster.charts.size_map import parse_size_map
+from upholster.base.options.synthesis_options import SynthesisOptions
+from upholster.base.options.write_options import RELIEF
 from upholster.image.files.source import Sample
+from upholster.synthesis.guidance_reader import with_names
 
 __all__ = ["command", "file_names", "flat", "python", "stem"]
-
-_RELIEF = ("displace", "displace_by", "mid_level", "keep", "triangles")
-"""Options of a relief in the mesh."""
 
 
 def command(project: Project, folder: Path) -> str:
@@ -77,7 +76,7 @@ def python(project: Project, folder: Path) -> str:
         inner = ", ".join(f"{part!r}: {_spelled(one)}" for part, one in project.materials.items())
         named["materials"] = f"{{{inner}}}"
     for kind in KINDS:
-        if changed := differing(getattr(project, kind)):
+        if changed := differing(_renamed(getattr(project, kind))):
             named[kind] = repr(changed)
     if project.seed:
         named["seed"] = str(project.seed)
@@ -89,11 +88,11 @@ def python(project: Project, folder: Path) -> str:
 
 def flat(project: Project) -> Project:
     """Return a project without a relief in the mesh: only some kinds of files can have one."""
-    return project.change(**dict.fromkeys(_RELIEF))
+    return project.change(**dict.fromkeys(RELIEF))
 
 
 def _no_relief(project: Project) -> str:
-    return ", ".join(f"{name}=None" for name in differing(project.writing) if name in _RELIEF)
+    return ", ".join(f"{name}=None" for name in differing(project.writing) if name in RELIEF)
 
 
 def _has_all(project: Project, folder: Path) -> bool:
@@ -132,35 +131,36 @@ def _spelled(sample: Sample) -> str:
     words = [repr(names[0] if len(names) == 1 else names)]
     if sample.size is not None:
         words.append(repr(sample.size))
-    if changed := differing(sample.options):
+    if changed := differing(_renamed(sample.options)):
         words.append(f"options={changed!r}")
     return f"upholster.Sample({', '.join(words)})"
 
 
+def _renamed(options: Options) -> Options:
+    """Return options with the names of files as the user has them."""
+    if isinstance(options, SampleOptions):
+        return options.renamed(_name)
+    return with_names(options, _name) if isinstance(options, SynthesisOptions) else options
+
+
 def _flags(options: Options) -> Iterator[str]:
     """Yield options that are not defaults, in the form of the command line."""
-    if isinstance(options, SampleOptions):
-        options = options.renamed(_name)
     about = {entry.name: entry.metadata for entry in fields(options)}
-    for name, value in differing(options).items():
+    for name, value in differing(_renamed(options)).items():
         flag = about[name]["flag"] or "--" + name.replace("_", "-")
         if isinstance(value, bool):
             yield flag if value else f"--no-{flag.removeprefix('--')}"
             continue
-        for text in _texts(name, value, "x" if "WxH" in (about[name]["metavar"] or "") else ","):
+        for text in _texts(value, "x" if "WxH" in (about[name]["metavar"] or "") else ","):
             yield from (flag, text)
 
 
-def _texts(name: str, value: Any, between: str) -> list[str]:
-    if name == "direction" and isinstance(value, str):
-        return [_name(value)]
-    if name == "size_map":
-        return [parse_size_map(value).named(_name)]
+def _texts(value: Any, between: str) -> list[str]:
     if isinstance(value, Mapping):
         return [f"{key}={one}" for key, one in value.items()]
     if isinstance(value, (tuple, list)):
-        if name in ("part", "stroke"):
-            return [str(one) for one in value]
+        if value and all(isinstance(one, str) for one in value):
+            return list(value)  # each is an option of its own
         if value and isinstance(value[0], tuple):
             return [" ".join(_joined(corner, ",") for corner in value)]
         return [_joined(value, between)]

@@ -32,7 +32,8 @@ from upholster.apps.studio.overlays import segments
 from upholster.apps.studio.uncovered import plain_streams
 from upholster.apps.studio.words import flat
 from upholster.base.errors import CancelledError, InputError, UpholsterError
-from upholster.base.formats import split_name
+from upholster.base.formats import kind_of, split_name
+from upholster.base.lengths import METRES
 from upholster.base.options.write_options import WriteOptions
 from upholster.base.types import FloatArray
 from upholster.codec.stream.sample import fitting_side
@@ -59,9 +60,6 @@ _HERE = "files that were dropped here"
 
 _SHOWN = 4
 """Number of recent looks that can still be saved."""
-
-_PRINTED = (".3mf", ".stl")
-"""Suffixes of files for printers."""
 
 _QUIET = 0.1
 """Seconds between two progress messages of the same stage."""
@@ -330,7 +328,8 @@ class _Work:
                 _save_project(project, folder)
             else:
                 prefix, place = split_name(target)
-                relief = self.in_relief(project, depth) if place.lower().endswith(_PRINTED) else flat(project)
+                kind = kind_of(prefix, place)
+                relief = self.in_relief(project, depth) if kind and kind.solid else flat(project)
                 notes += relief.cover([f"{prefix}{folder / os.path.basename(place)}"]).notes
         files = sorted(one for one in folder.iterdir() if one.is_file())
         listed = [{"name": one.name, "bytes": one.stat().st_size} for one in files]
@@ -386,8 +385,7 @@ def _any(project: Project) -> Sample:
 
 
 def _unit_name(metres: float) -> str | None:
-    known = {"mm": 0.001, "cm": 0.01, "dm": 0.1, "m": 1.0, "km": 1000.0, "in": 0.0254, "ft": 0.3048}
-    return next((name for name, size in known.items() if abs(size - metres) < 1e-9 * metres), None)
+    return next((name for name, size in METRES.items() if abs(size - metres) < 1e-9 * metres), None)
 
 
 def _streams(requests: Sequence[Request], look: Look) -> list[bytes]:

@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field
 
 from upholster.base.errors import InputError
+from upholster.base.lengths import METRES
 from upholster.base.options.option_fields import about, documented, settle_types
 
 __all__ = ["ModelOptions"]
@@ -43,7 +44,7 @@ class ModelOptions:
         default=None,
         metadata=about(
             _MODEL,
-            "The file's unit, if the file does not state it: mm, cm, m, in, ft. In glTF, which is "
+            f"The file's unit, if the file does not state it: {', '.join(METRES)}. In glTF, which is "
             "in metres, another unit changes only how lengths such as `30cm` are read.",
             metavar="UNIT",
         ),
@@ -73,8 +74,6 @@ class ModelOptions:
     )
 
     def __post_init__(self) -> None:
-        if isinstance(self.part, str):
-            object.__setattr__(self, "part", (self.part,))
         settle_types(self)
         if self.uv not in ("new", "keep"):
             raise InputError(f"uv is {self.uv!r}; allowed: new, keep")

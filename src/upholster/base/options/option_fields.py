@@ -1,7 +1,7 @@
 """Fields of options: their metadata, and the types that their values are converted to."""
 
 from collections.abc import Sequence
-from dataclasses import fields
+from dataclasses import Field, fields
 from inspect import cleandoc
 from numbers import Integral, Real
 from types import UnionType
@@ -10,7 +10,7 @@ from typing import Any, Literal, get_args, get_origin
 from upholster.base.display import on_a_line
 from upholster.base.errors import InputError
 
-__all__ = ["METHODS", "about", "differing", "documented", "members", "settle_types"]
+__all__ = ["METHODS", "about", "differing", "documented", "members", "repeats", "settle_types"]
 
 METHODS = ("quilt", "paper", "pixel")
 
@@ -52,8 +52,16 @@ def differing(options: Any) -> dict[str, Any]:
     return {name: value for name, (value, default) in values.items() if value != default}
 
 
+def repeats(entry: "Field[Any]") -> bool:
+    """Return whether an option is several texts, each written as an option of its own."""
+    return entry.type == tuple[str, ...] | None
+
+
 def settle_types(options: Any) -> None:
-    """Bring each option to its type: NumPy's numbers to Python's, lists to tuples; refuse others."""
+    """Bring each option to its type: NumPy's numbers to Python's, lists to tuples; refuse others.
+
+    A text alone becomes a tuple of one text if its option `repeats`.
+    """
     for entry in fields(options):
         if isinstance(entry.type, str):  # the direction, which has many forms
             continue
@@ -82,6 +90,8 @@ def _as_kind(kind: Any, value: Any) -> list[Any]:
         return [float(value)] if isinstance(value, Real) else []
     if kind is str:
         return [value] if isinstance(value, str) else []
+    if kind == tuple[str, ...] and isinstance(value, str):
+        return [(value,)]
     if get_origin(kind) is tuple and not isinstance(value, (str, bytes)):
         parts = members(value)
         if get_args(kind)[1:] == (Ellipsis,):

@@ -209,7 +209,8 @@ class SynthesisOptions:
         default=None,
         metadata=about(
             _SYNTHESIS,
-            "Side of a block in pixels of the sample, 8 to 512. Default: 5/16 of its shorter side, less "
+            "Side of a block in pixels of the sample, 8 to 512. Default: 3/8 of its shorter "
+            "side, 5/16 if it repeats in two directions, less "
             "on curved surfaces. With method paper in texels, a multiple of 2^levels up to 256; default 32.",
             only=("quilt", "paper"),
         ),
@@ -324,9 +325,6 @@ class SynthesisOptions:
         return on_a_line(self, differing(self))
 
     def __post_init__(self) -> None:
-        for name in ("stroke", "guide", "labels", "zone", "again", "put"):
-            if isinstance(getattr(self, name), str):
-                object.__setattr__(self, name, (getattr(self, name),))
         settle_types(self)
         object.__setattr__(self, "direction", _direction_text(self.direction))
         if self.method not in METHODS:

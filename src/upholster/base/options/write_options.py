@@ -11,7 +11,7 @@ from upholster.base.formats import OUTPUTS, suffixes_of
 from upholster.base.lengths import read_length
 from upholster.base.options.option_fields import about, differing, documented, settle_types
 
-__all__ = ["QUALITY", "Quality", "TextureFormat", "WriteOptions", "check_quality"]
+__all__ = ["QUALITY", "RELIEF", "Quality", "TextureFormat", "WriteOptions", "check_quality"]
 
 DISPLACED_BY = ("height", "luminance")
 
@@ -21,6 +21,9 @@ QUALITY = 46.0
 """PSNR in dB at which a sample's stream ends by default: no loss is visible above it (docs/decisions.md)."""
 
 Quality = float | Literal["lossless"]
+
+RELIEF = ("displace", "displace_by", "mid_level", "keep", "triangles")
+"""Options of a relief in the mesh; all others need the first."""
 
 _OUTPUT, _STREAM = "Output", "Stream"
 
@@ -226,7 +229,7 @@ class WriteOptions:
 
     def _check_displacement(self) -> None:
         if self.displace is None:
-            for name in ("displace_by", "mid_level", "keep", "triangles"):
+            for name in RELIEF[1:]:
                 if name in differing(self):
                     raise InputError(f"{name} is given without displace; allowed: with it")
             return

@@ -1,12 +1,9 @@
 """Hot loops over the triangles of a mesh: connected regions, and averages at vertices."""
 
 import numpy as np
-from numpy.typing import NDArray
 
-from upholster.base.types import FloatArray, IntArray
+from upholster.base.types import ComplexArray, FloatArray, IntArray
 from upholster.runtime.jit import allocating_kernel, inline, kernel
-
-ComplexArray = NDArray[np.complex128]
 
 _CARRY_ROUNDS = 10
 """Rounds in which carried directions are set to the mean of their neighbours."""

@@ -64,8 +64,7 @@ class Direction:
     text
         The text as the user writes it: see `parse_direction`.
     kind
-        ``"level"``, ``"smooth"``, ``"curvature"``, ``"edges"``, ``"vectors"`` or ``"image"``; on patches also
-        ``"u"`` and ``"v"``.
+        A word of `direction_words.DIRECTIONS`, ``"vectors"`` or ``"image"``.
     angle
         Degrees by which the finished field is turned, clockwise seen from outside.
     vectors
@@ -102,14 +101,12 @@ def parse_direction(wanted: str | Vectors | ArrayLike | Direction, *, patches: b
     Parameters
     ----------
     wanted
-        ``level`` (to the right, seen from outside, along lines of equal z), ``smooth`` (as few turns as the
-        shape allows), ``curvature`` (the way in which the surface is bent outward most), ``edges`` (along and
-        across sharp edges and borders), a number (degrees, clockwise seen from outside, from u on patches and
-        from level elsewhere), ``x``, ``y``, ``z`` or a vector ``x,y,z`` (projected on the surface),
-        ``around:z`` (or another axis, through the origin, as a right-handed screw turns); a function of
-        points (n, 3), in model units, to vectors (n, 3); or an array of vectors (V, 3), one for each vertex.
-        Or an image's file, see `read_direction_image`, over the model's texture coordinates; over each face's
-        parameters on patches.
+        A word for all surfaces, see `direction_words.DIRECTIONS`; a number (degrees, clockwise seen from
+        outside, from u on patches and from level elsewhere), ``x``, ``y``, ``z`` or a vector ``x,y,z``
+        (projected on the surface), ``around:z`` (or another axis, through the origin, as a right-handed screw
+        turns); a function of points (n, 3), in model units, to vectors (n, 3); or an array of vectors (V, 3),
+        one for each vertex. Or an image's file, see `read_direction_image`, over the model's texture
+        coordinates; over each face's parameters on patches.
     patches
         Whether the surface consists of patches: there it may also be ``u`` (along the patches' t: to the
         right along rows of texels) or ``v`` (along s).

@@ -7,8 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.base.errors import InputError
-from upholster.base.types import FloatArray
-from upholster.charts._multigrid_kernels import ComplexArray
+from upholster.base.types import ComplexArray, FloatArray
 from upholster.charts.directions.direction import Direction, TriangleVectors
 from upholster.charts.directions.field_solution import spread_evenly
 from upholster.charts.directions.frames import PlaneFrames, power
@@ -52,8 +51,8 @@ class DirectionRequest:
     fold
         1, 2 or 4: opposite directions, or those at right angles too, count as one.
     least
-        A region follows its wishes if they cover at least this share of its area: on a flat side, a few bad
-        triangles may have wishes by accident.
+        A region follows its requests if they cover at least this share of its area: on a flat side, a few bad
+        triangles may have requests by accident.
     corners
         (T, 3, 3) the directions asked for at the triangles' corners, in their planes; lengths are
         confidences. None where directions are known only for triangles.

@@ -8,8 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from upholster.base.display import Shown, on_a_line
 from upholster.base.errors import InputError
-from upholster.base.types import FloatArray, IntArray, frozen_array
-from upholster.charts._multigrid_kernels import ComplexArray
+from upholster.base.types import ComplexArray, FloatArray, IntArray, frozen_array
 from upholster.charts.directions._kernels import comb, corner_fans, take_branches, vertex_vectors
 from upholster.charts.directions.coordinate_directions import vectors_on_coordinates
 from upholster.charts.directions.direction import Direction, Vectors, parse_direction
@@ -91,7 +90,7 @@ class DirectionField(Shown):
         found: FloatArray = self.mesh.positions[self.singular]
         return found
 
-    def as_faces_run(self, asked: FloatArray) -> FloatArray:
+    def with_flat_faces(self, asked: FloatArray) -> FloatArray:
         """Return directions asked for at corners, (T, 3, 3), but flat faces' own directions on these."""
         return np.where((self.face >= 0)[:, None, None], self.corner_vectors, asked)
 

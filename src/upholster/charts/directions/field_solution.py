@@ -10,8 +10,8 @@ Here the unknowns are on triangles, so that creases are edges that no direction 
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.base.types import FloatArray, IntArray
-from upholster.charts._multigrid_kernels import ComplexArray, Rows
+from upholster.base.types import ComplexArray, FloatArray, IntArray
+from upholster.charts._multigrid_kernels import Rows
 from upholster.charts.directions.frames import PlaneFrames, power
 from upholster.charts.multigrid import Multigrid, hermitian, smallest_eigenvectors, solve, unit_complex
 
@@ -47,13 +47,13 @@ def field_power(
     confidence
         (T,) 0 to 1: 1 is followed closely, 0 is ignored.
     prior
-        (T,) powers of any size: where smoothness leaves a choice, a region without wishes resembles these.
+        (T,) powers of any size: where smoothness leaves a choice, a region without requests resembles these.
     symmetry
         1, 2 or 4.
     size
         The model's size.
     least
-        A region follows its wishes if they cover at least this share of its area.
+        A region follows its requests if they cover at least this share of its area.
     """
     rows = _energy(frames, symmetry)
     heard, force = _forces(frames, confidence, size, least)
@@ -69,7 +69,7 @@ def field_power(
 def followed(
     frames: PlaneFrames, request: ComplexArray, confidence: FloatArray, size: float, least: float
 ) -> ComplexArray:
-    """Return wishes with their signs (T,), interpolated smoothly: longer where they agree.
+    """Return requests with their signs (T,), interpolated smoothly: longer where they agree.
 
     Parameters as for `field_power`. 0 in regions that have no request.
     """
@@ -134,8 +134,8 @@ def _smoothest(
 def _filled(
     rows: Rows, areas: FloatArray, force: FloatArray, request: ComplexArray, tolerance: float = 1e-4
 ) -> ComplexArray:
-    """Return the smooth field that follows the wishes, each with its force."""
-    # A tiny diagonal term keeps regions without wishes solvable.
+    """Return the smooth field that follows the requests, each with its force."""
+    # A tiny diagonal term keeps regions without requests solvable.
     grid = Multigrid(rows._replace(diagonal=rows.diagonal + force + 1e-9 * areas / areas.max()))
     return solve(grid, force * request, np.where(force > 0, request, 0.0), tolerance=tolerance)
 

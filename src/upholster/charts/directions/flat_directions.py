@@ -5,8 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.base.types import FloatArray, IntArray
-from upholster.charts._multigrid_kernels import ComplexArray
+from upholster.base.types import ComplexArray, FloatArray, IntArray
 from upholster.charts.directions.direction_request import DirectionRequest, level_confidence
 from upholster.charts.directions.flats import FaceBorder, flat_faces, mean_planes
 from upholster.charts.directions.frames import PlaneFrames, power, root
@@ -120,7 +119,7 @@ class _Planes:
 class _Adjacent:
     """Directions asked for across the edges around faces, (B,): powers, carried over; `trust` 0 for none.
 
-    The wishes' confidence does not count: right next to a lid with rounded edges it is almost zero.
+    The requests' confidence does not count: right next to a lid with rounded edges it is almost zero.
     """
 
     power: ComplexArray

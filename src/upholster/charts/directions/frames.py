@@ -5,8 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.base.types import FloatArray, IntArray
-from upholster.charts._multigrid_kernels import ComplexArray
+from upholster.base.types import ComplexArray, FloatArray, IntArray
 from upholster.charts.directions._kernels import regions
 from upholster.geometry.meshes.triangle_mesh import TriangleMesh
 

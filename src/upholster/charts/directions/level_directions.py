@@ -46,7 +46,7 @@ def requested_at_corners(
     -------
     ndarray or None
         (T, 3, 3); lengths are the sine of the angle between the direction asked for and the normal, times its
-        weight. None for ``smooth``, ``curvature`` and ``edges``, which only a field can determine.
+        weight. None for other words of `direction_words.DIRECTIONS`, which only a field can determine.
 
     Raises
     ------

@@ -3,8 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.base.types import FloatArray
-from upholster.charts._multigrid_kernels import ComplexArray
+from upholster.base.types import ComplexArray, FloatArray
 from upholster.charts.directions._kernels import around_vertices
 from upholster.charts.directions.frames import PlaneFrames, power
 from upholster.geometry.meshes.triangle_mesh import TriangleMesh

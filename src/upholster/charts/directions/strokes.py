@@ -9,8 +9,7 @@ from numpy.typing import ArrayLike
 
 from upholster.base.errors import FormatError, InputError
 from upholster.base.json_text import read_json
-from upholster.base.types import FloatArray, IntArray
-from upholster.charts._multigrid_kernels import ComplexArray
+from upholster.base.types import ComplexArray, FloatArray, IntArray
 from upholster.charts.directions._kernels import carry_from, near_by, nearest_triangles
 from upholster.charts.directions.direction import NUMBER
 from upholster.charts.directions.direction_request import DirectionRequest

@@ -1,14 +1,11 @@
 """Hot loops of `upholster.charts.phases`."""
 
 import numpy as np
-from numpy.typing import NDArray
 
-from upholster.base.types import FloatArray, IntArray
+from upholster.base.types import ComplexArray, FloatArray, IntArray
 from upholster.runtime.jit import inline, kernel
 
 __all__ = ["carry_phases", "first_members", "nearest_parts"]
-
-ComplexArray = NDArray[np.complex128]
 
 
 @inline

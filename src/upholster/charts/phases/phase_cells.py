@@ -5,9 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.base.types import FloatArray, IntArray
+from upholster.base.types import ComplexArray, FloatArray, IntArray
 from upholster.base.vectors import unit_vectors
-from upholster.charts._multigrid_kernels import ComplexArray
 from upholster.charts.charted_surface import ChartedSurface
 from upholster.charts.mesh_warp_fields import triangle_frames
 from upholster.charts.phases._kernels import first_members, nearest_parts

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from upholster.base.types import FloatArray, IntArray
-from upholster.charts._multigrid_kernels import ComplexArray, Rows
+from upholster.base.types import ComplexArray, FloatArray, IntArray
+from upholster.charts._multigrid_kernels import Rows
 from upholster.charts.multigrid import Multigrid, hermitian, smallest_eigenvectors, solve, unit_complex
 from upholster.charts.phases._kernels import carry_phases, first_members
 from upholster.charts.phases.links import Links, signed

@@ -4,11 +4,23 @@ import struct
 import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from upholster.base.errors import FormatError
 from upholster.codec.stream.byte_reader import ByteReader, varint
 
-__all__ = ["MAGIC", "MAX_FILE", "VERSION", "Chunk", "ChunkReader", "assembled", "header", "pack_chunk"]
+__all__ = [
+    "CHUNK_KINDS",
+    "MAGIC",
+    "MAX_FILE",
+    "VERSION",
+    "Chunk",
+    "ChunkKind",
+    "ChunkReader",
+    "assembled",
+    "header",
+    "pack_chunk",
+]
 
 MAGIC = b"uph"
 VERSION = 3
@@ -17,6 +29,44 @@ MAX_FILE = 2**30
 MOST_CHUNKS = 4096
 _CRC = struct.Struct("<I")
 _LONGEST_HEADER = 14
+
+
+class ChunkKind(NamedTuple):
+    """A kind of chunk.
+
+    Attributes
+    ----------
+    title
+        Its contents, in words.
+    needs
+        The chunks that must precede it: of each group of letters at least one.
+    longest
+        Maximum length of its payload in bytes; None for a chunk that is decoded as its bytes arrive.
+    repeats
+        Whether a stream may have several.
+    """
+
+    title: str
+    needs: tuple[str, ...] = ()
+    longest: int | None = None
+    repeats: bool = False
+
+
+CHUNK_KINDS = {
+    "B": ChunkKind("base", longest=2**26, repeats=True),
+    "S": ChunkKind("surface", longest=2**26),
+    "L": ChunkKind("layout", ("S",), longest=2**24),
+    "X": ChunkKind("exemplar's header", ("LB",), longest=2**12),
+    "D": ChunkKind("exemplar", ("X",), repeats=True),
+    "F": ChunkKind("warp fields", ("X", "L"), longest=2**23),
+    "Q": ChunkKind("grids of cells, numbers of placements", ("X", "L"), longest=2**23),
+    "N": ChunkKind("nodes of the warp fields", ("F",), repeats=True),
+    "P": ChunkKind("placements", ("Q",), repeats=True),
+    "M": ChunkKind("labels", ("P",), repeats=True),
+    "R": ChunkKind("a further map's header", ("X",), longest=2**12, repeats=True),
+    "E": ChunkKind("a further map", ("R",), repeats=True),
+}
+"""The chunks by their letters; decoders in JavaScript have the same in `web/uph/chunks.js`."""
 
 
 def header(total: int, view: int) -> bytes:

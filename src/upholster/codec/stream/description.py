@@ -9,7 +9,7 @@ from upholster.base.errors import FormatError
 from upholster.base.limits import Limits
 from upholster.base.types import PixelArray
 from upholster.codec.stream.byte_reader import ByteReader
-from upholster.codec.stream.chunks import Chunk
+from upholster.codec.stream.chunks import CHUNK_KINDS, Chunk
 from upholster.codec.stream.mesh.mesh_code import MAX_TRIANGLES
 from upholster.codec.stream.reader import StreamDecoder
 from upholster.geometry.meshes.triangle_mesh import MeshSurface
@@ -18,21 +18,6 @@ from upholster.geometry.patches.surface import Surface
 __all__ = ["ChunkRow", "Description", "Readable", "describe"]
 
 SIZES = (1000, 2000, 4000, 8000, 16000)
-
-_TITLES = {
-    "B": "base",
-    "S": "surface",
-    "L": "layout",
-    "X": "exemplar's header",
-    "D": "exemplar",
-    "F": "warp fields",
-    "Q": "grids of cells, numbers of placements",
-    "N": "nodes of the warp fields",
-    "P": "placements",
-    "M": "labels",
-    "R": "a further map's header",
-    "E": "a further map",
-}
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,7 +139,8 @@ def _row(chunk: Chunk, decoder: StreamDecoder, data: bytes) -> ChunkRow:
 
 
 def _holds(chunk: Chunk, decoder: StreamDecoder, data: bytes) -> str:
-    title = _TITLES.get(chunk.tag, "unknown, skipped")
+    kind = CHUNK_KINDS.get(chunk.tag)
+    title = "unknown, skipped" if kind is None else kind.title
     if chunk.tag == "B" and chunk.verified:
         triangles = ByteReader(data[chunk.payload_offset :]).varint("triangles", MAX_TRIANGLES)
         return f"{title}: {number_of(triangles, 'triangle')}, until surface and layout have arrived"

@@ -54,7 +54,7 @@ class PlanCode:
 
 
 def encode_plan(quilt: Quilt) -> PlanCode:
-    """Encode a quilt's placements and labels; its warp fields are coded elsewhere, see `warp_fields`.
+    """Encode a quilt's placements and labels; warp fields are coded by `field_chunks`.
 
     Raises
     ------

@@ -11,7 +11,7 @@ from upholster.codec.partial_image import ImageDecoder
 from upholster.codec.stream.base_chunk import MOST_BASES, Base, parse_base
 from upholster.codec.stream.budget import check_cell_budget, check_chart_budget, check_sample_budget
 from upholster.codec.stream.byte_reader import ByteReader
-from upholster.codec.stream.chunks import Chunk, ChunkReader
+from upholster.codec.stream.chunks import CHUNK_KINDS, Chunk, ChunkReader
 from upholster.codec.stream.field_chunks import FieldDecoder
 from upholster.codec.stream.layout_chunk import parse_layout
 from upholster.codec.stream.maps import FIRST_ROLE, MAX_MAP_SAMPLES, MOST_SIDE, parse_role
@@ -27,14 +27,6 @@ from upholster.quilt.painting import painted_charts
 from upholster.runtime.parallel import running
 
 __all__ = ["StreamDecoder", "read_stream"]
-
-# The chunks that must precede each chunk: of each group at least one.
-_NEEDS: dict[str, tuple[str, ...]] = {
-    **{"B": (), "S": (), "L": ("S",), "X": ("LB",), "D": ("X",), "F": ("X", "L"), "Q": ("X", "L")},
-    **{"N": ("F",), "P": ("Q",), "M": ("P",), "R": ("X",), "E": ("R",)},
-}
-_LONGEST_WHOLE = {"B": 2**26, "S": 2**26, "L": 2**24, "X": 2**12, "F": 2**23, "Q": 2**23, "R": 2**12}
-_ANY_NUMBER = "BDNPMRE"
 
 _CAUTION = 64
 """A byte rarely codes more coefficients than this. Within this distance of a coefficient limit, bytes are
@@ -272,7 +264,7 @@ class StreamDecoder(Shown):
 
     def _take(self, chunk: Chunk, part: bytes) -> None:
         tag = chunk.tag
-        if tag not in _NEEDS:
+        if tag not in CHUNK_KINDS:
             if tag.isupper():
                 raise FormatError(f"byte {chunk.offset}: unknown chunk {tag!r}")
             return
@@ -319,17 +311,17 @@ class StreamDecoder(Shown):
         del self._held[:place]
 
     def _check_order(self, chunk: Chunk) -> None:
-        tag = chunk.tag
-        if tag not in _ANY_NUMBER and tag in self._seen:
+        tag, kind = chunk.tag, CHUNK_KINDS[chunk.tag]
+        if not kind.repeats and tag in self._seen:
             raise FormatError(f"byte {chunk.offset}: chunk {tag!r} comes twice")
         if tag == "B" and ("S" in self._seen or self._seen.count("B") == MOST_BASES):
             raise FormatError(f"byte {chunk.offset}: chunk 'B' comes after 'S', or after {MOST_BASES} others")
-        for group in _NEEDS[tag]:
+        for group in kind.needs:
             if not set(group) & set(self._seen):
                 raise FormatError(f"byte {chunk.offset}: chunk {tag!r} comes before {group[0]!r}")
-        if chunk.length > _LONGEST_WHOLE.get(tag, chunk.length):
+        if kind.longest is not None and chunk.length > kind.longest:
             raise FormatError(
-                f"byte {chunk.offset}: chunk {tag!r} has {chunk.length} bytes; allowed: {_LONGEST_WHOLE[tag]}"
+                f"byte {chunk.offset}: chunk {tag!r} has {chunk.length} bytes; allowed: {kind.longest}"
             )
         if tag == "F" and "Q" in self._seen:
             raise FormatError(f"byte {chunk.offset}: chunk 'F' comes after 'Q'")

@@ -1,6 +1,7 @@
 """Measures of a synthesis: seams, scale, fidelity to the exemplar (docs/measures.md).
 
-- `report`: all measures of a result; `samples`, `places`: the data and the places that they work on
+- `report`: all measures of a result; `measure_rows`: rows of its table
+- `samples`, `places`: the data and the places that measures work on
 - `seams`, `mesh_seams`, `crossings`: whether seams between charts show
 - `cuts`, `source_cuts`: whether borders of blocks show; `faults`, `joint_ends`: bricks and joints cut there
 - `scale`, `mapping`: the sizes and directions of the texture

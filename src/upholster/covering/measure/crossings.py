@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from upholster.base.types import FloatArray
 from upholster.charts.charted_surface import ChartedSurface, charted_surface
+from upholster.covering.measure.measure_rows import Row
 from upholster.covering.measure.samples import SEED
 from upholster.geometry.any_surface import AnySurface
 from upholster.quilt.displacement import warped_sources
@@ -44,6 +45,15 @@ class Crossings:
     apart_most: float
     cuts: float
     cuts_inside: float
+
+    def rows(self) -> list[Row]:
+        """Return the rows of a table."""
+        apart = f"{self.apart:.2f}, 95 % {self.apart_most:.2f} px"
+        cuts = f"{100 * self.cuts:.1f} %, {100 * self.cuts_inside:.1f} % inside"
+        return [
+            ("seams read apart by", apart, "0: continues exactly"),
+            ("  cuts lie along", cuts, "equal: no seam shows"),
+        ]
 
 
 def crossings(surface: AnySurface, quilt: Quilt) -> Crossings | None:

@@ -9,6 +9,7 @@ from upholster.base.errors import InputError
 from upholster.base.types import FloatArray, IntArray
 from upholster.charts.charted_surface import charted_surface
 from upholster.charts.creases import CREASE
+from upholster.covering.measure.measure_rows import Row
 from upholster.covering.measure.places import SeamPlaces
 from upholster.covering.measure.source_cuts import SourceCuts, cuts_of
 from upholster.geometry.any_surface import AnySurface
@@ -52,6 +53,15 @@ class BrokenElements:
     share: tuple[float, ...]
     per_area: tuple[float, ...]
     faults: tuple[float, ...]
+
+    def rows(self) -> list[Row]:
+        """Return the rows of a table."""
+        return [
+            ("broken elements", _by_wave(self.share, "{:.1%}"), "of the cuts, by wave"),
+            ("  per square period", _by_wave(self.per_area, "{:.3f}"), "0: none"),
+            ("  longest fault", _by_wave(self.faults, "{:.1f}"), "periods"),
+            ("  periods", _by_wave(self.periods, "{:.1f}"), "sample's pixels"),
+        ]
 
 
 def broken_elements(
@@ -158,3 +168,7 @@ def _keys(charts: NDArray[np.intp], corners: NDArray[np.intp]) -> NDArray[np.int
     # One number for each corner (n, 2) of texels; neighbours differ by the same amount everywhere.
     keys: NDArray[np.intp] = (charts << _CHART) + ((corners[:, 0] + _PAD) << _ROW) + corners[:, 1] + _PAD
     return keys
+
+
+def _by_wave(figures: tuple[float, ...], form: str) -> str:
+    return "  ".join(form.format(figure).replace("%", " %") for figure in figures)

@@ -8,6 +8,7 @@ from upholster.base.types import IntArray
 from upholster.charts.charted_surface import charted_surface
 from upholster.charts.creases import CREASE
 from upholster.covering.measure.faults import STAIRS
+from upholster.covering.measure.measure_rows import Row, figure
 from upholster.covering.measure.source_cuts import cuts_of
 from upholster.geometry.any_surface import AnySurface
 from upholster.image.elements.joints import Joints
@@ -33,6 +34,13 @@ class JointEnds:
 
     share: float
     per_area: float
+
+    def rows(self) -> list[Row]:
+        """Return the rows of a table."""
+        return [
+            ("joints that end nowhere", f"{100 * self.share:.1f} %", "of the cuts"),
+            ("  per 1,000 square pixels", figure(self.per_area), "pixels; 0: none"),
+        ]
 
 
 def joint_ends(

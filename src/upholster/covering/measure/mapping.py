@@ -14,6 +14,7 @@ from upholster.charts.directions.direction import Direction
 from upholster.charts.directions.field import direction_field
 from upholster.charts.directions.level_directions import requested_at_corners
 from upholster.charts.directions.patch_directions import vectors_on_patches
+from upholster.covering.measure.measure_rows import Row, figure
 from upholster.covering.measure.places import surface_samples
 from upholster.covering.measure.samples import Window
 from upholster.covering.measure.scale import FINER, quantiles
@@ -70,6 +71,26 @@ class MappingReport:
     angle_95: float | None
     fast: float | None = None
     aligned_slow: float | None = None
+
+    def rows(self) -> list[Row]:
+        """Return the rows of a table."""
+        rows = [
+            ("texture size within 5 %", f"{100 * self.within:.1f} %", "of the area"),
+            ("texture size error, mean", f"{self.error:.3f} octaves", "0: as asked"),
+            ("texture size error, 95 %", f"{self.error_95:.3f} octaves", "0.07: within 5 %"),
+            ("texture stretch, 95 %", figure(self.stretch_95), "1: keeps shapes"),
+        ]
+        if self.aligned is not None and self.angle_95 is not None:
+            rows += [
+                ("direction within 5°", f"{100 * self.aligned:.1f} %", "of the area"),
+                ("direction error, 95 %", f"{self.angle_95:.2f}°", "0: as asked"),
+            ]
+        if self.fast is not None and self.aligned_slow is not None:
+            rows += [
+                ("direction turns fast", f"{100 * self.fast:.1f} %", "of the area"),
+                ("  within 5° elsewhere", f"{100 * self.aligned_slow:.1f} %", "of the other area"),
+            ]
+        return rows
 
 
 def mapping(
@@ -163,7 +184,7 @@ def _asked(surface: AnySurface, quilt: Quilt, direction: Direction) -> FloatArra
     crease = default_crease(charted.mesh)
     asked = requested_at_corners(charted.mesh, direction, crease)
     field = direction_field(charted.mesh, direction, crease=crease)
-    return field.corner_vectors if asked is None else field.as_faces_run(asked)
+    return field.corner_vectors if asked is None else field.with_flat_faces(asked)
 
 
 def _turning(corners: FloatArray, asked: FloatArray, here: FloatArray) -> FloatArray:

@@ -9,6 +9,7 @@ from upholster.base.errors import InputError
 from upholster.base.types import FloatArray, PixelArray
 from upholster.charts.charted_surface import ChartedSurface
 from upholster.covering.measure.fidelity import check_alike
+from upholster.covering.measure.measure_rows import Row, figure
 from upholster.covering.measure.samples import SEED, bilinear, coded
 from upholster.covering.measure.trace import charted_of
 from upholster.quilt.model import Quilt, Texels
@@ -45,6 +46,13 @@ class PatchDistance:
 
     to_sample: float
     to_result: float
+
+    def rows(self) -> list[Row]:
+        """Return the rows of a table."""
+        return [
+            ("patch distance, 31²", figure(self.to_sample), "result to sample"),
+            ("  the other way", figure(self.to_result), "sample to result"),
+        ]
 
 
 def patch_distance(

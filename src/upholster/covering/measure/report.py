@@ -16,6 +16,7 @@ from upholster.covering.measure.faults import BrokenElements, broken_elements
 from upholster.covering.measure.fidelity import sliced_wasserstein
 from upholster.covering.measure.joint_ends import JointEnds, joint_ends
 from upholster.covering.measure.mapping import MappingReport, mapping
+from upholster.covering.measure.measure_rows import Row, figure
 from upholster.covering.measure.mesh_seams import mesh_seams
 from upholster.covering.measure.patch_distance import PatchDistance, patch_distance, undistorted_views
 from upholster.covering.measure.scale import TexelScale, texel_scale
@@ -59,6 +60,23 @@ class Seams:
     cuts_matched: float | None
     creases: float = 0.0
     over_creases: float | None = None
+
+    def rows(self) -> list[Row]:
+        """Return the rows of a table."""
+        rows = [
+            ("seam ratio, chart edges", figure(self.edges), "1: invisible"),
+            ("  against the sample there", figure(self.edges_matched), "1: invisible"),
+        ]
+        if self.over_creases is not None:
+            rows += [
+                ("  left out there: creases", f"{100 * self.creases:.1f} %", "of the edges' length"),
+                ("  over creases", figure(self.over_creases), "texture restarts"),
+            ]
+        return [
+            *rows,
+            ("seam ratio, block borders", figure(self.cuts), "1: invisible"),
+            ("  against the sample there", figure(self.cuts_matched), "1: invisible"),
+        ]
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,67 +122,24 @@ class Measures:
         plain: dict[str, Any] = _plain(found)
         return plain
 
-    def rows(self) -> list[tuple[str, str, str]]:
-        """Return (measure, figure, meaning) for a table."""
-        rows = []
-        if self.seams is not None:
-            rows += [
-                ("seam ratio, chart edges", _figure(self.seams.edges), "1: invisible"),
-                ("  against the sample there", _figure(self.seams.edges_matched), "1: invisible"),
-            ]
-            if self.seams.over_creases is not None:
-                share = f"{100 * self.seams.creases:.1f} %"
-                rows += [
-                    ("  left out there: creases", share, "of the edges' length"),
-                    ("  over creases", _figure(self.seams.over_creases), "texture restarts"),
-                ]
-            rows += [
-                ("seam ratio, block borders", _figure(self.seams.cuts), "1: invisible"),
-                ("  against the sample there", _figure(self.seams.cuts_matched), "1: invisible"),
-            ]
-        if self.crossings is not None:
-            found = self.crossings
-            apart = f"{found.apart:.2f}, 95 % {found.apart_most:.2f} px"
-            cuts = f"{100 * found.cuts:.1f} %, {100 * found.cuts_inside:.1f} % inside"
-            rows += [
-                ("seams read apart by", apart, "0: continues exactly"),
-                ("  cuts lie along", cuts, "equal: no seam shows"),
-            ]
-        if self.wrap is not None:
-            band = f"{self.wrap.low:.3f} to {self.wrap.high:.3f}"
-            rows += [
-                ("seam ratio, wrapped edges", _figure(self.wrap.ratio), "1: invisible"),
-                ("  of any other line", band, "5 % to 95 %"),
-            ]
-        if self.broken is not None:
-            rows += _broken_rows(self.broken)
-        if self.joints is not None:
-            rows += [
-                ("joints that end nowhere", f"{100 * self.joints.share:.1f} %", "of the cuts"),
-                ("  per 1,000 square pixels", _figure(self.joints.per_area), "pixels; 0: none"),
-            ]
-        if self.mapping is not None:
-            rows += _mapping_rows(self.mapping)
-        if self.scale is not None:
-            scale = self.scale
-            rows += [
-                ("texel area, 99 % over 1 %", _figure(scale.spread), "1: even"),
-                ("texel size error, mean", f"{scale.error:.3f} octaves", "0: even"),
-                ("texel size error, 95 %", f"{scale.error_95:.3f} octaves", "0.07: within 5 %"),
-                ("texel anisotropy, median", _figure(scale.anisotropy), "1: square texels"),
-                ("texel anisotropy, 95 %", _figure(scale.anisotropy_95), "1: square texels"),
-            ]
+    def rows(self) -> list[Row]:
+        """Return the rows of a table."""
+        of_surface = (
+            self.seams,
+            self.crossings,
+            self.wrap,
+            self.broken,
+            self.joints,
+            self.mapping,
+            self.scale,
+        )
+        rows = [row for found in of_surface if found is not None for row in found.rows()]
         levels = " ".join(f"{1000 * value:.2f}" for value in self.wasserstein)
         rows += [
             ("sliced Wasserstein, 1e-3", f"{1000 * self.wasserstein_mean:.3f}", "0: the sample"),
             ("  by level", levels, "finest first"),
         ]
-        if self.patches is not None:
-            rows += [
-                ("patch distance, 31²", _figure(self.patches.to_sample), "result to sample"),
-                ("  the other way", _figure(self.patches.to_result), "sample to result"),
-            ]
-        return rows
+        return rows + ([] if self.patches is None else self.patches.rows())
 
 
 def measure_cover(
@@ -288,43 +263,6 @@ def measure_image(image: PixelArray, exemplar: PixelArray, *, tileable: bool = F
         wrap=wrap_seams(image) if tileable else None,
         patches=patch_distance([image], exemplar),
     )
-
-
-def _mapping_rows(found: MappingReport) -> list[tuple[str, str, str]]:
-    rows = [
-        ("texture size within 5 %", f"{100 * found.within:.1f} %", "of the area"),
-        ("texture size error, mean", f"{found.error:.3f} octaves", "0: as asked"),
-        ("texture size error, 95 %", f"{found.error_95:.3f} octaves", "0.07: within 5 %"),
-        ("texture stretch, 95 %", _figure(found.stretch_95), "1: keeps shapes"),
-    ]
-    if found.aligned is not None and found.angle_95 is not None:
-        rows += [
-            ("direction within 5°", f"{100 * found.aligned:.1f} %", "of the area"),
-            ("direction error, 95 %", f"{found.angle_95:.2f}°", "0: as asked"),
-        ]
-    if found.fast is not None and found.aligned_slow is not None:
-        rows += [
-            ("direction turns fast", f"{100 * found.fast:.1f} %", "of the area"),
-            ("  within 5° elsewhere", f"{100 * found.aligned_slow:.1f} %", "of the other area"),
-        ]
-    return rows
-
-
-def _broken_rows(found: BrokenElements) -> list[tuple[str, str, str]]:
-    return [
-        ("broken elements", _by_wave(found.share, "{:.1%}"), "of the cuts, by wave"),
-        ("  per square period", _by_wave(found.per_area, "{:.3f}"), "0: none"),
-        ("  longest fault", _by_wave(found.faults, "{:.1f}"), "periods"),
-        ("  periods", _by_wave(found.periods, "{:.1f}"), "sample's pixels"),
-    ]
-
-
-def _by_wave(figures: tuple[float, ...], form: str) -> str:
-    return "  ".join(form.format(figure).replace("%", " %") for figure in figures)
-
-
-def _figure(value: float | None) -> str:
-    return "–" if value is None else f"{value:.3f}"
 
 
 def _plain(value: Any) -> Any:

@@ -8,6 +8,7 @@ import numpy as np
 from upholster.base.errors import InputError
 from upholster.base.types import FloatArray
 from upholster.charts.charted_surface import charted_surface
+from upholster.covering.measure.measure_rows import Row, figure
 from upholster.geometry.any_surface import AnySurface
 from upholster.quilt.chart import Chart
 
@@ -42,6 +43,16 @@ class TexelScale:
     error_95: float
     anisotropy: float
     anisotropy_95: float
+
+    def rows(self) -> list[Row]:
+        """Return the rows of a table."""
+        return [
+            ("texel area, 99 % over 1 %", figure(self.spread), "1: even"),
+            ("texel size error, mean", f"{self.error:.3f} octaves", "0: even"),
+            ("texel size error, 95 %", f"{self.error_95:.3f} octaves", "0.07: within 5 %"),
+            ("texel anisotropy, median", figure(self.anisotropy), "1: square texels"),
+            ("texel anisotropy, 95 %", figure(self.anisotropy_95), "1: square texels"),
+        ]
 
 
 def texel_scale(surface: AnySurface, charts: Sequence[Chart]) -> TexelScale:

@@ -10,6 +10,7 @@ from upholster.base.errors import InputError
 from upholster.base.types import PixelArray
 from upholster.charts.charted_surface import charted_surface
 from upholster.charts.creases import CREASE
+from upholster.covering.measure.measure_rows import Row, figure
 from upholster.covering.measure.places import SeamPlaces
 from upholster.covering.measure.samples import SEED, bilinear, coded
 from upholster.geometry.any_surface import AnySurface
@@ -135,6 +136,13 @@ class WrapSeams:
     ratio: float
     low: float
     high: float
+
+    def rows(self) -> list[Row]:
+        """Return the rows of a table."""
+        return [
+            ("seam ratio, wrapped edges", figure(self.ratio), "1: invisible"),
+            ("  of any other line", f"{self.low:.3f} to {self.high:.3f}", "5 % to 95 %"),
+        ]
 
 
 def wrap_seams(image: PixelArray) -> WrapSeams | None:

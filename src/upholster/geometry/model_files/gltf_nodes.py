@@ -10,7 +10,7 @@ from upholster.base.types import FloatArray, IntArray
 from upholster.geometry.gltf.accessors import Accessor, Accessors, as_floats
 from upholster.geometry.gltf.gltf import Gltf, Json, number_list
 
-__all__ = ["INSTANCING", "Stand", "stands", "vertex_matrices"]
+__all__ = ["INSTANCING", "MeshPlacement", "mesh_placements", "vertex_matrices"]
 
 INSTANCING = "EXT_mesh_gpu_instancing"
 
@@ -18,7 +18,7 @@ _MOST_INSTANCES = 1 << 20
 
 
 @dataclass(frozen=True, eq=False)
-class Stand:
+class MeshPlacement:
     """The first placement of a mesh, and its others.
 
     Attributes
@@ -43,7 +43,7 @@ class Stand:
     nodes: IntArray
 
 
-def stands(gltf: Gltf, accessors: Accessors) -> list[Stand]:
+def mesh_placements(gltf: Gltf, accessors: Accessors) -> list[MeshPlacement]:
     """Return the meshes that the scene shows, in the order of its nodes, and the instances of a node.
 
     Raises
@@ -72,12 +72,12 @@ def stands(gltf: Gltf, accessors: Accessors) -> list[Stand]:
         places = np.concatenate([places for _, places in group])
         owners = np.repeat([number for number, _ in group], [len(places) for _, places in group])
         joints = _joints(gltf, accessors, nodes[node], matrices)
-        out.append(Stand(mesh, node, places[0], joints, places[1:], owners.astype(np.int32)))
+        out.append(MeshPlacement(mesh, node, places[0], joints, places[1:], owners.astype(np.int32)))
     return out
 
 
 def vertex_matrices(
-    stand: Stand, joints: Sequence[Accessor], weights: Sequence[Accessor], count: int
+    placement: MeshPlacement, joints: Sequence[Accessor], weights: Sequence[Accessor], count: int
 ) -> FloatArray:
     """Return the matrix from vertices to the scene, (1, 3, 4); for a skin (V, 3, 4), as the nodes pose it.
 
@@ -86,8 +86,8 @@ def vertex_matrices(
     FormatError
         If a joint does not exist, or the numbers do not match.
     """
-    if stand.joints is None or not joints:
-        return stand.matrix[None, :3]
+    if placement.joints is None or not joints:
+        return placement.matrix[None, :3]
     total = np.zeros(count)
     out = np.zeros((count, 3, 4))
     for of, by in zip(joints, weights, strict=True):
@@ -95,13 +95,13 @@ def vertex_matrices(
         if share.shape != number.shape or len(number) != count:
             raise FormatError("joints and weights of a skin differ in number")
         number[share == 0] = 0
-        if number.min() < 0 or number.max() >= len(stand.joints):
-            raise FormatError(f"a vertex names joint {number.max()}; its skin has {len(stand.joints)}")
+        if number.min() < 0 or number.max() >= len(placement.joints):
+            raise FormatError(f"a vertex names joint {number.max()}; its skin has {len(placement.joints)}")
         for column in range(number.shape[1]):
-            out += share[:, column, None, None] * stand.joints[number[:, column], :3]
+            out += share[:, column, None, None] * placement.joints[number[:, column], :3]
             total += share[:, column]
     bare = ~(total > 0)
-    out[bare], total[bare] = stand.matrix[:3], 1.0
+    out[bare], total[bare] = placement.matrix[:3], 1.0
     return out / total[:, None, None]
 
 

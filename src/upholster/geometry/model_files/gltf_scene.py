@@ -16,7 +16,7 @@ from upholster.geometry.gltf.draco import decoded_primitive
 from upholster.geometry.gltf.gltf import Gltf, Json
 from upholster.geometry.gltf.meshopt import meshopt_of
 from upholster.geometry.meshes.triangle_mesh import MAX_TRIANGLES
-from upholster.geometry.model_files.gltf_nodes import Stand, stands, vertex_matrices
+from upholster.geometry.model_files.gltf_nodes import MeshPlacement, mesh_placements, vertex_matrices
 from upholster.geometry.model_files.model_file import MAX_PARTS, GltfPart, ModelPart, named_parts
 from upholster.geometry.model_files.raw_model import RawModel, joined_corners
 
@@ -43,7 +43,7 @@ class _Piece:
     uv: FloatArray | None
     normals: FloatArray | None
     colors: NDArray[np.float32] | None
-    stand: Stand = field(repr=False)
+    placement: MeshPlacement = field(repr=False)
 
 
 def read_scene(gltf: Gltf) -> RawModel:
@@ -63,18 +63,18 @@ def read_scene(gltf: Gltf) -> RawModel:
     notes: list[str] = []
     pieces: list[_Piece] = []
     total = elements = 0
-    for stand in stands(gltf, accessors):
-        mesh = gltf.items("meshes")[stand.mesh]
+    for placement in mesh_placements(gltf, accessors):
+        mesh = gltf.items("meshes")[placement.mesh]
         primitives = mesh.get("primitives")
         if not isinstance(primitives, list) or not all(isinstance(each, dict) for each in primitives):
-            raise FormatError(f"mesh {stand.mesh} has no primitives")
+            raise FormatError(f"mesh {placement.mesh} has no primitives")
         for number, primitive in enumerate(primitives):
             if primitive.get("mode", _TRIANGLES) not in (_TRIANGLES, _STRIP, _FAN):
                 continue
             try:
-                piece = _piece(gltf, accessors, stand, number, primitive)
+                piece = _piece(gltf, accessors, placement, number, primitive)
             except (FormatError, InputError) as error:
-                raise type(error)(f"mesh {stand.mesh}, primitive {number}: {error}") from None
+                raise type(error)(f"mesh {placement.mesh}, primitive {number}: {error}") from None
             pieces.append(piece)
             total += len(piece.triangles)
             elements += len(piece.positions)
@@ -83,7 +83,7 @@ def read_scene(gltf: Gltf) -> RawModel:
                     f"it has more than {MAX_TRIANGLES} triangles, {MAX_ELEMENTS} vertices or {MAX_PARTS} "
                     "parts; allowed: up to that"
                 )
-        notes += _instance_notes(gltf, stand)
+        notes += _instance_notes(gltf, placement)
     if not pieces:
         raise InputError("it shows no triangles; allowed: at least one")
     return _together(gltf, pieces, notes)
@@ -147,11 +147,13 @@ def primitive_triangles(primitive: Json, indices: IntArray | None, vertices: int
     return np.stack([indices[n], indices[n + 1 + odd], indices[n + 2 - odd]], axis=1)
 
 
-def _piece(gltf: Gltf, accessors: Accessors, stand: Stand, number: int, primitive: Json) -> _Piece:
+def _piece(
+    gltf: Gltf, accessors: Accessors, placement: MeshPlacement, number: int, primitive: Json
+) -> _Piece:
     arrays, indices = primitive_arrays(gltf, accessors, primitive)
     raw = as_floats(arrays["POSITION"])
     triangles = primitive_triangles(primitive, indices, len(raw))
-    mirrored = bool(np.linalg.det(stand.matrix[:3, :3]) < 0)
+    mirrored = bool(np.linalg.det(placement.matrix[:3, :3]) < 0)
     if mirrored:
         triangles = triangles[:, [0, 2, 1]]
     sets = [name for name in (f"JOINTS_{n}" for n in range(8)) if name in arrays]
@@ -159,7 +161,7 @@ def _piece(gltf: Gltf, accessors: Accessors, stand: Stand, number: int, primitiv
     if missing := set(weights) - arrays.keys():
         raise FormatError(f"it has joints but no {min(missing)}")
     matrices = vertex_matrices(
-        stand, [arrays[name] for name in sets], [arrays[name] for name in weights], len(raw)
+        placement, [arrays[name] for name in sets], [arrays[name] for name in weights], len(raw)
     )
     positions = np.einsum("vij,vj->vi", np.broadcast_to(matrices, (len(raw), 3, 4))[:, :, :3], raw)
     positions += matrices[:, :, 3]
@@ -168,23 +170,25 @@ def _piece(gltf: Gltf, accessors: Accessors, stand: Stand, number: int, primitiv
         normals = _turned_normals(normals, matrices)
     uv = _floats(arrays, "TEXCOORD_0", 2)
     colors = _colors(arrays)
-    label, names = _names(gltf, stand)
+    label, names = _names(gltf, placement)
     material = ""
     if "material" in primitive:
         material = _text(gltf.item("materials", primitive["material"]).get("name"))
-    part = ModelPart(label, material, names, 1 + len(stand.others), _features(gltf, primitive, arrays, stand))
+    part = ModelPart(
+        label, material, names, 1 + len(placement.others), _features(gltf, primitive, arrays, placement)
+    )
     return _Piece(
         label,
         material,
         part,
-        GltfPart(stand.mesh, number, np.ascontiguousarray(triangles, np.int32), mirrored),
+        GltfPart(placement.mesh, number, np.ascontiguousarray(triangles, np.int32), mirrored),
         raw,
         positions,
         triangles,
         None if uv is None else uv[triangles],
         None if normals is None else normals[triangles],
         None if colors is None else colors[triangles],
-        stand,
+        placement,
     )
 
 
@@ -235,16 +239,18 @@ def _draco(accessors: Accessors, primitive: Json, compressed: Json) -> tuple[Int
     return decoded_primitive(data, wanted, vertices, indices)
 
 
-def _names(gltf: Gltf, stand: Stand) -> tuple[str, tuple[str, ...]]:
+def _names(gltf: Gltf, placement: MeshPlacement) -> tuple[str, tuple[str, ...]]:
     """Return the name of a part's object, its node or else its mesh; and all its names."""
-    node = _text(gltf.items("nodes")[stand.node].get("name"))
-    mesh = _text(gltf.items("meshes")[stand.mesh].get("name"))
+    node = _text(gltf.items("nodes")[placement.node].get("name"))
+    mesh = _text(gltf.items("meshes")[placement.mesh].get("name"))
     return node or mesh, tuple(name for name in dict.fromkeys((node, mesh)) if name)
 
 
-def _features(gltf: Gltf, primitive: Json, arrays: dict[str, Accessor], stand: Stand) -> tuple[str, ...]:
+def _features(
+    gltf: Gltf, primitive: Json, arrays: dict[str, Accessor], placement: MeshPlacement
+) -> tuple[str, ...]:
     found = []
-    if stand.joints is not None and "JOINTS_0" in arrays:
+    if placement.joints is not None and "JOINTS_0" in arrays:
         found.append("skin")
     if isinstance(primitive.get("targets"), list):
         found.append(number_of(len(primitive["targets"]), "morph target"))
@@ -261,18 +267,18 @@ def _features(gltf: Gltf, primitive: Json, arrays: dict[str, Accessor], stand: S
     return tuple(found)
 
 
-def _instance_notes(gltf: Gltf, stand: Stand) -> list[str]:
+def _instance_notes(gltf: Gltf, placement: MeshPlacement) -> list[str]:
     """List consequences of a mesh's multiple placements."""
-    label = _names(gltf, stand)[0] or f"mesh {stand.mesh}"
+    label = _names(gltf, placement)[0] or f"mesh {placement.mesh}"
     notes = []
-    first = abs(np.linalg.det(stand.matrix[:3, :3])) ** (1 / 3)
-    scales = np.cbrt(np.abs(np.linalg.det(stand.others[:, :3, :3]))) / first
+    first = abs(np.linalg.det(placement.matrix[:3, :3])) ** (1 / 3)
+    scales = np.cbrt(np.abs(np.linalg.det(placement.others[:, :3, :3]))) / first
     differing = scales[~((scales > 1 / _SCALES_DIFFER) & (scales < _SCALES_DIFFER))]
     if len(differing):
         sizes = " to ".join(dict.fromkeys(f"{scale:.3g}" for scale in (differing.min(), differing.max())))
         notes.append(
-            f"{label!r} is shown {1 + len(stand.others)} times at different sizes ({sizes} times the first): "
-            "its texture has the right scale on the first"
+            f"{label!r} is shown {1 + len(placement.others)} times at different sizes ({sizes} times the "
+            "first): its texture has the right scale on the first"
         )
     return notes
 
@@ -288,23 +294,23 @@ def _together(gltf: Gltf, pieces: Sequence[_Piece], notes: list[str]) -> RawMode
             f"{len(bare)} of {len(pieces)} parts without texture coordinates: {', '.join(bare)[:200]}"
         )
     return RawModel(
-        np.concatenate([piece.positions for piece in pieces]),
-        np.concatenate([piece.triangles + at for piece, at in zip(pieces, first, strict=False)]),
-        np.repeat(np.arange(len(pieces), dtype=np.int32), counts),
-        parts,
-        np.concatenate([piece.raw for piece in pieces]),
-        np.repeat(
-            np.array([piece.stand.mesh for piece in pieces], np.int32),
+        positions=np.concatenate([piece.positions for piece in pieces]),
+        triangles=np.concatenate([piece.triangles + at for piece, at in zip(pieces, first, strict=False)]),
+        part=np.repeat(np.arange(len(pieces), dtype=np.int32), counts),
+        parts=parts,
+        same=np.concatenate([piece.raw for piece in pieces]),
+        owner=np.repeat(
+            np.array([piece.placement.mesh for piece in pieces], np.int32),
             [len(piece.positions) for piece in pieces],
         ),
-        joined_corners([piece.uv for piece in pieces], counts, 2),
-        joined_corners([piece.normals for piece in pieces], counts, 3),
-        1.0,
-        "y",
-        notes,
-        {kind: len(gltf.items(kind)) for kind in _KEPT if gltf.items(kind)},
-        gltf,
-        [piece.source for piece in pieces],
+        uv=joined_corners([piece.uv for piece in pieces], counts, 2),
+        normals=joined_corners([piece.normals for piece in pieces], counts, 3),
+        metres=1.0,
+        up="y",
+        notes=notes,
+        contents={kind: len(gltf.items(kind)) for kind in _KEPT if gltf.items(kind)},
+        gltf=gltf,
+        gltf_parts=[piece.source for piece in pieces],
         colors=joined_corners([piece.colors for piece in pieces], counts, 3, np.float32),
     )
 

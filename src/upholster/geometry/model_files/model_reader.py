@@ -62,7 +62,7 @@ def read_model(
         Patterns as for `fnmatch`, case-insensitive: they select parts by their names, or those of their
         object or material. By default all parts.
     unit
-        The file's unit: "m", "dm", "cm", "mm", "km", "in", "ft". By default the format's: metres in glTF,
+        The file's unit, see `upholster.base.lengths.METRES`. By default the format's: metres in glTF,
         the file's in 3MF, none in the others. A note says if it contradicts glTF's.
     up
         The file's upward axis, "y" or "z"; by default the format's convention.
@@ -142,30 +142,30 @@ def _model(
     uv = None if raw.uv is None else raw.uv[mine]
     parts = tuple(raw.parts[number] for number in kept)
     mesh = TriangleMesh(
-        _upright(raw.positions[first], up),
-        triangles,
-        part,
-        tuple(each.name for each in parts),
-        uv if uv is not None and np.isfinite(uv).all() else None,
-        None,
-        Path(name).stem,
-        metres,
+        positions=_upright(raw.positions[first], up),
+        triangles=triangles,
+        part=part,
+        parts=tuple(each.name for each in parts),
+        uv=uv if uv is not None and np.isfinite(uv).all() else None,
+        name=Path(name).stem,
+        metres=metres,
     )
     normals = None if raw.normals is None else _unit_normals(_upright(raw.normals[mine], up), mesh)
+    gltf_files = (*raw.gltf.inputs, *raw.gltf.images_beside()) if raw.gltf else ()
     return ModelFile(
-        name,
-        mesh if normals is None else replace(mesh, normals=normals),
-        parts,
-        up,
-        tuple(dict.fromkeys(raw.notes)),
-        raw.contents,
-        (Path(name), *raw.files, *((*raw.gltf.inputs, *raw.gltf.images_beside()) if raw.gltf else ())),
-        uv,
-        tuple(part.name for number, part in enumerate(raw.parts) if number not in kept),
-        raw.gltf,
-        tuple(raw.gltf_parts[number] for number in kept) if raw.gltf_parts else (),
-        None if raw.axes is None else raw.axes[mine],
-        None if raw.colors is None else raw.colors[mine],
+        path=name,
+        mesh=mesh if normals is None else replace(mesh, normals=normals),
+        parts=parts,
+        up=up,
+        notes=tuple(dict.fromkeys(raw.notes)),
+        contents=raw.contents,
+        inputs=(Path(name), *raw.files, *gltf_files),
+        uv=uv,
+        left=tuple(part.name for number, part in enumerate(raw.parts) if number not in kept),
+        gltf=raw.gltf,
+        gltf_parts=tuple(raw.gltf_parts[number] for number in kept) if raw.gltf_parts else (),
+        axes=None if raw.axes is None else raw.axes[mine],
+        colors=None if raw.colors is None else raw.colors[mine],
     )
 
 

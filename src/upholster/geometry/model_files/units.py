@@ -1,11 +1,9 @@
 """Units for models whose files state none."""
 
 from upholster.base.errors import InputError, nearest
+from upholster.base.lengths import METRES
 
-__all__ = ["UNITS", "unit_in_metres"]
-
-UNITS = {"m": 1.0, "dm": 0.1, "cm": 0.01, "mm": 0.001, "km": 1000.0, "in": 0.0254, "ft": 0.3048}
-"""Units by name, in metres."""
+__all__ = ["unit_in_metres"]
 
 
 def unit_in_metres(unit: str | None) -> float | None:
@@ -18,6 +16,6 @@ def unit_in_metres(unit: str | None) -> float | None:
     """
     if unit is None:
         return None
-    if unit not in UNITS:
-        raise InputError(f"unit {unit!r} is unknown; {nearest(str(unit), UNITS)}")
-    return UNITS[unit]
+    if unit not in METRES:
+        raise InputError(f"unit {unit!r} is unknown; {nearest(str(unit), METRES)}")
+    return METRES[unit]

@@ -14,6 +14,7 @@ import numpy as np
 from OpenImageIO import ImageInput, ImageSpec, geterror
 
 from upholster.base.errors import InputError
+from upholster.base.formats import IMAGES_READ
 from upholster.base.types import PixelArray
 from upholster.image.color import alpha_channel
 from upholster.image.files.jpeg import START, base_image
@@ -24,7 +25,7 @@ from upholster.image.profiles import PHOTOS, Notes, ink_samples, is_cmyk, tell, 
 
 __all__ = ["ALLOWED", "SizeCheck", "decode_file"]
 
-ALLOWED = "allowed: PNG, JPEG, WebP, TIFF, OpenEXR, HEIC, AVIF"
+ALLOWED = f"allowed: {IMAGES_READ}"
 """All formats, for messages."""
 
 _FORMATS = ("png", "jpeg", "webp", "tiff", "openexr")

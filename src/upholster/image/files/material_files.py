@@ -23,7 +23,7 @@ from upholster.image.photo.preparation import check_crop, check_resize, cut_out,
 from upholster.image.profiles import Notes
 from upholster.image.roles import COLORS, LEFT_OUT, ROLES, family_of, find_maps, packed_parts, role_of
 
-__all__ = ["FilesByRole", "read_material"]
+__all__ = ["FilesByRole", "material_of_files", "read_material"]
 
 FilesByRole = Mapping[str, str | os.PathLike[str]]
 
@@ -70,7 +70,15 @@ def read_material(
         outside the limits of `upholster.image.files.packages.zip_images`; for a mask whose size is not the
         albedo's, or that leaves nothing.
     """
-    options = chosen(SampleOptions, **choices)
+    return material_of_files(source, chosen(SampleOptions, **choices), notes)
+
+
+def material_of_files(
+    source: str | os.PathLike[str] | Sequence[str | os.PathLike[str]] | FilesByRole,
+    options: SampleOptions,
+    notes: Notes | None,
+) -> Material:
+    """Read a material with all of a sample's options; else as `read_material`."""
     check_crop(options.crop)
     check_resize(options.resize)
     normal = options.normal

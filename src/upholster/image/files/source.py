@@ -17,7 +17,7 @@ from upholster.base.options.choices import chosen
 from upholster.base.options.sample_options import SampleOptions
 from upholster.base.types import PixelArray
 from upholster.image.files.material import Material
-from upholster.image.files.material_files import FilesByRole, read_material
+from upholster.image.files.material_files import FilesByRole, material_of_files
 from upholster.image.files.packages import is_zip
 from upholster.image.files.read import check_exemplar, read_photo
 from upholster.image.files.write import IMAGE_SUFFIXES
@@ -148,12 +148,11 @@ def _read(sample: Sample, notes: Notes | None) -> PixelArray | Material:
                 raise InputError(
                     f"map {os.fspath(file)!r} is not an image; allowed: {', '.join(IMAGE_SUFFIXES)}"
                 )
-    asked: dict[str, Any] = {entry.name: getattr(options, entry.name) for entry in fields(options)}
     if not isinstance(source, (str, os.PathLike)):
-        return read_material(source, notes=notes, **asked)
+        return material_of_files(source, options, notes)
     if not (os.path.isdir(source) or is_zip(source)):
         if options.maps:
-            return read_material({"albedo": source}, notes=notes, **asked)
+            return material_of_files({"albedo": source}, options, notes)
         if options.normal is not None:
             raise InputError(
                 f"normal is {options.normal!r}, but {os.fspath(source)!r} is not a material; see --map"
@@ -161,7 +160,7 @@ def _read(sample: Sample, notes: Notes | None) -> PixelArray | Material:
         pixels, used = read_photo(source, options, notes=notes)
         return pixels if used is None or used.all() else Material({"albedo": pixels}, used=used)
     try:
-        return read_material(source, notes=notes, **asked)
+        return material_of_files(source, options, notes)
     except InputError as error:
         path = str(Path(source))
         if str(error).startswith(repr(path)[:-1]):  # it names the file, or one in it

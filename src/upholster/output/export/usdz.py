@@ -25,7 +25,7 @@ from upholster.base.files import write_bytes
 from upholster.base.types import FloatArray, IntArray
 from upholster.geometry.gltf.accessors import Accessors, as_floats
 from upholster.geometry.gltf.gltf import Gltf, Json, parse_gltf
-from upholster.geometry.model_files.gltf_nodes import Stand, stands, vertex_matrices
+from upholster.geometry.model_files.gltf_nodes import MeshPlacement, mesh_placements, vertex_matrices
 from upholster.geometry.model_files.gltf_scene import primitive_arrays, primitive_triangles
 
 __all__ = ["check_usd", "write_usdz"]
@@ -116,19 +116,19 @@ class _Scene:
         """Write all meshes, and save."""
         from pxr import Gf, UsdGeom
 
-        for stand in stands(self._gltf, self._accessors):
-            places = [np.eye(4)] if stand.joints is not None else [stand.matrix, *stand.others]
+        for placement in mesh_placements(self._gltf, self._accessors):
+            places = [np.eye(4)] if placement.joints is not None else [placement.matrix, *placement.others]
             if len(places) > _MOST_PLACES:
                 self.notes.append(
                     f"{_MOST_PLACES:,} of {len(places):,} instances are in .usdz, each with its own vertices"
                 )
-            for place, number in zip(places[:_MOST_PLACES], stand.nodes.tolist(), strict=False):
+            for place, number in zip(places[:_MOST_PLACES], placement.nodes.tolist(), strict=False):
                 node = self._gltf.item("nodes", number)
-                called = node.get("name") or self._gltf.item("meshes", stand.mesh).get("name") or "mesh"
+                called = node.get("name") or self._gltf.item("meshes", placement.mesh).get("name") or "mesh"
                 form = UsdGeom.Xform.Define(self._stage, self._free("/Model", str(called)))
                 form.GetPrim().SetDisplayName(str(called))
                 form.AddTransformOp().Set(Gf.Matrix4d(np.ascontiguousarray(place.T).tolist()))
-                self._add_mesh(str(form.GetPath()), stand)
+                self._add_mesh(str(form.GetPath()), placement)
         if self._gltf.items("animations"):
             self.notes.append("animations are left out of .usdz: the model keeps its pose at rest")
         self._stage.GetRootLayer().Save()
@@ -143,12 +143,12 @@ class _Scene:
             path, number = f"{parent}/{own}_{number}", number + 1
         return path
 
-    def _add_mesh(self, parent: str, stand: Stand) -> None:
-        for primitive in self._gltf.item("meshes", stand.mesh).get("primitives", []):
+    def _add_mesh(self, parent: str, placement: MeshPlacement) -> None:
+        for primitive in self._gltf.item("meshes", placement.mesh).get("primitives", []):
             if primitive.get("mode", 4) in _TRIANGLES:
-                self._add_primitive(parent, stand, primitive)
+                self._add_primitive(parent, placement, primitive)
 
-    def _add_primitive(self, parent: str, stand: Stand, primitive: Json) -> None:
+    def _add_primitive(self, parent: str, placement: MeshPlacement, primitive: Json) -> None:
         """Add triangles with the vertices that they use, and bind their material."""
         from pxr import Sdf, UsdGeom, UsdShade, Vt
 
@@ -156,15 +156,15 @@ class _Scene:
         count = len(arrays["POSITION"].values)
         used, corners = np.unique(primitive_triangles(primitive, indices, count), return_inverse=True)
         points = as_floats(arrays["POSITION"])
-        if stand.joints is not None:
-            points = self._posed(stand, arrays, points)
+        if placement.joints is not None:
+            points = self._posed(placement, arrays, points)
         mesh = UsdGeom.Mesh.Define(self._stage, self._free(parent, "mesh"))
         mesh.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)
         mesh.CreatePointsAttr(_vectors(points[used]))
         mesh.CreateExtentAttr(UsdGeom.PointBased.ComputeExtent(mesh.GetPointsAttr().Get()))
         mesh.CreateFaceVertexCountsAttr(Vt.IntArray(len(corners.reshape(-1)) // 3, 3))
         mesh.CreateFaceVertexIndicesAttr(Vt.IntArray.FromNumpy(_plain(corners)))
-        if "NORMAL" in arrays and stand.joints is None:
+        if "NORMAL" in arrays and placement.joints is None:
             mesh.CreateNormalsAttr(_vectors(as_floats(arrays["NORMAL"])[used]))
             mesh.SetNormalsInterpolation(UsdGeom.Tokens.vertex)
         if "TEXCOORD_0" in arrays:
@@ -181,10 +181,10 @@ class _Scene:
             self._materials[number] = self._material(entry)
         UsdShade.MaterialBindingAPI.Apply(mesh.GetPrim()).Bind(self._materials[number])
 
-    def _posed(self, stand: Stand, arrays: dict[str, Any], points: FloatArray) -> FloatArray:
+    def _posed(self, placement: MeshPlacement, arrays: dict[str, Any], points: FloatArray) -> FloatArray:
         sets = [name for name in (f"JOINTS_{n}" for n in range(8)) if name in arrays]
         weights = [arrays[name.replace("JOINTS", "WEIGHTS")] for name in sets]
-        matrices = vertex_matrices(stand, [arrays[name] for name in sets], weights, len(points))
+        matrices = vertex_matrices(placement, [arrays[name] for name in sets], weights, len(points))
         turned: FloatArray = np.einsum("vij,vj->vi", matrices[:, :, :3], points) + matrices[:, :, 3]
         return turned
 

@@ -32,7 +32,7 @@ from upholster.synthesis.quilt.kernels._label_map_kernels import (
     label_cells,
     list_sheets,
 )
-from upholster.synthesis.quilt.kernels._sheet_kernels import FIT, MOST_SHEETS
+from upholster.synthesis.quilt.kernels._sheet_kernels import FIT, FIT_PLACE, FIT_TURNS, MOST_SHEETS
 from upholster.synthesis.quilt.lay_plan import LayPlan
 from upholster.synthesis.quilt.laying import Drawn
 
@@ -121,7 +121,7 @@ def _piece(drawn: Drawn, chart: int, edges: NDArray[np.int64], cell: int, ranks:
     rank = np.full(len(order) + 1, -1, np.int32)
     rank[order] = np.arange(len(order), dtype=np.int32)
     fits = drawn.fits[drawn.firsts[block] + sheet]
-    fits[:, 2:4] += corner
+    fits[:, FIT_PLACE] += corner
     first = int(corner[0]) // cell, int(corner[1]) // cell
     return LabelPiece(
         chart,
@@ -181,7 +181,7 @@ def labelled(plan: LayPlan, number: int, pieces: Sequence[LabelPiece]) -> Labell
         return bare_placement(number, (chart.height, chart.width), shape), LabelMap(cell, none)
     placed = np.zeros(len(sheets.numbers), PLACEMENT)
     placed["chart"] = number
-    placed["symmetry"] = _PRODUCTS[sheets.records[:, SYMMETRY], sheets.fits[:, 10].astype(np.intp)]
+    placed["symmetry"] = _PRODUCTS[sheets.records[:, SYMMETRY], sheets.fits[:, FIT_TURNS].astype(np.intp)]
     sources = sheets.records[:, [SOURCE_ROW, SOURCE_COLUMN, SYMMETRY]].astype(np.int64)
     cells = ShownCells(
         shown, cell, sheets.fits, sources, placed["symmetry"].copy(), plan.numbers.level, shape

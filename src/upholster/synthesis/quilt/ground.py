@@ -206,22 +206,22 @@ def _mesh_arrays(
     seam, crossing = _crossings(surface)
     seam[across < 0] = -1
     return MeshArrays(
-        np.ascontiguousarray(mesh.corners),
-        vertices,
-        across,
-        first,
-        listed,
-        np.ascontiguousarray(fine.vectors),
-        np.ascontiguousarray(mesh.flat_normals),
-        along,
-        down,
-        places,
-        np.ascontiguousarray(surface.chart),
-        seam,
-        crossing,
-        np.bincount(vertices.ravel(), np.repeat(mesh.areas / 3, 3), count).astype(np.float64),
-        fold,
-        np.ascontiguousarray(turns, np.int32),
+        corners=np.ascontiguousarray(mesh.corners),
+        triangles=vertices,
+        neighbours=across,
+        first=first,
+        around=listed,
+        vectors=np.ascontiguousarray(fine.vectors),
+        normals=np.ascontiguousarray(mesh.flat_normals),
+        along=along,
+        down=down,
+        places=places,
+        chart=np.ascontiguousarray(surface.chart),
+        seam=seam,
+        crossing=crossing,
+        spread=np.bincount(vertices.ravel(), np.repeat(mesh.areas / 3, 3), count).astype(np.float64),
+        fold=fold,
+        turns=np.ascontiguousarray(turns, np.int32),
     )
 
 

@@ -24,7 +24,8 @@ from upholster.synthesis.quilt.centres import Centres, centres_at, centres_on
 from upholster.synthesis.quilt.ground import PlacedGround
 from upholster.synthesis.quilt.kernels._block_kernels import (
     BLOCK_COLUMNS,
-    LAID,
+    MULTIPLIER,
+    OUTCOME,
     PHASE,
     SOURCE_COLUMN,
     SOURCE_ROW,
@@ -88,9 +89,6 @@ _SIZES = 3.0
 
 _NUMBERS = 2**24
 """Each parcel has a range of this many numbers for its blocks; the ranges are in the order of parcels."""
-
-_MULTIPLIER = 0xD1342543DE82EF95
-"""Difference of the random generators' seeds of two successive blocks; `lay_blocks` uses the same."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -278,7 +276,7 @@ class _Laying:
             self._add(
                 centres_at(self.placed, np.array([piece.step], np.int32)), np.array([-2 - number], np.int64)
             )
-            self.records[n, [SOURCE_ROW, SOURCE_COLUMN, LAID]] = *frame.source, 2
+            self.records[n, [SOURCE_ROW, SOURCE_COLUMN, OUTCOME]] = *frame.source, 2
             fits = np.empty((1, MOST_SHEETS, FIT))
             pieces = put_block(
                 self.placed.ground, frame.numbers, self._arrays(), n, piece.turn(), frame.half, frame.mask,
@@ -349,7 +347,7 @@ class _Laying:
             return np.append(np.zeros(len(self.records)), _scattered(len(centres.steps)))
         if self.plan.in_rows:
             return np.append(np.zeros(len(self.records)), centres.steps[:, 1:] @ np.array([_ROW, 1.0]))
-        known = np.where(self.records[:, LAID] != 0, 0.0, np.inf)
+        known = np.where(self.records[:, OUTCOME] != 0, 0.0, np.inf)
         if self.plan.before is not None:
             known[0] = np.inf
         triangles = np.concatenate([self.centres.triangles, centres.triangles])
@@ -406,7 +404,7 @@ class _Laying:
 
     def laid(self) -> ParcelBlocks:
         """Return the parcel's own blocks."""
-        kept = self.first + np.flatnonzero(self.records[self.first :, LAID])
+        kept = self.first + np.flatnonzero(self.records[self.first :, OUTCOME])
         return ParcelBlocks(
             self.numbers[kept],
             self.centres.steps[kept],
@@ -462,10 +460,9 @@ class _Laying:
         plan, (start, stop) = self.plan, part
         scratch = self._free.pop() if self._free else self._scratch()
         fits, pieces = np.empty((stop - start, MOST_SHEETS, FIT)), np.zeros(stop - start, np.int64)
-        # A block's generator follows from its number. `lay_blocks` adds the index, so it is subtracted here.
-        moved = (int(self.numbers[start]) - start) * _MULTIPLIER
         ground, blocks, masks = self.placed.ground, self._arrays(), self.masks[start:stop]
-        seed = np.uint64((plan.seed + moved) % 2**64)
+        # A block's generator follows from its number.
+        seed = np.uint64((plan.seed + int(self.numbers[start]) * MULTIPLIER) % 2**64)
         if near is None:
             relay_blocks(
                 ground, plan.match, plan.numbers, plan.weights, blocks, part,
@@ -480,7 +477,7 @@ class _Laying:
         self._free.append(scratch)
 
     def _keep(self, start: int, fits: FloatArray, pieces: NDArray[np.int64]) -> None:
-        counts = np.where(self.records[start : start + len(pieces), LAID], pieces, 0)
+        counts = np.where(self.records[start : start + len(pieces), OUTCOME], pieces, 0)
         self.sheets[start] = counts, fits[np.arange(MOST_SHEETS) < counts[:, None]]
 
     def _scratch(self) -> LayScratch:
@@ -489,5 +486,5 @@ class _Laying:
 
 def _scattered(count: int) -> FloatArray:
     # Numbers in an order that looks random: Fibonacci hashing.
-    found: FloatArray = (np.arange(count, dtype=np.uint64) * np.uint64(_MULTIPLIER)).astype(np.float64)
+    found: FloatArray = (np.arange(count, dtype=np.uint64) * np.uint64(MULTIPLIER)).astype(np.float64)
     return found

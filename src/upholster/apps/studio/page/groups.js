@@ -185,7 +185,7 @@ function elementSize(store) {
 }
 
 function unit(reading) {
-  const units = ['', 'm', 'cm', 'mm', 'in', 'ft'].map((name) => [name, name || 'as the file says'])
+  const units = ['', ...Object.keys(lengths.METRES)].map((name) => [name, name || 'as the file says'])
   const about = { label: 'Unit of the model', hint: 'What one unit of the file is.', option: '--unit' }
   return choice(about, units, reading.read('unit', ''), reading.write('unit', ''))
 }

@@ -1,6 +1,6 @@
 /** Lengths as people write them: "18cm", or a number in the model's own unit. */
 
-const METRES = { mm: 0.001, cm: 0.01, dm: 0.1, m: 1, km: 1000, in: 0.0254, ft: 0.3048 }
+export const METRES = { mm: 0.001, cm: 0.01, dm: 0.1, m: 1, km: 1000, in: 0.0254, ft: 0.3048 }
 
 /** Metres per unit with a name; null for a unit without one. */
 const metresOf = (unit) => METRES[unit] ?? null

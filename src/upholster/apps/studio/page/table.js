@@ -1,6 +1,7 @@
 /** The sample table: which part of a photo is the sample, seen from the front and evenly lit, and its size. */
 
 import { button, make, openDialog } from './dom.js'
+import { METRES } from './lengths.js'
 
 const SVG = 'http://www.w3.org/2000/svg'
 const INSET = 0.12 // initial margin of corners and crop, as a share of the photo
@@ -163,11 +164,11 @@ export function openTable({ picture, width, height, options, preview, hints }) {
   const length = make('input', { type: 'text', placeholder: '21cm', ariaLabel: 'Length of what the line crosses', className: 'short' })
   const sizeText = make('span', { className: 'value' })
   const size = () => {
-    const found = /^\s*([0-9.]+)\s*(mm|cm|dm|m|in|ft)?\s*$/.exec(length.value)
-    if (!found || !prepared) return null
+    const found = /^\s*([0-9.]+)\s*([a-z]*)\s*$/.exec(length.value)
+    if (!found || !prepared || (found[2] && !Object.hasOwn(METRES, found[2]))) return null
     const [a, b] = line
     const across = Math.hypot(((b[0] - a[0]) / 1000) * prepared[0], ((b[1] - a[1]) / 1000) * prepared[1])
-    return across > 0 ? `${Number(((Number(found[1]) * prepared[0]) / across).toPrecision(4))}${found[2] ?? ''}` : null
+    return across > 0 ? `${Number(((Number(found[1]) * prepared[0]) / across).toPrecision(4))}${found[2]}` : null
   }
   const showSize = () => (sizeText.textContent = size() ? `the sample is ${size()} wide` : '')
   length.oninput = showSize

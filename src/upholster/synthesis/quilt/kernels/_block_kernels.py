@@ -10,8 +10,9 @@ from upholster.runtime.jit import inline
 __all__ = [
     "BLOCK_COLUMNS",
     "EITHER",
-    "LAID",
     "MOST_NEAR",
+    "MULTIPLIER",
+    "OUTCOME",
     "PHASE",
     "REFINED",
     "SOURCE_COLUMN",
@@ -30,7 +31,7 @@ __all__ = [
 # Columns of a block's record: the pixel that its centre reads, its symmetry, and whether it was laid on other
 # blocks (1), laid on bare steps only (2), or not needed (0). The last ones are the phases that the surface
 # requests at the centre, for at most two waves, in 1/65536 turn.
-SOURCE_ROW, SOURCE_COLUMN, SYMMETRY, LAID, PHASE = range(5)
+SOURCE_ROW, SOURCE_COLUMN, SYMMETRY, OUTCOME, PHASE = range(5)
 BLOCK_COLUMNS = PHASE + 2
 
 EITHER = 128
@@ -41,6 +42,9 @@ _FEW = 4096
 
 MOST_NEAR = 64
 """Maximum number of nearby blocks whose sources a block avoids."""
+
+MULTIPLIER = 0xD1342543DE82EF95
+"""Difference of the seeds of two successive blocks' random generators, modulo 2^64, and of `_scattered`."""
 
 REFINED = 4
 """Number of the best candidates whose surroundings are searched."""

@@ -13,7 +13,14 @@ from upholster.base.types import FloatArray, IntArray, int64
 from upholster.charts._step_kernels import CLOSE, bounds, clamped
 from upholster.quilt.placement import SYMMETRIES
 from upholster.runtime.jit import inline, kernel
-from upholster.synthesis.quilt.kernels._block_kernels import SYMMETRY, FramePixels, LayNumbers, MatchImage
+from upholster.synthesis.quilt.kernels._block_kernels import (
+    SOURCE_COLUMN,
+    SOURCE_ROW,
+    SYMMETRY,
+    FramePixels,
+    LayNumbers,
+    MatchImage,
+)
 from upholster.synthesis.quilt.kernels._unfold_kernels import Footprint
 
 __all__ = [
@@ -237,7 +244,7 @@ def write_frame(
     """Write a block's new steps to the canvases of the charts that it reaches."""
     size, cell = numbers.size, numbers.cell
     half, across = size // 2, size // cell
-    turn = SYMMETRIES[record[SYMMETRY]]
+    turn, source_row, source_column = SYMMETRIES[record[SYMMETRY]], record[SOURCE_ROW], record[SOURCE_COLUMN]
     for n in range(count):
         if found.sheets[n] < 0:
             continue
@@ -267,8 +274,8 @@ def write_frame(
                     continue
                 if 0 <= canvases.owners[at] < canvases.fixed:
                     continue
-                row = min(max(record[0] + turn[0] * down + turn[1] * along, 0), numbers.height - 1)
-                column = min(max(record[1] + turn[2] * down + turn[3] * along, 0), numbers.width - 1)
+                row = min(max(source_row + turn[0] * down + turn[1] * along, 0), numbers.height - 1)
+                column = min(max(source_column + turn[2] * down + turn[3] * along, 0), numbers.width - 1)
                 canvases.owners[at] = block
                 canvases.sheets[at] = found.sheets[n]
                 canvases.sources[at] = row * numbers.width + column

@@ -1,8 +1,8 @@
 """The hot loop of method "quilt": finds, chooses, cuts and lays blocks, one after another.
 
-For each block, the loop finds its footprint (`lie_whole`, or `unfold_block` and `fit_block`), draws the
-blocks under it (`look_at_frame`), chooses its source (`choose_source`, once for each symmetry that is tried),
-cuts its border (`cut_block`), and writes it to the canvases (`write_frame`).
+For each block, the loop finds its footprint (`place_inside_chart`, or `unfold_block` and `fit_block`), draws
+the blocks under it (`look_at_frame`), chooses its source (`choose_source`, once for each symmetry that is
+tried), cuts its border (`cut_block`), and writes it to the canvases (`write_frame`).
 """
 
 from typing import Any, NamedTuple
@@ -15,8 +15,9 @@ from upholster.quilt.placement import SYMMETRIES
 from upholster.runtime.jit import inline, kernel
 from upholster.synthesis.quilt.kernels._block_kernels import (
     EITHER,
-    LAID,
     MOST_NEAR,
+    MULTIPLIER,
+    OUTCOME,
     PHASE,
     SOURCE_COLUMN,
     SOURCE_ROW,
@@ -42,12 +43,13 @@ from upholster.synthesis.quilt.kernels._unfold_kernels import (
     UnfoldScratch,
     unfold_block,
 )
-from upholster.synthesis.quilt.kernels._whole_kernels import ClearCells, lie_whole
+from upholster.synthesis.quilt.kernels._whole_kernels import ClearCells, place_inside_chart
 
 __all__ = [
     "BlockArrays",
     "Ground",
     "LayScratch",
+    "centre_step",
     "find_block",
     "lay_blocks",
     "list_near",
@@ -181,7 +183,7 @@ def list_near(blocks: BlockArrays, near: NDArray[np.int64], choice: ChoiceScratc
     """List the sources of those `near` blocks that are laid; return their number."""
     count = int64(0)
     for m in near:
-        if blocks.records[m, LAID] and count < MOST_NEAR:
+        if blocks.records[m, OUTCOME] and count < MOST_NEAR:
             choice.near[count, 0] = blocks.records[m, SOURCE_ROW]
             choice.near[count, 1] = blocks.records[m, SOURCE_COLUMN]
             count += 1
@@ -220,8 +222,8 @@ def _choose(
 
 
 @inline
-def _centre(canvases: Canvases, root: FloatArray) -> Any:
-    # The step at a block's centre.
+def centre_step(canvases: Canvases, root: FloatArray) -> Any:
+    """Return the step at a block's centre."""
     k = int64(root[0])
     return canvases.firsts[k] + int64(root[1]) * canvases.widths[k] + int64(root[2])
 
@@ -237,7 +239,7 @@ def write_block(
     scratch: LayScratch,
 ) -> None:
     """Write block n, and always its centre, even if that step falls between two pixels of the frame."""
-    record, centre = blocks.records[n], _centre(canvases, blocks.roots[n])
+    record, centre = blocks.records[n], centre_step(canvases, blocks.roots[n])
     write_frame(canvases, numbers, n, record, mask, scratch.found, triangles)
     if canvases.owners[centre] < 0:
         canvases.owners[centre], canvases.sheets[centre] = n, 0
@@ -269,13 +271,13 @@ def _settle(
         pixels,
         scratch.symmetries,
     )
-    centre = _centre(canvases, blocks.roots[n])
+    centre = centre_step(canvases, blocks.roots[n])
     if bare == 0 and canvases.owners[centre] >= 0:
         return
     scratch.choice.zone[0] = canvases.zones[centre] % EITHER if canvases.zones.shape[0] else 0
     scratch.choice.avoid[0] = canvases.sources[centre] if canvases.owners[centre] < 0 else -1
     count = list_symmetries(numbers, scratch)
-    record[LAID] = 1 if laid else 2
+    record[OUTCOME] = 1 if laid else 2
     if laid:
         _choose(match, numbers, weights, blocks, n, near, count, scratch)
     else:
@@ -307,7 +309,7 @@ def find_block(
     `half` is half the block's side in frame pixels; `blocks.scales` are frame pixels per model unit.
     """
     root = blocks.roots[n]
-    count = lie_whole(ground.field, ground.clear, root, half, scratch.found, fits)
+    count = place_inside_chart(ground.field, ground.clear, root, half, scratch.found, fits)
     if count > 0:
         return count, int64(1)
     found, sheets = unfold_block(
@@ -366,16 +368,16 @@ def lay_blocks(
     that fit. The source of any other block is chosen by the blocks that it continues, and the block is cut
     where it differs least from them. Of sources that fit about equally well it takes the one that the nearby
     blocks use least: those of block n are ``near[firsts[n] : firsts[n + 1]]``. Each block has its own random
-    generator, which follows from `seed`. `fits` (blocks, `MOST_SHEETS`, `FIT`) and `pieces` (blocks,) receive
-    the sheets' fits and the number of sheets,
-    `masks` (blocks, cells) the cells that show. The loop ends early once `stop` (1,) is not 0.
+    generator; `seed` is that of the first one. `fits` (blocks, `MOST_SHEETS`, `FIT`) and `pieces` (blocks,)
+    receive the sheets' fits and the number of sheets, `masks` (blocks, cells) the cells that show. The loop
+    ends early once `stop` (1,) is not 0.
     """
     for n in range(part[0], part[1]):
         if stop[0]:
             return
         own = n - part[0]
-        scratch.state[0] = seed + np.uint64(n) * np.uint64(0xD1342543DE82EF95)
-        blocks.records[n, LAID] = 0
+        scratch.state[0] = seed + np.uint64(own) * np.uint64(MULTIPLIER)
+        blocks.records[n, OUTCOME] = 0
         count, pieces[own] = find_block(ground, 0.5 * numbers.size, blocks, n, fits[own], scratch)
         own_near = near[firsts[n] : firsts[n + 1]]
         _settle(ground, match, numbers, weights, blocks, n, own_near, count, scratch)

@@ -16,7 +16,8 @@ from upholster.runtime.jit import inline, kernel
 from upholster.synthesis._cut_kernels import cut_weighted
 from upholster.synthesis.quilt.kernels._block_kernels import (
     EITHER,
-    LAID,
+    MULTIPLIER,
+    OUTCOME,
     PHASE,
     SOURCE_COLUMN,
     SOURCE_ROW,
@@ -29,13 +30,13 @@ from upholster.synthesis.quilt.kernels._block_kernels import (
     squared_difference,
 )
 from upholster.synthesis.quilt.kernels._choice_kernels import judge_sources, next_best
-from upholster.synthesis.quilt.kernels._frame_kernels import BESIDE, FIXED, Canvases, look_at_frame
-from upholster.synthesis.quilt.kernels._frame_kernels import LAID as LAID_PIXEL
+from upholster.synthesis.quilt.kernels._frame_kernels import BESIDE, FIXED, LAID, Canvases, look_at_frame
 from upholster.synthesis.quilt.kernels._guide_kernels import is_barred, penalise_off, prefer_cells
 from upholster.synthesis.quilt.kernels._lay_kernels import (
     BlockArrays,
     Ground,
     LayScratch,
+    centre_step,
     find_block,
     list_symmetries,
     turn_frame,
@@ -216,7 +217,7 @@ def _hold_cells(numbers: LayNumbers, zone: int, pixels: FramePixels, out: RelayS
             for i in range(a * cell, a * cell + cell):
                 for j in range(b * cell, b * cell + cell):
                     mark = pixels.marks[i, j]
-                    held = held or mark & LAID_PIXEL == 0 or mark & (FIXED | BESIDE) != 0
+                    held = held or mark & LAID == 0 or mark & (FIXED | BESIDE) != 0
             out.held[a * across + b] = held
 
 
@@ -253,7 +254,7 @@ def _expand(
     for i in range(size):
         for j in range(size):
             place = base + pixels.ys[i, j] * numbers.width + pixels.xs[i, j]
-            is_laid = np.int32(pixels.marks[i, j] & LAID_PIXEL)
+            is_laid = np.int32(pixels.marks[i, j] & LAID)
             out.away[i, j] = is_laid * squared_difference(match.image[place], pixels.old[i, j])
     _prefer(match, numbers, base, pixels, cut)
     for at in range(cut.balance.shape[0]):
@@ -348,9 +349,7 @@ def _resettle(
     least = int64(weights.relay * size)
     if bare or _cost_cuts(canvases, match, numbers, blocks.records, pixels, out) <= least:
         return
-    root = blocks.roots[n]
-    k = int64(root[0])
-    centre = canvases.firsts[k] + int64(root[1]) * canvases.widths[k] + int64(root[2])
+    centre = centre_step(canvases, blocks.roots[n])
     choice.zone[0] = canvases.zones[centre] % EITHER if canvases.zones.shape[0] else 0
     list_symmetries(numbers, scratch)
     symmetry = scratch.tried[0]
@@ -374,8 +373,8 @@ def _resettle(
             for at in range(out.best.shape[0]):
                 out.best[at] = out.tried[at]
             record[SOURCE_ROW], record[SOURCE_COLUMN] = place // numbers.width, place % numbers.width
-            record[SYMMETRY], record[LAID] = symmetry, 1
-    if record[LAID]:
+            record[SYMMETRY], record[OUTCOME] = symmetry, 1
+    if record[OUTCOME]:
         for at in range(out.best.shape[0]):
             scratch.mask[at] = out.best[at]
         write_block(canvases, numbers, blocks, n, scratch.mask, triangles, scratch)
@@ -402,8 +401,8 @@ def relay_blocks(
         if stop[0]:
             return
         own = n - part[0]
-        scratch.state[0] = seed + np.uint64(n) * np.uint64(0xD1342543DE82EF95)
-        blocks.records[n, LAID] = 0
+        scratch.state[0] = seed + np.uint64(own) * np.uint64(MULTIPLIER)
+        blocks.records[n, OUTCOME] = 0
         scratch.mask[:] = 0
         count, pieces[own] = find_block(ground, 0.5 * numbers.size, blocks, n, fits[own], scratch)
         _resettle(ground, match, numbers, weights, blocks, n, count, scratch, out)

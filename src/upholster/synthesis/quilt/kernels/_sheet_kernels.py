@@ -19,6 +19,8 @@ from upholster.synthesis.quilt.kernels._unfold_kernels import Footprint, MeshArr
 
 __all__ = [
     "FIT",
+    "FIT_PLACE",
+    "FIT_TURNS",
     "MOST_SHEETS",
     "FieldArrays",
     "SheetScratch",
@@ -35,6 +37,9 @@ MOST_SHEETS = 24
 FIT = 11
 """Number of values of a fitted sheet: 1 if it is settled or −1 if it cannot be, chart, c (2), s (2), C (4),
 turns."""
+
+FIT_PLACE, FIT_TURNS = slice(2, 4), 10
+"""The columns of c and of the turns in a fit."""
 
 _HELD = 30.0
 """Weight that holds C near its first guess, equal to this many texels of seam that are off by one texel."""

@@ -14,7 +14,7 @@ from upholster.runtime.jit import inline, kernel, shared
 from upholster.synthesis.quilt.kernels._sheet_kernels import FieldArrays, enter_fit, field_at, turned
 from upholster.synthesis.quilt.kernels._unfold_kernels import Footprint, MeshArrays
 
-__all__ = ["CLEAR_CELL", "ClearCells", "lie_whole", "mark_edges"]
+__all__ = ["CLEAR_CELL", "ClearCells", "mark_edges", "place_inside_chart"]
 
 CLEAR_CELL = 8
 """Side in steps of the cells for which it is stored whether a sheet may end there."""
@@ -126,7 +126,7 @@ def _place_of(
 
 
 @shared
-def lie_whole(
+def place_inside_chart(
     field: FieldArrays, clear: ClearCells, root: FloatArray, half: float, out: Footprint, fits: FloatArray
 ) -> Any:
     """Lay a block flat on its centre's chart; return its number of triangles, 0 if it must be unfolded.
