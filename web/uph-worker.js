@@ -15,7 +15,7 @@
 //      exemplar {picture}                 paint with it, of the exemplar's size, instead of the exemplar; null: with that again
 //      paint {}                           paint in the worker after all
 //      counts {counts}                    segments of every chart, along s and along t
-//      pixels {pixels}                    the model is larger on screen now
+//      pixels {perUnit}                   charts are larger on screen now: pixels that a unit of length takes on each
 //      shown {buffers}                    the last `textures` are on screen; buffers to use again
 //      join {port}                        another stream: the same messages through a port of its own
 //      close {}                           the stream is no longer wanted

@@ -135,6 +135,8 @@ def test_of_several_at_once_the_last_is_shown_by_the_same_worker(shown: Any) -> 
 
 
 def test_what_is_shown_is_what_a_new_viewer_shows(shown: Any) -> None:
+    shown.call("viewer.open(streams.a)")  # at the size that the page has by now
+    shown.complete().settle_shape()
     before = shown.texels()
     for name in "bdca":
         shown.call("await viewer.replace(streams[argument])", name)

@@ -1,11 +1,12 @@
-/** How finely charts have to be tessellated for where they are seen. */
+/** How finely charts have to be tessellated and painted for where they are seen. */
 
 import { countsFor } from '../uph-mesh.js'
 
-const MEASURE_EVERY = 120 // milliseconds between looks at how large charts are on screen
+const ASK_EVERY = 120 // milliseconds
 const MAX_QUADS = 2 ** 19
+const WIDEST_TEXEL = 1.1 // pixels from which more texels are asked for
 
-/** Gathers the segments that charts need in a frame, and asks for them together, not at every frame. */
+/** Gathers the segments and texels that charts need in some frames, and asks for them together. */
 export class Detail {
   /** Segments of charts, along s and along t, that were asked for; null before there are any. */
   counts = null
@@ -13,14 +14,17 @@ export class Detail {
   leastPerUnit = 0
   #bounds
   #errorPixels
+  #perUnit // of charts: for how many pixels a unit of length texels were asked for
+  #isNearer = false // than that
   #request
   #wanted = null
   #askedAt = 0
 
-  /** request(counts) is called when charts want other segments. */
-  constructor(bounds, errorPixels, request) {
+  /** request(message) is called when charts want other segments, or more texels than for `perUnit` pixels; see `uph-worker.js`. */
+  constructor(bounds, errorPixels, perUnit, request) {
     this.#bounds = bounds
     this.#errorPixels = errorPixels
+    this.#perUnit = new Float32Array(bounds.length).fill(perUnit)
     this.#request = request
   }
 
@@ -28,9 +32,8 @@ export class Detail {
   measure(chart, perUnit) {
     if (!this.counts) return
     if (!this.#wanted) {
-      if (performance.now() - this.#askedAt < MEASURE_EVERY) return
       this.#wanted = this.counts.slice()
-      setTimeout(() => this.#ask(), 0)
+      setTimeout(() => this.#ask(), this.#askedAt + ASK_EVERY - performance.now())
     }
     this.#want(chart, perUnit)
   }
@@ -49,6 +52,9 @@ export class Detail {
       // Coarser only where it pays, so that turning to and fro changes nothing.
       if (counts[k] > now || counts[k] < now / 2) this.#wanted[2 * chart + k] = counts[k]
     }
+    if (perUnit <= WIDEST_TEXEL * this.#perUnit[chart]) return
+    this.#perUnit[chart] = perUnit
+    this.#isNearer = true
   }
 
   #ask() {
@@ -56,12 +62,14 @@ export class Detail {
     if (!wanted) return // asked for already
     this.#wanted = null
     this.#askedAt = performance.now()
+    if (this.#isNearer) this.#request({ kind: 'pixels', perUnit: this.#perUnit })
+    this.#isNearer = false
     const quads = () => wanted.reduce((sum, count, n) => (n % 2 ? sum + count * wanted[n - 1] : sum), 0)
     while (quads() > MAX_QUADS && wanted.some((count) => count > 1)) {
       wanted.forEach((count, n) => (wanted[n] = Math.max(1, count >> 1)))
     }
     if (wanted.every((count, n) => count === this.counts[n])) return
     this.counts = wanted
-    this.#request(wanted)
+    this.#request({ kind: 'counts', counts: wanted })
   }
 }

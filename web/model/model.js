@@ -10,9 +10,6 @@ import { Detail } from './detail.js'
  */
 export const DEFAULTS = { maxTextureSize: 4096, maxTexels: 2 ** 26, errorPixels: 0.4 }
 
-/** Width of a texel in pixels from which more texels are requested. */
-const WIDEST_TEXEL = 1.1
-
 let version = 0
 
 /**
@@ -44,6 +41,7 @@ export class Model extends EventTarget {
   #incoming = null // another surface, its charts, and its place among them: until it has textures
   #detail = null
   #pixels
+  #perUnit = null // how many pixels a unit of length takes in a sphere, as measured last
   #errorPixels
 
   /**
@@ -135,12 +133,8 @@ export class Model extends EventTarget {
 
   /** Tessellate and paint the charts for this size on screen. `eye` is in the model's own space. */
   measure(eye, pixelsAtOne, near) {
-    const perUnit = ({ center, radius }) => pixelsAtOne / Math.max(Math.hypot(...center.map((x, k) => x - eye[k])) - radius, near)
-    this.charts.forEach(({ bounds }, chart) => this.measureChart(chart, perUnit(bounds)))
-    const pixels = this.sphere.radius * perUnit(this.sphere)
-    if (pixels <= WIDEST_TEXEL * this.#pixels) return
-    this.#pixels = pixels
-    this.#client.send({ kind: 'pixels', pixels })
+    this.#perUnit = ({ center, radius }) => pixelsAtOne / Math.max(Math.hypot(...center.map((x, k) => x - eye[k])) - radius, near)
+    this.charts.forEach(({ bounds }, chart) => this.measureChart(chart, this.#perUnit(bounds)))
   }
 
   /** Tessellate a chart for this size on screen. */
@@ -169,7 +163,7 @@ export class Model extends EventTarget {
   #begin({ bounds, sphere, plain, metres }) {
     const charts = bounds.map((one) => ({ bounds: one, geometry: null, textures: {} }))
     this.#incoming = { charts, plain, metres, sphere }
-    this.#detail = new Detail(bounds, this.#errorPixels, (counts) => this.#client.send({ kind: 'counts', counts }))
+    this.#detail = new Detail(bounds, this.#errorPixels, this.#pixels / sphere.radius, (message) => this.#client.send(message))
   }
 
   /** The charts that the worker speaks of. */
@@ -178,7 +172,11 @@ export class Model extends EventTarget {
   }
 
   #takeMeshes({ pieces, counts }) {
-    this.#detail.counts ??= counts
+    if (!this.#detail.counts) {
+      this.#detail.counts = counts
+      // What takes the place of another surface is as fine as that from the beginning.
+      if (this.#perUnit) this.#ownCharts.forEach(({ bounds }, chart) => this.#detail.measure(chart, this.#perUnit(bounds)))
+    }
     for (const { chart, ...geometry } of pieces) this.#ownCharts[chart].geometry = geometry
     if (!this.#incoming) this.#notify('geometry')
   }

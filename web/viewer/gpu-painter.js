@@ -37,10 +37,11 @@ export class GpuPainter {
     for (const [target, source] of all) {
       const made = this.#resources.known(source)
       let isTouched = fresh.has(source)
-      for (const { chart, points } of source.recipe.gutters) {
+      for (const { chart, points, height, width } of source.recipe.gutters) {
         const other = charts[chart].textures[target]
-        // Between two densities, charts are painted one after another.
-        if (other?.recipe?.density !== source.recipe.density || !(fresh.has(source) || fresh.has(other))) continue
+        // Charts that get other sizes are painted one after another.
+        const isKnown = other?.recipe && other.height === height + 2 && other.width === width + 2
+        if (!isKnown || !(fresh.has(source) || fresh.has(other))) continue
         this.#drawGutter(source, target, made, points, this.#resources.known(other).lines)
         isTouched = true
       }

@@ -67,7 +67,7 @@ export class Renderer extends EventTarget {
     return isWanted
   }
 
-  /** Whether the graphics card is still at the last picture, or makes the programs for these models. */
+  /** Whether the graphics card is still at the last picture, makes the programs for these models, or has not all of them yet. */
   isBusy(models, environment) {
     const gl = this.#gl
     if (this.#fence && gl.getSyncParameter(this.#fence, gl.SYNC_STATUS) !== gl.UNSIGNALED) {
@@ -77,7 +77,8 @@ export class Renderer extends EventTarget {
     const parts = models.flatMap(partsOf)
     const names = parts.map((model) => this.#programOf(model, environment))
     if (parts.some((model) => model.onPage && !this.#painter.ready())) return true
-    return this.#fence !== null || !this.#programs.ready('backdrop', 'floor', 'height', 'shade', ...names)
+    if (this.#fence !== null || !this.#programs.ready('backdrop', 'floor', 'height', 'shade', ...names)) return true
+    return !this.#resources.upload(parts)
   }
 
   /** Draw an invisible picture, so that the graphics card prepares everything that a first picture needs. */

@@ -4,6 +4,7 @@ import { isColorTarget } from '../uph/roles.js'
 import { UNITS } from './shading.js'
 
 const ANISOTROPY = 8
+const MOST_UPLOAD = 8 // milliseconds of a frame
 
 /** Attributes in the order of their places, and how many numbers each has. */
 const ATTRIBUTES = [['positions', 3], ['normals', 3], ['tangents', 4], ['parameters', 2]]
@@ -20,6 +21,26 @@ export class Resources {
     this.#gl = gl
     this.#anisotropic = gl.getExtension('EXT_texture_filter_anisotropic')
     this.#blank = this.color([1, 1, 1])
+  }
+
+  /** Take over what has changed of models, as much as a frame may take; returns whether that was all. */
+  upload(models) {
+    const until = performance.now() + MOST_UPLOAD
+    for (const { charts, geometries } of models) {
+      for (const geometry of geometries) {
+        if (this.#geometries.has(geometry)) continue
+        if (performance.now() > until) return false
+        this.bind(geometry)
+      }
+      for (const { textures } of charts) {
+        for (const [n, unit] of UNITS.entries()) {
+          if (!textures[unit]?.data || this.known(textures[unit]).version === textures[unit].version) continue
+          if (performance.now() > until) return false
+          this.texture(n, textures[unit])
+        }
+      }
+    }
+    return true
   }
 
   /** Bind a geometry's vertex arrays, or of what `part` makes of it, see `lines.js`. Returns how many numbers to draw. */

@@ -8,7 +8,7 @@ import { BACKGROUNDS, KEY_DIRECTION } from './shading.js'
 
 const MAX_PIXEL_RATIO = 2
 
-/** Milliseconds after which a still picture is drawn in full: models measure their size on screen every 120 only. */
+/** Milliseconds after which a still picture is drawn in full: models ask for what they need every 120. */
 const SHARPEN_AFTER = 150
 const SHARPEN_WHILE_LOADING = 4000 // textures are still getting better, and a full picture may hold up the page
 
@@ -215,7 +215,7 @@ export class Stage {
 
   /** Have a model as fine as it has to be in the place of the first one. */
   async refine(model) {
-    this.#measure(model, this.#viewport(0, this.#pixelsFor(1)), this.#orbit.camera())
+    this.#measure(model, 0, this.#orbit.camera())
     await new Promise((resolve) => setTimeout(resolve)) // by then it has asked for what it wants
     await model.settled()
   }
@@ -268,7 +268,8 @@ export class Stage {
     this.#orbit.update(seconds)
     if (this.#frame && this.#lastTime) quality.addFrame(time - this.#lastTime)
     this.#lastTime = this.#frame ? time : 0
-    this.#draw(this.#pixelsFor(quality.quality))
+    // What is whole and rests is drawn in full at once.
+    this.#draw(this.#pixelsFor(this.#frame || !this.#whole ? quality.quality : 1))
     this.#tellWaiting()
     clearTimeout(this.#timer)
     if (!this.#frame) this.#timer = setTimeout(() => this.#sharpen(), this.#loading ? SHARPEN_WHILE_LOADING : SHARPEN_AFTER)
@@ -291,6 +292,11 @@ export class Stage {
     return this.#models.some((model) => model.received < model.total)
   }
 
+  /** Whether the models show all of their streams. */
+  get #whole() {
+    return this.#models.every(({ shown }) => shown.coefficients === 1)
+  }
+
   /** Pixels of the picture, with a share of them along each side where a full picture would take too long. */
   #pixelsFor(quality) {
     const ratio = quality * Math.min(devicePixelRatio, MAX_PIXEL_RATIO)
@@ -307,7 +313,7 @@ export class Stage {
   #render(pixels) {
     const camera = this.#orbit.camera()
     const views = this.#models.map((model, n) => ({ model, viewport: this.#viewport(n, pixels), clip: this.#clip(n, pixels) }))
-    for (const { model, viewport } of views) this.#measure(model, viewport, camera)
+    this.#models.forEach((model, n) => this.#measure(model, n, camera))
     this.#renderer.draw(pixels, views, {
       camera,
       light: this.#light,
@@ -317,9 +323,11 @@ export class Stage {
     })
   }
 
-  #measure(model, viewport, { eye, near }) {
+  /** By all pixels, even where a picture has fewer: nothing is tessellated or painted twice. */
+  #measure(model, n, { eye, near }) {
     const { center, radius } = model.sphere
-    model.measure(plus(center, eye, radius), viewport[3] / 2 / SLOPE, near * radius)
+    const [, , , height] = this.#viewport(n, this.#pixelsFor(1))
+    model.measure(plus(center, eye, radius), height / 2 / SLOPE, near * radius)
   }
 
   /** What is drawn of a model's view, where two share it; undefined: all. */

@@ -11,18 +11,24 @@ import { hasMap } from './maps.js'
 export class ChartPainting {
   #mesher
   #sizes // of the textures, without gutters
-  #density // texels a step
+  #densities // of each chart its texels a step
   #lines = {} // per target and chart: the texels along its four edges
   #angles = new Map() // per edge: angles between the frames of either side
   #alpha // per chart: how many texels are see-through, and how many of them are soft
   #spare = []
   #painted = new Map() // charts of the target
 
-  constructor(mesher, sizes, density) {
+  constructor(mesher, sizes, densities) {
     this.#mesher = mesher
-    this.#sizes = sizes
-    this.#density = density
+    this.resize(sizes, densities)
     this.#alpha = sizes.map(() => ({ clear: 0, soft: 0 }))
+  }
+
+  /** Some charts are to be painted with other sizes, at so many texels a step. */
+  resize(sizes, densities) {
+    this.#sizes = sizes
+    this.#densities = densities
+    this.#angles.clear()
   }
 
   /** Use memory again. */
@@ -45,7 +51,7 @@ export class ChartPainting {
     const { height, width } = this.#sizes[chart]
     const stride = width + 2
     const data = this.#buffer(4 * stride * (height + 2))
-    const density = this.#density
+    const density = this.#densities[chart]
     const paint = (role, into) => decoder.rgba(chart, { role, density, into, stride, offset: 4 * (stride + 1) })
     const roles = TARGETS[target].filter((role) => hasMap(decoder, role))
     if (target === 'surface' || roles.length > 1) {

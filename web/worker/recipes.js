@@ -17,23 +17,22 @@ const PLACEMENT_NUMBERS = 9
 export class ChartRecipes {
   #mesher
   #sizes // of the textures
-  #density // texels a step
+  #densities // of each chart its texels a step
   #sent = new Set() // charts of which the page has the recipe
   #sheets = new Map() // per role: the picture of which the page has the sheet, and in how many symmetries
 
-  constructor(mesher, sizes, density) {
+  constructor(mesher, sizes, densities) {
     this.#mesher = mesher
-    this.resize(sizes, density)
+    this.resize(sizes, densities)
   }
 
-  /** Charts are to be painted with other sizes, at so many texels a step. */
-  resize(sizes, density) {
+  /** Some charts are to be painted with other sizes, at so many texels a step; they are forgotten, too. */
+  resize(sizes, densities) {
     this.#sizes = sizes
-    this.#density = density
-    this.#sent.clear()
+    this.#densities = densities
   }
 
-  /** Charts have other placements, or labels. */
+  /** Charts have other placements, labels or sizes, or what lies beyond their edges has. */
   forget(charts) {
     for (const chart of charts) this.#sent.delete(chart)
   }
@@ -58,10 +57,10 @@ export class ChartRecipes {
   /** Have the page paint a chart; returns whether it can. */
   paint(decoder, target, chart, entries) {
     if (!this.#sent.has(chart)) {
-      const data = chartNumbers(decoder.recipe(chart, this.#density), decoder.exemplarSize)
+      const data = chartNumbers(decoder.recipe(chart, this.#densities[chart]), decoder.exemplarSize)
       if (!data) return false
       const gutters = gutterPoints(this.#mesher, this.#sizes, chart, decoder.roles.includes('normal'))
-      entries.push({ chart, recipe: { gutters, density: this.#density }, data })
+      entries.push({ chart, recipe: { gutters }, data })
       this.#sent.add(chart)
     }
     const roles = TARGETS[target].filter((role) => hasMap(decoder, role))
@@ -162,7 +161,7 @@ function chartNumbers({ chart, size, field, layers }, exemplar) {
 }
 
 /**
- * What the gutter of a chart shows of adjacent charts: for each of them, `chart`, and `points`, six numbers each: column and row in the
+ * What the gutter of a chart shows of adjacent charts: for each of them, `chart`, its `height` and `width`, and `points`, six numbers each: column and row in the
  * texture, the texel along that chart's edge, which edge, and sine and cosine of the angle by which normals turn, in 1/8192.
  */
 function gutterPoints(mesher, sizes, chart, hasNormals) {
@@ -181,5 +180,5 @@ function gutterPoints(mesher, sizes, chart, hasNormals) {
       })
     }
   }
-  return [...found].map(([other, points]) => ({ chart: other, points: Float32Array.from(points) }))
+  return [...found].map(([other, points]) => ({ chart: other, ...sizes[other], points: Float32Array.from(points) }))
 }

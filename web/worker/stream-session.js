@@ -16,6 +16,7 @@ const FIRST_SHARE = 1 / 4 // of the charts: a first picture waits for as many
 const GROWTH = 9 / 8 // charts are painted again when there are so many times as many placements
 const LEAST_SHARE = 1 / 16 // of a chart's texels, each way, where the page can not show all
 const STEPS = 4 // of a density on the way to its half
+const TEXELS = 1.1 // of a chart along a pixel, where it is nearest
 const MESH_ARRAYS = ['positions', 'normals', 'tangents', 'parameters', 'indices', 'outline']
 
 /** One stream. `post(message, transfer)` sends to the page; messages are listed in `uph-worker.js`. `samples` are those of other streams. */
@@ -31,7 +32,7 @@ export class StreamSession {
   #textures = null
   #nearness = [] // of charts, to who looks
   #density = 0 // texels a step that the stream asks for
-  #radius = 1 // of the model
+  #perUnit = [] // of charts: how many pixels a unit of length takes
   #stepLength = null // in the mean
   #fresh = new Set() // charts with placements, labels or nodes that are not painted for these alone
   #placements = 0 // how many were known when there was none of these
@@ -69,7 +70,7 @@ export class StreamSession {
     else if (kind === 'close') this.#isClosed = true
     else if (kind === 'limit') this.#setLimit(message)
     else if (kind === 'counts' && message.counts.length === this.#counts?.length) this.#counts = message.counts // else they are of another surface
-    else if (kind === 'pixels') this.#look(message.pixels)
+    else if (kind === 'pixels') this.#look(message.perUnit)
     else if (kind === 'paint') this.#paintHere()
     else if (kind === 'exemplar') this.#replaceExemplar(message.picture)
     else if (kind === 'shown') {
@@ -153,8 +154,8 @@ export class StreamSession {
       if (this.#mesher && !this.#isOtherSurface) this.#mesh()
       if (!more && this.#isAll && this.#fresh.size) this.#markFresh()
       const isDue = this.#isDirty && !this.#isWaiting && !this.#isOtherSurface && this.#isWorthwhile
-      // While more is to come, now and then is enough: painting takes at most half of the time.
-      const wait = this.#paintedAt + Math.max(PAUSE, this.#paintTime) - performance.now()
+      // While more is to come, now and then is enough: painting takes at most half of the time, and a fifth while bytes wait to be read.
+      const wait = this.#paintedAt + Math.max(PAUSE, (more ? 4 : 1) * this.#paintTime) - performance.now()
       const isFirst = !this.#isShown && (!more || this.#decoder.chartsKnown >= FIRST_SHARE * this.#nearness.length)
       const isLast = !more && (this.#decoder.complete || this.#isUrgent)
       if (isDue && (wait <= 0 || isFirst || isLast)) {
@@ -278,7 +279,7 @@ export class StreamSession {
     this.#counts = new Uint16Array(bounds.flatMap((one) => countsFor(one, FIRST_PIXELS / 2 / sphere.radius, 0.5)))
     const plain = this.#mesher.plainMesh?.() ?? null
     this.#post({ kind: 'surface', bounds, sphere, plain, metres: surface.metres ?? null, exemplar: exemplarSize })
-    this.#radius = sphere.radius
+    this.#perUnit = bounds.map(() => (this.pixels ?? Infinity) / sphere.radius)
     this.#mesh()
     this.#sizeTextures()
     for (const target of Object.keys(TARGETS)) this.#markDirty(target, this.#decoder.roles)
@@ -289,36 +290,36 @@ export class StreamSession {
   #sizeTextures() {
     const decoder = this.#decoder
     this.#density = decoder.density
-    const sizesAt = (density) => this.#sizesAt(density)
-    this.#textures = new ChartTextures(this.#mesher, sizesAt, this.#densityFor(), this.#nearness, this.onPage, this.sketches)
+    const sizesAt = (densities) => this.#sizesAt(densities)
+    this.#textures = new ChartTextures(this.#mesher, sizesAt, this.#densities(), this.#nearness, this.onPage, this.sketches)
   }
 
-  #sizesAt(density) {
-    return this.#decoder.charts.map((_, n) => this.#decoder.paintedSize(n, density))
+  #sizesAt(densities) {
+    return densities.map((density, n) => this.#decoder.paintedSize(n, density))
   }
 
-  /** The page shows the model so large. What is painted finer than that stays. */
-  #look(pixels) {
-    this.pixels = Math.max(this.pixels, pixels)
-    if (this.#textures) this.#textures.density = this.#densityFor()
+  /** The page shows charts so large. */
+  #look(perUnit) {
+    if (perUnit.length !== this.#perUnit.length) return // of another surface
+    this.#perUnit = perUnit
+    if (this.#textures) this.#textures.densities = this.#densities()
   }
 
   /**
-   * With how many texels a step the page can show them: as many as the stream asks for, or fewer, in `STEPS` to the half, and hardly more
-   * than make a texel one pixel where the model is nearest.
+   * With how many texels a step the page can show each chart: as many as the stream asks for, or fewer, in `STEPS` to the half, and hardly more
+   * than `TEXELS` a pixel.
    */
-  #densityFor() {
-    const least = LEAST_SHARE * this.#density
-    const enough = Math.max(least, ((this.pixels ?? Infinity) / this.#radius) * this.#stepLength)
-    const coarser = (k) => this.#density * 2 ** (-k / STEPS)
-    for (let k = 0; coarser(k) >= least; k++) {
-      const density = coarser(k)
-      if (coarser(k + 1) >= enough) continue
-      const sizes = this.#sizesAt(density)
+  #densities() {
+    const most = STEPS * Math.log2(1 / LEAST_SHARE)
+    const enough = Array.from(this.#perUnit, (pixels) => Math.floor(STEPS * Math.log2(this.#density / (TEXELS * pixels * this.#stepLength))))
+    for (let coarsest = 0; coarsest <= most; coarsest++) {
+      const densities = enough.map((k) => this.#density * 2 ** (-Math.min(Math.max(k, coarsest), most) / STEPS))
+      const sizes = this.#sizesAt(densities)
       const fits = ({ height, width }) => Math.max(height, width) <= this.maxTextureSize - 2
-      if (texelsOf(sizes) <= this.maxTexels && sizes.every(fits)) return density
+      if (texelsOf(sizes) <= this.maxTexels && sizes.every(fits)) return densities
     }
-    throw new Error(`model has ${texelsOf(this.#sizesAt(this.#density))} texels; allowed here: ${this.maxTexels / LEAST_SHARE ** 2}`)
+    const texels = texelsOf(this.#sizesAt(this.#perUnit.map(() => this.#density)))
+    throw new Error(`model has ${texels} texels; allowed here: ${this.maxTexels / LEAST_SHARE ** 2}`)
   }
 
   #mesh() {

@@ -7,44 +7,60 @@ import { SLICE } from './schedule.js'
 export class ChartTextures {
   #mesher
   #sizesAt // sizes of the textures, without gutters, by texels a step
-  #density // texels a step
+  #densities // of each chart its texels a step
+  #wanted // the same, from the next painting on
+  #resized = new Set() // charts that differ in these, and what shows their edges
   #mostSketched // texels of a sketch
   #nearness // of charts: what is nearest is painted first
   #dirty = new Map() // per target: charts to paint
   #sketched = new Set() // targets that are to be painted in full
   #recipes = null // where the page paints
-  #paintings = new Map() // paint where it does not, by texels a step
+  #painting = null // where it does not
+  #sketching = null // with fewer texels
   #painter = null // the one of these that was used last
 
-  /** A sketch of all charts has `most` texels; undefined: no sketches. `sizesAt(density)` returns the sizes of the textures. */
-  constructor(mesher, sizesAt, density, nearness, onPage, most) {
+  /** A sketch of all charts has `most` texels; undefined: no sketches. `sizesAt(densities)` returns the sizes of the textures. */
+  constructor(mesher, sizesAt, densities, nearness, onPage, most) {
     /** Whether the page's graphics card paints. */
     this.onPage = onPage
     this.#mesher = mesher
     this.#sizesAt = sizesAt
-    this.#density = density
+    this.#densities = this.#wanted = densities
     this.#nearness = nearness
     this.#mostSketched = Math.max(most, nearness.length)
   }
 
-  /** Paint with so many texels a step from now on. What the page has stays until then. */
-  set density(density) {
-    if (density === this.#density) return
-    this.#density = density
-    this.#recipes?.resize(this.#sizesAt(density), density)
-    this.#paintings.clear()
-    for (const target of this.#dirty.keys()) this.markDirty(target)
+  /** Paint charts with so many texels a step from the next painting on. What the page has stays until then. */
+  set densities(densities) {
+    const other = [...densities.keys()].filter((chart) => densities[chart] !== this.#wanted[chart])
+    this.#wanted = densities
+    // Where the page paints, it takes edges from charts of known sizes.
+    const adjacent = other.flatMap((chart) => (this.onPage ? [0, 1, 2, 3].flatMap((edge) => this.#mesher.seams(chart, edge)) : []))
+    const charts = [...other, ...adjacent.map(({ chart }) => chart)]
+    for (const chart of charts) this.#resized.add(chart)
+    for (const target of this.#dirty.keys()) this.markDirty(target, charts)
   }
 
-  get #sketchDensity() {
-    let density = this.#density
-    while (texelsOf(this.#sizesAt(density)) > this.#mostSketched) density /= 2
-    return density
+  #resize() {
+    if (this.#densities === this.#wanted) return
+    this.#densities = this.#wanted
+    const sizes = this.#sizesAt(this.#densities)
+    for (const painter of [this.#recipes, this.#painting]) painter?.resize(sizes, this.#densities)
+    this.#recipes?.forget(this.#resized)
+    this.#resized.clear()
+    this.#sketching = null
+  }
+
+  /** Which share of the texels a step a sketch has. */
+  get #sketchShare() {
+    let share = 1
+    while (texelsOf(this.#sizesAt(this.#densities.map((density) => share * density))) > this.#mostSketched) share /= 2
+    return share
   }
 
   /** Texels of all charts. */
   get texels() {
-    return texelsOf(this.#sizesAt(this.#density))
+    return texelsOf(this.#sizesAt(this.#densities))
   }
 
   /** Have charts painted again; all of them if none are named. */
@@ -94,8 +110,9 @@ export class ChartTextures {
 
   /** Paint what is dirty; returns what the page must take over. A sketch has fewer texels. `pause` lets messages in between slices. */
   async paint(decoder, isSketch, pause) {
-    const density = isSketch && !this.onPage ? this.#sketchDensity : this.#density
-    if (density === this.#density) {
+    this.#resize()
+    const share = isSketch && !this.onPage ? this.#sketchShare : 1
+    if (share === 1) {
       for (const target of this.#sketched) this.markDirty(target)
       this.#sketched.clear()
     }
@@ -104,10 +121,10 @@ export class ChartTextures {
     const entries = []
     let until = performance.now() + SLICE
     for (const [target, dirty] of jobs) {
-      let painter = this.#painterAt(density)
+      let painter = this.#painterAt(share)
       if (!painter.begin(decoder, target, entries)) {
         this.paintHere()
-        painter = this.#painterAt(density)
+        painter = this.#painterAt(share)
         painter.begin()
       }
       for (const chart of [...dirty].sort((a, b) => this.#nearness[b] - this.#nearness[a])) {
@@ -118,16 +135,19 @@ export class ChartTextures {
         }
       }
       painter.end(target, entries)
-      if (density !== this.#density) this.#sketched.add(target)
+      if (share < 1) this.#sketched.add(target)
     }
     return entries
   }
 
-  /** What paints so many texels a step, on the page or here. */
-  #painterAt(density) {
-    if (this.onPage) return (this.#painter = this.#recipes ??= new ChartRecipes(this.#mesher, this.#sizesAt(density), density))
-    if (!this.#paintings.has(density)) this.#paintings.set(density, new ChartPainting(this.#mesher, this.#sizesAt(density), density))
-    return (this.#painter = this.#paintings.get(density))
+  /** What paints such a share of the texels a step, on the page or here. */
+  #painterAt(share) {
+    const densities = this.#densities.map((density) => share * density)
+    const made = (Painter) => new Painter(this.#mesher, this.#sizesAt(densities), densities)
+    if (this.onPage) this.#painter = this.#recipes ??= made(ChartRecipes)
+    else if (share < 1) this.#painter = this.#sketching ??= made(ChartPainting)
+    else this.#painter = this.#painting ??= made(ChartPainting)
+    return this.#painter
   }
 }
 
