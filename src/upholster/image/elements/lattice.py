@@ -31,9 +31,9 @@ _MOST_STEPS, _LEVEL = 4, 0.1
 _SURE = 0.5
 """Certainty below which there is no lattice."""
 
-_CHANCE, _CHANCE_OF_ROWS, _CONTRAST = 6.0, 10.0, 0.05
+_CHANCE, _CONTRAST = 6.0, 0.05
 """What repeats is certain if the correlation at its places exceeds that between them by this many standard
-deviations, and by this much. Strips of bark look like rows by chance more often."""
+deviations, and by this much."""
 
 _ALIKE, _LARGE = 0.8, 0.25
 """The correlation must also be this high, if a cell covers the second share of the sample or more; if less,
@@ -186,7 +186,7 @@ def _one_wave(found: Correlation) -> tuple[FloatArray, float]:
     if rows is None or rows.near <= 0:
         return np.zeros((0, 2)), 0.0
     certainty = _certainty(
-        rows.contrast / max(_CHANCE_OF_ROWS * rows.chance, 1e-9),
+        rows.contrast / max(_CHANCE * rows.chance, 1e-9),
         rows.near / _STRONG,
         _kept(rows.share * min(1.0, rows.far / rows.near)),
     )
