@@ -64,7 +64,7 @@ USES: dict[str, list[dict[str, Any]]] = {
     "block": [{**ON_PLANE, "block": 16}],
     "overlap": [{**ON_PLANE, "block": 16, "overlap": 5}],
     "phase": [{**ON_PLANE, "phase": 0.0}],
-    "tolerance": [{**ON_PLANE, "tolerance": 1.5}],
+    "variety": [{**ON_PLANE, "variety": 1.5}],
     "shortlist": [{**ON_PLANE, "shortlist": 3}],
     "mirror": [{**ON_PLANE, "mirror": True}],
     "rotate": [{**ON_PLANE, "rotate": True}],

@@ -99,12 +99,12 @@ def test_what_is_written_arrives_as_options(monkeypatch):
     given = run(
         "cover", monkeypatch, "upholster.apps.project.project.carry_out", "a.png", "--on", "plane", "-o",
         "b.uph",
-        "--texels", "512x400", "--tileable", "--tolerance", "1.5", "--shortlist", "8", "--size", "20x30",
+        "--texels", "512x400", "--tileable", "--variety", "1.5", "--shortlist", "8", "--size", "20x30",
         "--view", "10,-5.5", "--wavelet", "haar", "--sample-quality", "lossless", "--bytes", "8k",
         "--texture", "webp",
     )  # fmt: skip
     request = given["request"]
-    assert request.synthesis == SynthesisOptions(texels=(512, 400), tileable=True, tolerance=1.5, shortlist=8)
+    assert request.synthesis == SynthesisOptions(texels=(512, 400), tileable=True, variety=1.5, shortlist=8)
     assert request.writing == WriteOptions(
         texture="webp",
         size=(20, 30),
@@ -179,13 +179,13 @@ def test_a_default_that_is_written_is_refused_by_the_other_method(monkeypatch):
         ({"method": "pixel", "texels": 5000}, "texels belongs to method 'quilt'"),
         ({"method": "pixel", "levels": 0}, "levels is 0; allowed: 1 to 6"),
         (
-            {"method": "paper", "tolerance": 1.2},
-            "tolerance belongs to method 'quilt'; allowed with 'paper': block",
+            {"method": "paper", "variety": 1.2},
+            "variety belongs to method 'quilt'; allowed with 'paper': block",
         ),
         ({"method": "paper", "shortlist": 9}, "shortlist belongs to method 'quilt'"),
         ({"method": "pixel", "mirror": True}, "mirror belongs to method 'quilt'"),
         ({"rotate": 90}, "rotate is 90; allowed: True or False"),
-        ({"tolerance": 0.9}, "tolerance is 0.9; allowed: 1 to 2"),
+        ({"variety": -0.1}, "variety is -0.1; allowed: 0 to 10"),
         ({"shortlist": 0}, "shortlist is 0; allowed: 1 to 4096"),
         ({"block": 7}, "block is 7; allowed: 8 to 512"),
         ({"block": 20, "overlap": 11}, "overlap is 11; allowed: 4 to half a block"),
@@ -208,9 +208,9 @@ def test_bad_choices_are_refused_in_one_line(choices, reported):
 
 
 def test_choices_come_before_options_and_none_chooses_nothing():
-    base = SynthesisOptions(tolerance=1.5, block=24)
+    base = SynthesisOptions(variety=1.5, block=24)
     assert chosen(SynthesisOptions, base, phase=0.5, block=None) == replace(base, phase=0.5)
-    assert chosen(SynthesisOptions, {"tolerance": 1.5}, block=24) == base
+    assert chosen(SynthesisOptions, {"variety": 1.5}, block=24) == base
     assert chosen(SynthesisOptions) == SynthesisOptions()
     assert chosen(WriteOptions, quads=7) == WriteOptions(quads=7)
 
@@ -224,11 +224,11 @@ def test_methods_get_all_options_settled():
     with pytest.raises(InputError, match=r"edge_block is 16; allowed: more than two overlaps \(16\)"):
         method_options(SynthesisOptions(method="paper", edge_block=16), PaperOptions)
     exemplar = np.random.default_rng(1).integers(0, 256, (64, 64, 3), dtype=np.uint8)
-    options = SynthesisOptions(texels=(64, 48), tileable=True, tolerance=1.5)
+    options = SynthesisOptions(texels=(64, 48), tileable=True, variety=1.5)
     prepared = prepare(Exemplar(exemplar), plane(), options)
     assert isinstance(prepared.options, QuiltOptions)
     assert prepared.options.tileable
-    assert prepared.options.tolerance == 1.5
+    assert prepared.options.variety == 1.5
     assert 8 <= prepared.options.block <= 48
 
 

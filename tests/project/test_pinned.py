@@ -59,13 +59,13 @@ def test_a_region_is_laid_once_more_and_all_else_stays(torus: Project, sample: n
 
 
 @pytest.mark.slow(reason="covers a model again and again")
-def test_a_pinned_region_stays_whatever_seed_and_tolerance_change(torus: Project, sample: np.ndarray) -> None:
+def test_a_pinned_region_stays_whatever_seed_and_variety_change(torus: Project, sample: np.ndarray) -> None:
     before = torus.quilts()[0]
     other = torus.pin(HERE).change(seed=5)
     within, beyond = changed(torus, sample, before, other.quilts()[0], HERE)
     assert within == 0
     assert beyond > 0.5
-    third = other.pin(THERE).change(seed=9, tolerance=1.3)
+    third = other.pin(THERE).change(seed=9, variety=1.3)
     assert third.pinned is not None
     assert third.pinned.depth == 2
     for text, earlier in ((HERE, before), (THERE, other.quilts()[0])):

@@ -50,7 +50,7 @@ PAINTED = {"painted"}
     ("change", "runs", "stays"),
     [
         ({"seed": 7}, LAID | PAINTED, READ | CHARTS | DIRECTIONS | PHASES | SAMPLE | GROUND),
-        ({"tolerance": 1.3}, LAID | PAINTED, READ | CHARTS | DIRECTIONS | PHASES | SAMPLE | GROUND),
+        ({"variety": 1.3}, LAID | PAINTED, READ | CHARTS | DIRECTIONS | PHASES | SAMPLE | GROUND),
         ({"phase": 1.0}, LAID | PAINTED, READ | CHARTS | DIRECTIONS | PHASES | SAMPLE | GROUND),
         ({"mirror": True}, LAID | PAINTED, READ | CHARTS | DIRECTIONS | PHASES | SAMPLE | GROUND),
         ({"direction": "around:z"}, DIRECTIONS | PHASES | LAID, READ | CHARTS | SAMPLE),

@@ -153,7 +153,7 @@ class PlainChoice:
                 if self.avoid >= 0 and abs(y - row) < reach and abs(x - column) < reach:
                     totals[-1] = BIG
                 if totals[-1] < best:
-                    best, limit = totals[-1], int(totals[-1] * self.weights.tolerance)
+                    best, limit = totals[-1], 2 * totals[-1]
             if refining or not near:
                 break
             begin = len(found)  # now the pixels round the best ones
@@ -162,11 +162,13 @@ class PlainChoice:
                 for a in range(max(y - near, span.first_y), min(y + near, span.last_y) + 1):
                     columns = range(max(x - near, span.first_x), min(x + near, span.last_x) + 1)
                     found += [(a, b) for b in columns if (a, b) != (y, x) and self.is_allowed(a, b)]
-        good = [n for n, total in enumerate(totals) if total <= limit]
-        used = [self.use(found[n]) for n in good]
-        good = [n for n, use in zip(good, used, strict=True) if use == min(used)]
-        chosen = good[draws.below(len(good))]
-        return (*found[chosen], totals[chosen])
+        good, weights = [n for n, total in enumerate(totals) if total <= limit], self.weights
+        more = [weights.variety * self.use(found[n]) for n in good]
+        if weights.chance:
+            more = [own + weights.chance * draws.below(1024) / 1024 for own in more]
+        costs = [(totals[n] + 1) * (1.0 + own) for n, own in zip(good, more, strict=True)]
+        cheapest = int(np.argmin(costs))
+        return (*found[good[cheapest]], int(costs[cheapest]))
 
     def use(self, place: tuple[int, int]) -> float:
         """Return how much of a block there the blocks nearby show."""

@@ -60,7 +60,9 @@ class Frame:
             guide_step=self.pyramid.stride(0),
         )
         # Costs are multiples of 1/4: then sums are exact in the search's float32, in any order.
-        self.weights = LayWeights(more.get("tolerance", 1.1), 0.25 if lattice else 0.0, 0.0)
+        self.weights = LayWeights(
+            more.get("variety", 0.3), more.get("chance", 0.0), 0.25 if lattice else 0.0, 0.0
+        )
         self.image = self.match.image.view(np.uint8).reshape(height, width, 4)
         turn, (i, j) = SYMMETRIES[symmetry], np.mgrid[:size, :size] - size // 2
         self.pixels = FramePixels.of(size)
@@ -113,11 +115,11 @@ class Frame:
 WAVES = repeating(70, 66, [(1 / 12, 0.01), (0.004, 1 / 15)])
 CASES: dict[str, tuple[Any, ...]] = {
     "plain": (texture(), 16, 0, {}),
-    "nothing nearby": (texture(), 16, 0, {"near": 0, "tolerance": 1.5}),
+    "nothing nearby": (texture(), 16, 0, {"near": 0, "chance": 0.5}),
     "not as before": (texture(60, 60), 20, 0, {"avoid": 25 * 60 + 30}),
-    "many nearby": (texture(60, 60), 20, 0, {"near": 60, "tolerance": 2.0}),
+    "many nearby": (texture(60, 60), 20, 0, {"near": 60, "variety": 1.0}),
     "grey, few": (texture(50, 50, 1), 24, 0, {"shortlist": 5}),
-    "the best alone": (texture(60, 60), 16, 0, {"tolerance": 1.0, "dear": 1}),
+    "the best alone": (texture(60, 60), 16, 0, {"variety": 0.0, "dear": 1}),
     "every second pixel": (texture(80, 90), 20, 0, {}),
     "every fourth pixel": (texture(400, 390), 28, 0, {"shortlist": 9}),
     "all judged": (texture(30, 30), 16, 0, {"shortlist": 4000}),

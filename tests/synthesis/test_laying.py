@@ -277,8 +277,8 @@ def test_a_block_takes_what_is_not_used_nearby() -> None:
         return int((seen & (np.abs(apart - moved) > 3).any(axis=2)).sum())
 
     few, many = (
-        sum(repeats(surface.laid(exemplar, block=20, seed=seed, tolerance=much)) for seed in range(4))
-        for much in (1.5, 1.0)
+        sum(repeats(surface.laid(exemplar, block=20, seed=seed, variety=much)) for seed in range(4))
+        for much in (1.0, 0.0)
     )
     assert few < 0.8 * many
 
@@ -354,8 +354,8 @@ def test_a_field_that_jumps_ends_blocks() -> None:
         ({"block": 513}, "block is 513"),
         ({"overlap": 3}, "overlap is 3; allowed: 4 to half a block"),
         ({"block": 20, "overlap": 11}, r"overlap is 11; allowed: 4 to half a block \(10\)"),
-        ({"tolerance": 0.9}, "tolerance is 0.9; allowed: 1 to 2"),
-        ({"tolerance": float("inf")}, "tolerance is inf"),
+        ({"variety": -0.1}, "variety is -0.1; allowed: 0 to 10"),
+        ({"variety": float("inf")}, "variety is inf"),
         ({"shortlist": 0}, "shortlist is 0; allowed: 1 to 4096"),
         ({"shortlist": 5000}, "shortlist is 5000"),
     ],

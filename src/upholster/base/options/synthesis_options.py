@@ -232,12 +232,12 @@ class SynthesisOptions:
             only="quilt",
         ),
     )
-    tolerance: float = field(
-        default=1.1,
+    variety: float = field(
+        default=0.2,
         metadata=about(
             _SYNTHESIS,
-            "Of the places that cost at most this many times the best, 1 to 2, a block takes the one that is "
-            "least used nearby.",
+            "How much more a part of the sample costs where blocks nearby show it, as a share of its cost, 0 "
+            "to 10. Higher values repeat less and fit less.",
             only="quilt",
         ),
     )
@@ -364,7 +364,7 @@ class SynthesisOptions:
             parse_put(text)
         for name, value, least, most in (
             ("phase", self.phase, 0, 10),
-            ("tolerance", self.tolerance, 1, 2),
+            ("variety", self.variety, 0, 10),
             ("shortlist", self.shortlist, 1, 4096),
         ):
             if not least <= value <= most:

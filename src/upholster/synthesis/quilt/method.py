@@ -35,8 +35,8 @@ from upholster.synthesis.quilt.usable_blocks import allowed_places, level_with_r
 
 __all__ = ["laid_quilt", "lay_plan", "step_level"]
 
-_DIFFERING = 1.5
-"""Least tolerance for a region that is laid again: else all seeds would give the same."""
+_CHANCE = 0.5
+"""Share by which costs vary at random in a region that is laid again: else all seeds would give the same."""
 
 _RELAY = 0.2
 """Least gain of laying again, for each pixel of a frame's side, as a fraction of the sample's variance."""
@@ -67,15 +67,19 @@ def lay_plan(scene: Scene, exemplar: Exemplar, *, seed: int = 0) -> LayPlan:
     if guides:
         costs = guide_costs(guides, pyramid.variance)
         match = match._replace(guides=level_guides(guides, numbers.level, level), costs=costs)
-    options, steering = scene.options, scene.steering
+    options = scene.options
     phase = 0.0 if all(one is None for one in scene.phases) else options.phase
-    tolerance = max(options.tolerance, _DIFFERING) if steering.differs else options.tolerance
     return LayPlan(
         replace(scene, field=None),  # tasks do without
         exemplar.shape,
         match,
         numbers,
-        LayWeights(tolerance, phase * pyramid.variance / MISFIT, _RELAY * pyramid.variance),
+        LayWeights(
+            options.variety,
+            _CHANCE if scene.steering.differs else 0.0,
+            phase * pyramid.variance / MISFIT,
+            _RELAY * pyramid.variance,
+        ),
         _parcels(scene, numbers.size * 2**numbers.level / scene.pixels),
         int(np.random.SeedSequence(seed).generate_state(1, np.uint64)[0]),
     )

@@ -95,12 +95,13 @@ class LayNumbers(NamedTuple):
 class LayWeights(NamedTuple):
     """Weights of matching.
 
-    `tolerance` is the maximum cost of a source that may be chosen, relative to the best. `phase` is the cost
-    of a unit of `misfit` for each sample. `relay` is the least that laying again must gain, for each pixel of
-    a frame's side.
+    A source costs up to `chance` times more, at random, and `variety` times more for each nearby block that
+    shows all of it. `phase` is the cost of a unit of `misfit` for each sample. `relay` is the least that
+    laying again must gain, for each pixel of a frame's side.
     """
 
-    tolerance: float
+    variety: float
+    chance: float
     phase: float
     relay: float
 

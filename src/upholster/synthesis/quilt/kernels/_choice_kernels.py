@@ -2,8 +2,8 @@
 
 Candidates are every `step`-th pixel at which the block reads only used pixels inside the exemplar. Those that
 differ least in boxes' means are judged by the texels themselves (every other one, as on a chessboard). Then
-the pixels around the best ones are judged too. Of those that fit about equally well, the one is taken whose
-pixels nearby blocks show least.
+the pixels around the best ones are judged too. Each candidate costs more by what nearby blocks show of it;
+the cheapest is taken.
 """
 
 from typing import Any
@@ -29,6 +29,12 @@ from upholster.synthesis.quilt.kernels._search_kernels import draw, search
 __all__ = ["choose_source", "draw_fitting", "judge_sources", "next_best"]
 
 _BIG = int64(2**60)
+
+_FAR = int64(2)
+"""Candidates that cost more than this many times the best are not taken, nor compared to the end."""
+
+_DRAWN = int64(1024)
+"""Number of different random values."""
 
 _CLOSE = MISFIT // 32
 """A source drawn for a block on bare steps has a misfit at most this much above the best."""
@@ -202,11 +208,11 @@ def _judge(
 ) -> int:
     # Judges the candidates in the range `part`, from, to: a candidate's squared differences in all samples,
     # plus its penalty and its phase's cost for each sample; these count once if there are no samples. `least`
-    # is the best cost so far; a sum that exceeds its tolerance is stopped. Returns the best cost.
-    penalties, rounds, tolerance = choice.penalties, _rounds(samples), weights.tolerance
+    # is the best cost so far; a sum that exceeds it by far is stopped. Returns the best cost.
+    penalties, rounds = choice.penalties, _rounds(samples)
     last_row, last_column = penalties.shape[0] - 1, penalties.shape[1] - 1
     times = max(samples, 1 if _is_asked(match) else 0)
-    limit = _BIG if least == _BIG else int64(least * tolerance)
+    limit = _FAR * least
     for m in range(part[0], part[1]):
         place = choice.kept[m]
         i = min(place // numbers.width // numbers.guide_step, last_row)
@@ -224,7 +230,7 @@ def _judge(
         choice.judged[m] = total
         if total < least:
             least = total
-            limit = int64(least * tolerance)
+            limit = _FAR * least
     return least
 
 
@@ -267,24 +273,27 @@ def _use_nearby(numbers: LayNumbers, choice: ChoiceScratch, near: int, place: in
 
 
 @inline
-def _take_unused(
-    numbers: LayNumbers, state: NDArray[np.uint64], choice: ChoiceScratch, near: int, stop: int, limit: Any
-) -> Any:
-    # Takes the candidate that nearby blocks use least, among those whose cost is at most `limit`; draws one
-    # of several.
-    least, ties, found = np.inf, int64(0), int64(0)
+def _take(
+    numbers: LayNumbers,
+    weights: LayWeights,
+    state: NDArray[np.uint64],
+    choice: ChoiceScratch,
+    near: int,
+    stop: int,
+    least: int,
+) -> tuple[Any, Any]:
+    # Returns the candidate that costs least after all, and that cost; `least` is the lowest judged cost.
+    # Those that fit perfectly differ, too.
+    lowest, found = np.inf, int64(0)
     for m in range(stop):
-        if choice.judged[m] <= limit:
-            use = _use_nearby(numbers, choice, near, choice.kept[m])
-            ties = ties + 1 if use == least else int64(1) if use < least else ties
-            least = min(least, use)
-    pick = draw(state, ties)
-    for m in range(stop):
-        if choice.judged[m] <= limit and _use_nearby(numbers, choice, near, choice.kept[m]) == least:
-            if pick == 0:
-                found = int64(m)
-            pick -= 1
-    return found
+        if choice.judged[m] <= _FAR * least:
+            more = weights.variety * _use_nearby(numbers, choice, near, choice.kept[m])
+            if weights.chance > 0.0:
+                more += weights.chance * draw(state, _DRAWN) / _DRAWN
+            cost = (choice.judged[m] + 1) * (1.0 + more)
+            if cost < lowest:
+                lowest, found = cost, int64(m)
+    return found, int64(lowest)
 
 
 @shared
@@ -333,9 +342,9 @@ def choose_source(
     `choice` contains the places' penalties and the sources of `near` blocks nearby.
     """
     stop, least = judge_sources(match, numbers, weights, state, span, pixels, choice)
-    taken = _take_unused(numbers, state, choice, near, stop, int64(least * weights.tolerance))
+    taken, cost = _take(numbers, weights, state, choice, near, stop, least)
     chosen = choice.kept[taken]
-    return chosen // numbers.width, chosen % numbers.width, choice.judged[taken]
+    return chosen // numbers.width, chosen % numbers.width, cost
 
 
 @inline
