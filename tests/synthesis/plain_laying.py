@@ -164,8 +164,7 @@ class PlainChoice:
                     found += [(a, b) for b in columns if (a, b) != (y, x) and self.is_allowed(a, b)]
         good, weights = [n for n, total in enumerate(totals) if total <= limit], self.weights
         more = [weights.variety * self.use(found[n]) for n in good]
-        if weights.chance:
-            more = [own + weights.chance * draws.below(1024) / 1024 for own in more]
+        more = [own + weights.chance * draws.below(1024) / 1024 for own in more]
         costs = [(totals[n] + 1) * (1.0 + own) for n, own in zip(good, more, strict=True)]
         cheapest = int(np.argmin(costs))
         return (*found[good[cheapest]], int(costs[cheapest]))

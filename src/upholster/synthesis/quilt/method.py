@@ -35,8 +35,9 @@ from upholster.synthesis.quilt.usable_blocks import allowed_places, level_with_r
 
 __all__ = ["laid_quilt", "lay_plan", "step_level"]
 
-_CHANCE = 0.5
-"""Share by which costs vary at random in a region that is laid again: else all seeds would give the same."""
+_CHANCE, _CHANCE_AGAIN = 0.05, 0.5
+"""Shares by which costs vary at random, also in a region that is laid again. Without chance all seeds would
+give the same where texture grows from what is there."""
 
 _RELAY = 0.2
 """Least gain of laying again, for each pixel of a frame's side, as a fraction of the sample's variance."""
@@ -76,7 +77,7 @@ def lay_plan(scene: Scene, exemplar: Exemplar, *, seed: int = 0) -> LayPlan:
         numbers,
         LayWeights(
             options.variety,
-            _CHANCE if scene.steering.differs else 0.0,
+            _CHANCE_AGAIN if scene.steering.differs else _CHANCE,
             phase * pyramid.variance / MISFIT,
             _RELAY * pyramid.variance,
         ),

@@ -288,8 +288,7 @@ def _take(
     for m in range(stop):
         if choice.judged[m] <= _FAR * least:
             more = weights.variety * _use_nearby(numbers, choice, near, choice.kept[m])
-            if weights.chance > 0.0:
-                more += weights.chance * draw(state, _DRAWN) / _DRAWN
+            more += weights.chance * draw(state, _DRAWN) / _DRAWN
             cost = (choice.judged[m] + 1) * (1.0 + more)
             if cost < lowest:
                 lowest, found = cost, int64(m)

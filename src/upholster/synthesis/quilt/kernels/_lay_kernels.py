@@ -366,8 +366,8 @@ def lay_blocks(
 
     A block that would show nothing new is left out. The source of a block on bare steps is drawn from all
     that fit. The source of any other block is chosen by the blocks that it continues, and the block is cut
-    where it differs least from them. Of sources that fit about equally well it takes the one that the nearby
-    blocks use least: those of block n are ``near[firsts[n] : firsts[n + 1]]``. Each block has its own random
+    where it differs least from them. What nearby blocks show costs more: those of block n are
+    ``near[firsts[n] : firsts[n + 1]]``. Each block has its own random
     generator; `seed` is that of the first one. `fits` (blocks, `MOST_SHEETS`, `FIT`) and `pieces` (blocks,)
     receive the sheets' fits and the number of sheets, `masks` (blocks, cells) the cells that show. The loop
     ends early once `stop` (1,) is not 0.
