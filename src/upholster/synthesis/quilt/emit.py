@@ -33,8 +33,8 @@ from upholster.synthesis.quilt.kernels._label_map_kernels import (
     list_sheets,
 )
 from upholster.synthesis.quilt.kernels._sheet_kernels import FIT, FIT_PLACE, FIT_TURNS, MOST_SHEETS
+from upholster.synthesis.quilt.laid_blocks import Drawn
 from upholster.synthesis.quilt.lay_plan import LayPlan
-from upholster.synthesis.quilt.laying import Drawn
 
 __all__ = ["LABEL_CELL", "LabelPiece", "Labelled", "emitted_quilt", "label_pieces", "labelled"]
 
