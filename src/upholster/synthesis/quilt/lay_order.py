@@ -79,7 +79,7 @@ def _from_kept(blocks: LaidBlocks, centres: Centres) -> FloatArray:
         measure_distances(kept.view(np.uint8), steps)
         mine = centres.steps[:, 0] == chart
         rows, columns = centres.roots[mine, 1:3].astype(np.int64).T
-        away[mine] = steps[rows, columns] / (3 * plan.density)
+        away[mine] = steps[rows, columns] / (3 * plan.steps_per_unit)
     return np.where(away < _NEAR * plan.parcels.block, away, np.inf)
 
 

@@ -73,7 +73,7 @@ class LayPlan:
         return float(self.scene.pixels / 2**self.numbers.level)
 
     @cached_property
-    def density(self) -> float:
+    def steps_per_unit(self) -> float:
         """Steps per model unit."""
         return steps_per_unit(self.scene.charted)
 

@@ -122,7 +122,7 @@ class _Laying:
     def lay_all(self) -> None:
         """Lay blocks on even grids, then on bare steps, then again where cuts cost most."""
         plan, blocks, sizes = self.plan, self.blocks, self.plan.scene.sizes
-        across = plan.numbers.size / plan.pixels * plan.density  # a block, in steps
+        across = plan.numbers.size / plan.pixels * plan.steps_per_unit  # a block, in steps
         apart = max(2.0, (1 - plan.overlap) * across)
         self._lay(centres_on_grids(blocks.placed, blocks.own, apart, sizes))
         # Each block shows at least its centre, so no step is bare after a grid of single steps.

@@ -39,7 +39,7 @@ def _are_costly(blocks: LaidBlocks, centres: Centres) -> NDArray[np.bool_]:
     canvases, costs = ground.canvases, np.zeros(len(ground.canvases.owners))
     cost_steps(ground, plan.match, plan.numbers, blocks.records, costs)
     found, least = np.zeros(len(centres.steps)), plan.weights.relay * plan.numbers.size
-    pixel = plan.density / blocks.scales_at(centres)  # in steps
+    pixel = plan.steps_per_unit / blocks.scales_at(centres)  # in steps
     reach = np.maximum(1, np.rint(_INNER * plan.numbers.size * pixel)).astype(np.int64)
     sum_around(canvases, costs, centres.roots, reach, found)
     found /= pixel
