@@ -345,6 +345,11 @@ def test_wrong_files_of_strokes_are_reported_in_a_line(tmp_path, text):
         parse_strokes(path, size=1.0)
 
 
+def test_a_missing_file_of_strokes_is_named(tmp_path):
+    with pytest.raises(InputError, match=r"^file '.*none\.json' does not exist$"):
+        parse_strokes(tmp_path / "none.json", size=1.0)
+
+
 def test_a_line_is_followed_round_its_curve():
     # Three quarters of a circle on a hilly sheet: near it rows run round its middle.
     mesh, radius = height_field(60), 0.3

@@ -319,8 +319,8 @@ def test_a_preview_ends_however_often_it_is_asked(chair):
 @pytest.mark.slow(reason="covers a model again and again")
 def test_what_is_said_last_of_the_samples_size_counts(chair):
     sized = chair.change(sample=Sample(WEAVE, "40cm"))
-    assert sized.request().read()[0].settled.options.sample_size == "40cm"
-    assert sized.change(sample_size="30cm").request().read()[0].settled.options.sample_size == "30cm"
+    assert sized.request().read()[0].on_surface.options.sample_size == "40cm"
+    assert sized.change(sample_size="30cm").request().read()[0].on_surface.options.sample_size == "30cm"
 
 
 def test_pixels_that_change_later_are_not_those_of_the_project():
@@ -337,10 +337,10 @@ def test_a_file_of_strokes_counts_as_it_is_and_lies_in_the_folder(tmp_path, chai
     strokes = tmp_path / "strokes.json"
     strokes.write_text("[[[0, 0, 0.5], [0, 1, 0]]]")
     project = chair.change(stroke=(str(strokes),))
-    assert project.request().read()[0].settled.options.stroke == ("0.0,0.0,0.5:0.0,1.0,0.0",)
+    assert project.request().read()[0].on_surface.options.stroke == ("0.0,0.0,0.5:0.0,1.0,0.0",)
     save_project(project, tmp_path / "a" / "x.upholster.json")
     strokes.write_text("[[[0, 0, 0.5], [1, 0, 0]]]")
-    assert project.request().read()[0].settled.options.stroke == ("0.0,0.0,0.5:1.0,0.0,0.0",)
+    assert project.request().read()[0].on_surface.options.stroke == ("0.0,0.0,0.5:1.0,0.0,0.0",)
     saved_one = tmp_path / "a" / "x.upholster.json"
     assert read_project(saved_one).synthesis.stroke == ("0.0,0.0,0.5:0.0,1.0,0.0",)
     reported = json.loads(saved_one.read_text())

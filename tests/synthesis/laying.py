@@ -22,8 +22,9 @@ from upholster.synthesis.quilt.emit import emitted_quilt, label_pieces
 from upholster.synthesis.quilt.ground import PlacedGround, field_arrays, ground_of
 from upholster.synthesis.quilt.kernels._block_kernels import LayNumbers
 from upholster.synthesis.quilt.kernels._lay_kernels import Ground
+from upholster.synthesis.quilt.laid_blocks import Drawn
 from upholster.synthesis.quilt.lay_plan import LayPlan
-from upholster.synthesis.quilt.laying import Drawn, lay_parcel
+from upholster.synthesis.quilt.laying import lay_parcel
 from upholster.synthesis.quilt.method import laid_quilt, lay_plan
 from upholster.synthesis.quilt.quilt_options import QuiltOptions
 from upholster.synthesis.quilt.scene import Scene

@@ -1,4 +1,4 @@
-"""Placements of a chart's cells in plain NumPy: what `settle_placements` does in a kernel."""
+"""Placements of a chart's cells in plain NumPy: what `centre_placements` does in a kernel."""
 
 from typing import Any
 
@@ -22,8 +22,8 @@ def read(field: Any, cells: Any, owner: np.ndarray, at: np.ndarray) -> np.ndarra
     return np.stack(parts, axis=1)
 
 
-def settled(field: Any, cells: Any, warp: Any, rounded: int) -> tuple[np.ndarray, ...]:
-    """Return cells, sources, how far the field is off, and the sums of a fit: see `SettledArrays`."""
+def centred(field: Any, cells: Any, warp: Any, rounded: int) -> tuple[np.ndarray, ...]:
+    """Return cells, sources, how far the field is off, and the sums of a fit: see `CentredArrays`."""
     count, last = len(cells.turns), np.array(cells.shown.shape) - 1
     rows, columns = np.nonzero(cells.shown >= 0)
     owner = cells.shown[rows, columns]

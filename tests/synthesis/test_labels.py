@@ -5,13 +5,13 @@ from typing import Any
 import numpy as np
 import pytest
 from laying import Run, covered, cylinder, folded, net, plane, texture
-from plain_emitting import settled
+from plain_emitting import centred
 from plain_laying import plain_filled
 
 from upholster.quilt.displacement import warped_sources
 from upholster.quilt.labels import cell_centres, label_shape
 from upholster.synthesis.quilt import emit
-from upholster.synthesis.quilt.kernels._emit_kernels import settle_placements
+from upholster.synthesis.quilt.kernels._emit_kernels import centre_placements
 from upholster.synthesis.quilt.kernels._label_map_kernels import (
     fill_labels,
     label_beyond,
@@ -202,15 +202,15 @@ def test_placements_are_settled_as_in_plain_numpy(monkeypatch: pytest.MonkeyPatc
     calls: list[tuple[Any, ...]] = []
 
     def kept(field: Any, cells: Any, matrices: Any, margin: int, rounded: int, found: Any) -> None:
-        settle_placements(field, cells, matrices, margin, rounded, found)
+        centre_placements(field, cells, matrices, margin, rounded, found)
         calls.append((field, cells._replace(shown=cells.shown.copy()), matrices, rounded, found))
 
-    monkeypatch.setattr(emit, "settle_placements", kept)
+    monkeypatch.setattr(emit, "centre_placements", kept)
     run = covered(EXEMPLAR, "cyclide", texels=15_000, sample_size=20.0, block=24, mirror=True, rotate=True)
     assert len(calls) == len(run.quilt.charts)
     for field, cells, matrices, rounded, found in calls:
         (warp,) = (one for one in run.quilt.fields if np.array_equal(one.matrices, matrices))
-        centres, reads, off, square, product = settled(field, cells, warp, rounded)
+        centres, reads, off, square, product = centred(field, cells, warp, rounded)
         np.testing.assert_array_equal(found.cells, centres)
         np.testing.assert_array_equal(found.reads, reads)
         np.testing.assert_array_equal(found.off, off)

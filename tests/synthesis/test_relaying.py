@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from laying import Folded, Run, alike, cylinder, plane, texture
 
-from upholster.synthesis.quilt import laying
+from upholster.synthesis.quilt import relaying
 from upholster.synthesis.quilt.kernels._relay_kernels import cost_steps
 
 EXEMPLAR = texture(64, 64, passes=3)
@@ -24,7 +24,7 @@ def test_cuts_cost_less_each_time(name: str, monkeypatch: pytest.MonkeyPatch) ->
     surface = plane(140, 160) if name == "plane" else cylinder(140, 160, turned=(20.0,))
     costs = []
     for times in (0, 1, 3):
-        monkeypatch.setattr(laying, "_TIMES", times)
+        monkeypatch.setattr(relaying, "_TIMES", times)
         run = surface.laid(EXEMPLAR, block=20, seed=2)
         assert (run.ground.canvases.owners[run.ground.canvases.triangles >= 0] >= 0).all()
         costs.append(cost(run, surface, block=20))

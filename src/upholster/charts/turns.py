@@ -54,7 +54,7 @@ def chart_turns(surface: ChartedSurface, along: FloatArray, fold: int) -> IntArr
     triangle, edge = triangle[open_last], edge[open_last]
     other = surface.across[triangle, edge] // 3
     join_turns(triangle.astype(np.int32), other.astype(np.int32), jumps[triangle, edge], turns)
-    return _settled(surface, turns)
+    return _with_islands_turned(surface, turns)
 
 
 def _jumps(surface: ChartedSurface, along: FloatArray, fold: int) -> tuple[IntArray, NDArray[np.bool_]]:
@@ -77,7 +77,7 @@ def _jumps(surface: ChartedSurface, along: FloatArray, fold: int) -> tuple[IntAr
     return part, inside
 
 
-def _settled(surface: ChartedSurface, turns: IntArray) -> IntArray:
+def _with_islands_turned(surface: ChartedSurface, turns: IntArray) -> IntArray:
     # Turns each island so that most of its area agrees with the field.
     kept = surface.chart >= 0
     islands = int(surface.chart.max()) + 1

@@ -53,7 +53,7 @@ __all__ = [
 
 def read_notes(requests: Sequence[Request]) -> list[str]:
     """Return all warnings from reading."""
-    return [note for each in requests for note in each.settled.notes]
+    return [note for each in requests for note in each.on_surface.notes]
 
 
 def work_notes(requests: Sequence[Request], *, in_memory: bool = True) -> list[str]:
@@ -195,7 +195,7 @@ def _density(requests: Sequence[Request], request: Request, quilt: Quilt, texels
 def automatic_values(requests: Sequence[Request]) -> dict[str, str]:
     """Return automatic choices in words; for several materials, one line for each."""
     found = {
-        each.name: automatic_words(each.scene, each.surface, each.settled.options, each.roles)
+        each.name: automatic_words(each.scene, each.surface, each.on_surface.options, each.roles)
         for each in requests
     }
     if len(requests) == 1 and not requests[0].name:

@@ -32,7 +32,7 @@ from upholster.synthesis.guidance_reader import placement_options
 from upholster.synthesis.patch_scene import PatchScene
 from upholster.synthesis.quilt.scene import Scene, coarser, holding
 from upholster.synthesis.setup import prepare, request_files
-from upholster.synthesis.surface_request import SurfaceRequest, needs_patches, settled
+from upholster.synthesis.surface_request import SurfaceRequest, needs_patches, surface_request
 
 if TYPE_CHECKING:  # loaded when there are files to write: `synthesize` needs none of it
     from upholster.output.outputs import Output
@@ -110,7 +110,7 @@ class Request:
         """
         requests = self._by_material() if self.materials else [self]
         for each in requests:
-            _ = each.settled
+            _ = each.on_surface
         return requests
 
     def _by_material(self) -> "list[Request]":
@@ -157,7 +157,7 @@ class Request:
         return self.covered.surface
 
     @cached_property
-    def settled(self) -> SurfaceRequest:
+    def on_surface(self) -> SurfaceRequest:
         """The sample and what is asked of it, on its surface; notes include those from reading."""
         with _naming_material(self.name):
             assert self.sample is not None  # `check_samples` made sure
@@ -166,18 +166,18 @@ class Request:
             if isinstance(source, Material):
                 notes += [title + note for note in source.notes]
             held = () if self.pinned is None else self.pinned.regions
-            found = settled(self.sample, source, self.covered, self.synthesis, held)
+            found = surface_request(self.sample, source, self.covered, self.synthesis, held)
             return replace(found, notes=(*notes, *found.notes))
 
     @property
     def source(self) -> PixelArray | Material:
         """The sample or material to paint, with the samples of zones."""
-        return self.settled.source
+        return self.on_surface.source
 
     @property
     def exemplar(self) -> Exemplar:
         """The same as blocks are compared by it."""
-        return self.settled.exemplar
+        return self.on_surface.exemplar
 
     @property
     def roles(self) -> tuple[str, ...]:
@@ -191,7 +191,7 @@ class Request:
             return prepare(
                 self.exemplar,
                 self.surface,
-                self.settled.options,
+                self.on_surface.options,
                 largest=self.largest,
                 model=self.covered.model,
             )

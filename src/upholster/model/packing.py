@@ -233,11 +233,11 @@ def _check_fit(
     chart = max(charts, key=lambda chart: max(chart.height, chart.width))
     # Less two texels, because places on charts are rounded; and less the margin.
     share = max(0.0, _SURE * (size - padding - step - 2) / (largest - padding))
-    fitting, density = _rounded_down(texels * share**2), _rounded_down(100 * share) / 100
+    fitting, factor = _rounded_down(texels * share**2), _rounded_down(100 * share) / 100
     raise InputError(
         f"atlas_size is {size}, which holds charts of {size - padding} with the padding, and one has "
         f"{chart.width} x {chart.height} texels; allowed: a larger atlas_size, or at most {fitting:,} texels "
-        f"in all (now {texels:,}), or a density {density:g} times the present one"
+        f"in all (now {texels:,}), or a density {factor:g} times the present one"
     )
 
 

@@ -90,7 +90,7 @@ def _single(word: Any) -> Any:
     raise NotImplementedError  # compiled only
 
 
-def _settle(word: Any, texel: Any, k: Any, bits: Any) -> Any:
+def _write(word: Any, texel: Any, k: Any, bits: Any) -> Any:
     """Write a single placement's value to a texel: `_bilinear`'s k-th word."""
     raise NotImplementedError  # compiled only
 
@@ -100,7 +100,7 @@ def _gather(total: Any, word: Any, k: Any, bits: Any, weight: Any) -> Any:
     raise NotImplementedError  # compiled only
 
 
-def _settle_sums(total: Any, texel: Any, bits: Any, rest: Any) -> Any:
+def _write_sums(total: Any, texel: Any, bits: Any, rest: Any) -> Any:
     """Write sums to a texel, plus `rest`/256 of its present value; rounded once."""
     raise NotImplementedError  # compiled only
 
@@ -139,23 +139,23 @@ def _single_overload(word: Any) -> Any:
     return lambda word: word
 
 
-@by_type(_settle)
-def _settle_overload(word: Any, texel: Any, k: Any, bits: Any) -> Any:
+@by_type(_write)
+def _write_overload(word: Any, texel: Any, k: Any, bits: Any) -> Any:
     if not is_float(word):
 
-        def settle(word: Any, texel: Any, k: Any, bits: Any) -> Any:
+        def write(word: Any, texel: Any, k: Any, bits: Any) -> Any:
             lanes = 64 // bits
             word = word + (np.uint64(0x0080008000800080) if bits == 16 else np.uint64(0x0000008000000080))
             mask = np.uint64(0xFF) if bits == 16 else np.uint64(0xFFFF)
             for n in range(min(lanes, texel.shape[0] - lanes * k)):
                 texel[lanes * k + n] = (word >> np.uint64(bits * n + 8)) & mask
 
-        return settle
+        return write
 
-    def settle_float(word: Any, texel: Any, k: Any, bits: Any) -> Any:
+    def write_float(word: Any, texel: Any, k: Any, bits: Any) -> Any:
         texel[k] = word
 
-    return settle_float
+    return write_float
 
 
 @by_type(_gather)
@@ -177,11 +177,11 @@ def _gather_overload(total: Any, word: Any, k: Any, bits: Any, weight: Any) -> A
     return gather_floats
 
 
-@by_type(_settle_sums)
-def _settle_sums_overload(total: Any, texel: Any, bits: Any, rest: Any) -> Any:
+@by_type(_write_sums)
+def _write_sums_overload(total: Any, texel: Any, bits: Any, rest: Any) -> Any:
     if not is_float(total.dtype):
 
-        def settle(total: Any, texel: Any, bits: Any, rest: Any) -> Any:
+        def write(total: Any, texel: Any, bits: Any, rest: Any) -> Any:
             for n in range(texel.shape[0]):
                 if bits == 16:
                     word, shift = total[2 * (n >> 2) + (n & 1)], 16 * (n & 2)
@@ -192,14 +192,14 @@ def _settle_sums_overload(total: Any, texel: Any, bits: Any, rest: Any) -> Any:
                     np.uint64(texel[n]) * np.uint64(256 * rest) + own + np.uint64(32768)
                 ) >> np.uint64(16)
 
-        return settle
+        return write
 
-    def settle_floats(total: Any, texel: Any, bits: Any, rest: Any) -> Any:
+    def write_floats(total: Any, texel: Any, bits: Any, rest: Any) -> Any:
         for n in range(texel.shape[0]):
             below = texel[n] * (np.float32(rest) * np.float32(1 / 256)) if rest else np.float32(0)
             texel[n] = below + total[n]
 
-    return settle_floats
+    return write_floats
 
 
 @inline
@@ -300,7 +300,7 @@ def _paint_run(
     if word >= 0:
         for n in range(start, stop):
             for k in range(pyramid.per_pixel):
-                _settle(_single(pyramid.words[word]), out[t, n], k, pyramid.bits)
+                _write(_single(pyramid.words[word]), out[t, n], k, pyramid.bits)
                 word += 1
         return
     found = field.found[:, start:stop]
@@ -310,7 +310,7 @@ def _paint_run(
         at, y, x = _at(pyramid, level, np.int64(found[0, n]), np.int64(found[1, n]))
         texel = out[t, start + n]
         for k in range(pyramid.per_pixel):
-            _settle(_bilinear(pyramid.words, at, k, y, x), texel, k, pyramid.bits)
+            _write(_bilinear(pyramid.words, at, k, y, x), texel, k, pyramid.bits)
 
 
 @shared
@@ -367,7 +367,7 @@ def _paint_mixed(
             rest += (16 - f) * ((16 - g) * (not shown[0]) + g * (not shown[1]))
             rest += f * ((16 - g) * (not shown[2]) + g * (not shown[3]))
         if rest < 256:
-            _settle_sums(sums[n], out[t, start + n], pyramid.bits, rest)
+            _write_sums(sums[n], out[t, start + n], pyramid.bits, rest)
 
 
 @inline

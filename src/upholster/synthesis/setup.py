@@ -100,16 +100,16 @@ def prepare(
     if isinstance(options.texels, tuple):
         return _prepare_flat(exemplar, surface, _flat_chart(surface, *options.texels), options)
     scale = _scale(exemplar, surface, options, None)
-    density = _texels_a_step(scale)
-    steps = scale.density / density
-    charts = density_layout(surface, density=steps, largest=max(1, int(largest / density)))
+    texels_a_step = _texels_a_step(scale)
+    steps = scale.density / texels_a_step
+    charts = density_layout(surface, density=steps, largest=max(1, int(largest / texels_a_step)))
     charted = charted_patches(surface, charts)
     asked = options.direction
     if asked is None:
         asked = "smooth" if options.stroke else default_on_patches(surface, charted)
     wanted = parse_direction(cast(str, asked), patches=True)
     ground = MapGround(charted, None, surface, False)
-    return _on_charts(exemplar, ground, options, scale, density, wanted)
+    return _on_charts(exemplar, ground, options, scale, texels_a_step, wanted)
 
 
 def _prepare_flat(exemplar: Exemplar, surface: AnySurface, chart: Chart, options: SynthesisOptions) -> Scene:
@@ -159,13 +159,13 @@ def _prepare_mesh(
         width, height = options.texels
         raise InputError(f"texels is {width}x{height} on a mesh; allowed there: a number")
     scale = _scale(exemplar, surface, options, surface.mesh.metres)
-    density = _texels_a_step(scale)
-    charted = charted_mesh(surface, mesh_charts(surface, scale.density / density))
+    texels_a_step = _texels_a_step(scale)
+    charted = charted_mesh(surface, mesh_charts(surface, scale.density / texels_a_step))
     asked = options.direction
     if asked is None:
         asked = "smooth" if options.stroke else default_direction(surface.mesh)
     ground = MapGround(charted, model, surface, False)
-    return _on_charts(exemplar, ground, options, scale, density, parse_direction(cast(str, asked)))
+    return _on_charts(exemplar, ground, options, scale, texels_a_step, parse_direction(cast(str, asked)))
 
 
 def _on_charts(
@@ -173,7 +173,7 @@ def _on_charts(
     ground: MapGround,
     options: SynthesisOptions,
     scale: TextureScale,
-    density: float,
+    texels_a_step: float,
     direction: Direction,
 ) -> Scene:
     charted = ground.charted
@@ -215,12 +215,12 @@ def _on_charts(
         turns=turns,
         fold=field.fold,
         scale=scale,
-        density=density,
+        density=texels_a_step,
         direction=f"{text}, {field.words}",
         field=field,
         sizes=sizes,
         phases=phases,
-        steering=steering_on(ground, exemplar.guidance, block / scale.scale * scale.density / density),
+        steering=steering_on(ground, exemplar.guidance, block / scale.scale * scale.density / texels_a_step),
     )
 
 
@@ -307,7 +307,7 @@ def _scale(
     )
 
 
-def sample_width(exemplar: PixelArray, options: SynthesisOptions, metres: float | None) -> float | None:
+def sample_width(pixels: PixelArray, options: SynthesisOptions, metres: float | None) -> float | None:
     """Return the sample's width in model units, as requested or from its elements' width; None: neither.
 
     Raises
@@ -320,11 +320,11 @@ def sample_width(exemplar: PixelArray, options: SynthesisOptions, metres: float 
         return parse_length(options.sample_size, metres, name="sample size")
     if options.element_size is None:
         return None
-    lattice = find_lattice(exemplar)
+    lattice = find_lattice(pixels)
     if lattice is None:
         raise InputError(
             f"element size is {options.element_size!r}, but no pattern clearly repeats in the sample; "
             "allowed: sample size"
         )
     length = parse_length(options.element_size, metres, name="element size")
-    return float(length * exemplar.shape[1] / max(lattice.element))
+    return float(length * pixels.shape[1] / max(lattice.element))

@@ -28,12 +28,12 @@ from upholster.synthesis.paper.coefficients import keep_coefficients
 from upholster.synthesis.setup import sample_width
 from upholster.synthesis.size_fit import fitted
 
-__all__ = ["SurfaceRequest", "kept_sample", "matched_image", "needs_patches", "settled"]
+__all__ = ["SurfaceRequest", "kept_sample", "matched_image", "needs_patches", "surface_request"]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class SurfaceRequest:
-    """A request for one sample, settled on its surface.
+    """A request for one sample, complete for its surface.
 
     Attributes
     ----------
@@ -53,14 +53,14 @@ class SurfaceRequest:
     notes: tuple[str, ...]
 
 
-def settled(
+def surface_request(
     sample: Sample,
     source: PixelArray | Material,
     covered: Covered,
     asked: SynthesisOptions,
     held: tuple[str, ...] = (),
 ) -> SurfaceRequest:
-    """Settle a request on its surface.
+    """Complete a request for its surface.
 
     Parameters
     ----------
@@ -148,7 +148,7 @@ def needs_patches(options: SynthesisOptions) -> bool:
     return options.method != "quilt" or on_patches or isinstance(options.texels, tuple)
 
 
-def kept_sample(exemplar: PixelArray | Material, options: SynthesisOptions) -> PixelArray | Material:
+def kept_sample(source: PixelArray | Material, options: SynthesisOptions) -> PixelArray | Material:
     """Return a sample as it is matched and painted: without small coefficients if the options say so.
 
     Each map of a material is treated separately.
@@ -156,26 +156,26 @@ def kept_sample(exemplar: PixelArray | Material, options: SynthesisOptions) -> P
     Raises
     ------
     InputError
-        If `exemplar` is an array but not a valid exemplar.
+        If `source` is an array but not a valid exemplar.
     """
     if options.threshold is None and options.coefficients is None:
-        return exemplar
+        return source
 
-    return _kept(exemplar, options.levels, options.threshold, options.coefficients)
+    return _kept(source, options.levels, options.threshold, options.coefficients)
 
 
 @stage
 def _kept(
-    exemplar: PixelArray | Material, levels: int, threshold: float | None, coefficients: float | None
+    source: PixelArray | Material, levels: int, threshold: float | None, coefficients: float | None
 ) -> PixelArray | Material:
     how: dict[str, Any] = {"levels": levels, "threshold": threshold, "coefficients": coefficients}
-    if isinstance(exemplar, Material):
-        kept = {role: keep_coefficients(image, **how) for role, image in exemplar.maps.items()}
-        return Material(kept, used=exemplar.used)
-    return keep_coefficients(check_exemplar(exemplar), **how)
+    if isinstance(source, Material):
+        kept = {role: keep_coefficients(image, **how) for role, image in source.maps.items()}
+        return Material(kept, used=source.used)
+    return keep_coefficients(check_exemplar(source), **how)
 
 
-def matched_image(exemplar: PixelArray | Material, options: SynthesisOptions) -> PixelArray:
+def matched_image(source: PixelArray | Material, options: SynthesisOptions) -> PixelArray:
     """Return the image to match: for "quilt" all maps of a material that count, otherwise the base colour.
 
     Returns
@@ -186,12 +186,12 @@ def matched_image(exemplar: PixelArray | Material, options: SynthesisOptions) ->
     Raises
     ------
     InputError
-        If `exemplar` is an array but not a valid exemplar.
+        If `source` is an array but not a valid exemplar.
     """
-    if isinstance(exemplar, Material):
+    if isinstance(source, Material):
         turned = options.mirror or options.rotate
-        return _matched_maps(exemplar, turned) if options.method == "quilt" else _color(exemplar)
-    return check_exemplar(exemplar)
+        return _matched_maps(source, turned) if options.method == "quilt" else _color(source)
+    return check_exemplar(source)
 
 
 @stage

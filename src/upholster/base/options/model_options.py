@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 from upholster.base.errors import InputError
 from upholster.base.lengths import METRES
-from upholster.base.options.option_fields import about, documented, settle_types
+from upholster.base.options.option_fields import about, convert_types, documented
 
 __all__ = ["ModelOptions"]
 
@@ -74,6 +74,6 @@ class ModelOptions:
     )
 
     def __post_init__(self) -> None:
-        settle_types(self)
+        convert_types(self)
         if self.uv not in ("new", "keep"):
             raise InputError(f"uv is {self.uv!r}; allowed: new, keep")

@@ -10,7 +10,7 @@ from typing import Any, Literal, get_args, get_origin
 from upholster.base.display import on_a_line
 from upholster.base.errors import InputError
 
-__all__ = ["METHODS", "about", "differing", "documented", "members", "repeats", "settle_types"]
+__all__ = ["METHODS", "about", "convert_types", "differing", "documented", "members", "repeats"]
 
 METHODS = ("quilt", "paper", "pixel")
 
@@ -57,7 +57,7 @@ def repeats(entry: "Field[Any]") -> bool:
     return entry.type == tuple[str, ...] | None
 
 
-def settle_types(options: Any) -> None:
+def convert_types(options: Any) -> None:
     """Bring each option to its type: NumPy's numbers to Python's, lists to tuples; refuse others.
 
     A text alone becomes a tuple of one text if its option `repeats`.
@@ -69,11 +69,11 @@ def settle_types(options: Any) -> None:
         kinds = tuple(str if get_origin(kind) is Literal else kind for kind in kinds)
         value = getattr(options, entry.name)
         try:
-            settled_value = next(found for kind in kinds for found in _as_kind(kind, value))
+            converted = next(found for kind in kinds for found in _as_kind(kind, value))
         except StopIteration:
             allowed = " or ".join(_WORDS[kind] for kind in kinds if kind in _WORDS)
             raise InputError(f"{entry.name} is {on_a_line(value)}; allowed: {allowed}") from None
-        object.__setattr__(options, entry.name, settled_value)
+        object.__setattr__(options, entry.name, converted)
 
 
 def _as_kind(kind: Any, value: Any) -> list[Any]:

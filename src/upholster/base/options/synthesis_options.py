@@ -10,7 +10,7 @@ from upholster.base.errors import InputError, nearest
 from upholster.base.guide_texts import parse_again, parse_guide, parse_put, parse_zone
 from upholster.base.lengths import read_length
 from upholster.base.options.direction_words import DIRECTIONS
-from upholster.base.options.option_fields import METHODS, about, differing, documented, members, settle_types
+from upholster.base.options.option_fields import METHODS, about, convert_types, differing, documented, members
 
 __all__ = ["SynthesisOptions", "check_owner"]
 
@@ -325,7 +325,7 @@ class SynthesisOptions:
         return on_a_line(self, differing(self))
 
     def __post_init__(self) -> None:
-        settle_types(self)
+        convert_types(self)
         object.__setattr__(self, "direction", _direction_text(self.direction))
         if self.method not in METHODS:
             raise InputError(f"unknown method {self.method!r}; {nearest(self.method, METHODS)}")

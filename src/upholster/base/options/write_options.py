@@ -9,7 +9,7 @@ from upholster.base.display import on_a_line
 from upholster.base.errors import InputError
 from upholster.base.formats import OUTPUTS, suffixes_of
 from upholster.base.lengths import read_length
-from upholster.base.options.option_fields import about, differing, documented, settle_types
+from upholster.base.options.option_fields import about, convert_types, differing, documented
 
 __all__ = ["QUALITY", "RELIEF", "Quality", "TextureFormat", "WriteOptions", "check_quality"]
 
@@ -198,7 +198,7 @@ class WriteOptions:
         return on_a_line(self, differing(self))
 
     def __post_init__(self) -> None:
-        settle_types(self)
+        convert_types(self)
         if self.texture not in get_args(TextureFormat):
             raise InputError(f"texture is {self.texture!r}; allowed: {', '.join(get_args(TextureFormat))}")
         if not 1 <= self.quality <= 100:

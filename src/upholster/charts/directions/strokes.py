@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from upholster.base.errors import FormatError, InputError
+from upholster.base.files import read_bytes
 from upholster.base.json_text import read_json
 from upholster.base.types import ComplexArray, FloatArray, IntArray
 from upholster.charts.directions._kernels import carry_from, near_by, nearest_triangles
@@ -198,9 +199,7 @@ def read_stroke_list(path: str) -> list[object]:
         If it cannot be read, or is not a list.
     """
     try:
-        written = read_json(Path(path).read_bytes())
-    except OSError as error:
-        raise InputError(f"strokes {path}: {error.strerror or error}") from None
+        written = read_json(read_bytes(path))
     except FormatError as error:
         raise InputError(f"strokes {path}: {error}") from None
     if not isinstance(written, list):

@@ -30,7 +30,7 @@ _LEAST_DETERMINANT = 0.05
 """Triangles whose area shrinks below this factor count as flipped."""
 
 
-_MOST_DENSITY, _MOST_STRETCH = 2.0, 2.0
+_MOST_SPREAD, _MOST_STRETCH = 2.0, 2.0
 _UNROLLED = 1.02
 _ROUNDING = 5e-4
 """Share of samples that may be on an edge and count for both of its triangles."""
@@ -47,7 +47,7 @@ class Flat(NamedTuple):
         Number of triangles that are inverted or have no area.
     crossings
         Number of pairs of border edges that cross, or if there is none, of samples under several triangles.
-    density
+    spread
         Spread of its area: 99th percentile of (flattened area)/(area in space) over the 1st.
     stretch
         99th percentile of the ratio of a triangle's singular values.
@@ -56,14 +56,14 @@ class Flat(NamedTuple):
     parameters: FloatArray
     flipped: int
     crossings: int
-    density: float
+    spread: float
     stretch: float
 
     @property
     def good(self) -> bool:
-        """Whether no triangle is flipped, none overlaps another, and density is even."""
+        """Whether no triangle is flipped, none overlaps another, and its area is even."""
         whole = self.flipped == 0 and self.crossings == 0
-        return whole and self.density <= _MOST_DENSITY and self.stretch <= _MOST_STRETCH
+        return whole and self.spread <= _MOST_SPREAD and self.stretch <= _MOST_STRETCH
 
 
 def shapes_of(corners: FloatArray) -> FloatArray:
@@ -100,7 +100,7 @@ def flatten(
     unfolded = _unfolded(piece, corners, areas, shapes)
     flat = _judged(piece, unfolded, areas, shapes)
     grown = signed_areas(unfolded[piece.vertex]).sum() / max(float(areas.sum()), 1e-300)
-    if flat.good and max(flat.density, flat.stretch, grown) < _UNROLLED:
+    if flat.good and max(flat.spread, flat.stretch, grown) < _UNROLLED:
         return flat
     if len(areas) > _MOST_TRIANGLES:
         return flat._replace(flipped=max(flat.flipped, 1))
@@ -144,7 +144,7 @@ def _laid(piece: Piece, points: FloatArray, areas: FloatArray, shapes: FloatArra
 
 
 def _badness(flat: Flat) -> tuple[int, int, float]:
-    return flat.flipped, flat.crossings, flat.density
+    return flat.flipped, flat.crossings, flat.spread
 
 
 def _judged(piece: Piece, points: FloatArray, areas: FloatArray, shapes: FloatArray) -> Flat:

@@ -168,7 +168,7 @@ def _joined(mesh: TriangleMesh, linked: IntArray, layout: Layout, tries: list[In
 
 
 def _is_better(flat: Flat, piece: Piece, layout: Layout) -> bool:
-    if not (flat.good and max(flat.density, flat.stretch) <= _MOST_UNEVEN):
+    if not (flat.good and max(flat.spread, flat.stretch) <= _MOST_UNEVEN):
         return False
     before = 0.0
     own = layout.island[piece.triangles]

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from upholster.quilt.labels import LabelMap
 from upholster.quilt.placement import PLACEMENT
 from upholster.synthesis.quilt.emit import Labelled, LabelPiece
-from upholster.synthesis.quilt.laying import ParcelBlocks
+from upholster.synthesis.quilt.laid_blocks import ParcelBlocks
 
 __all__ = [
     "blocks_bytes",

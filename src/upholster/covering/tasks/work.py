@@ -31,8 +31,9 @@ from upholster.output.export.pages import page_files
 from upholster.quilt.materials import WindowPainter
 from upholster.quilt.model import Quilt
 from upholster.synthesis.quilt.emit import Labelled, LabelPiece, label_pieces, labelled
+from upholster.synthesis.quilt.laid_blocks import ParcelBlocks
 from upholster.synthesis.quilt.lay_plan import LayPlan
-from upholster.synthesis.quilt.laying import ParcelBlocks, draw_parcel, lay_parcel
+from upholster.synthesis.quilt.laying import draw_parcel, lay_parcel
 
 __all__ = [
     "TileWork",

@@ -238,17 +238,17 @@ def _folders(source: Source) -> list[str]:
     return [os.fspath(name) for name in given if os.path.isdir(name)]
 
 
-def source_parts(exemplar: PixelArray | Material) -> dict[str, PixelArray]:
+def source_parts(source: PixelArray | Material) -> dict[str, PixelArray]:
     """Return the painted maps by role: the base colour first, as "albedo", with the opacity as its alpha."""
-    if not isinstance(exemplar, Material):
-        return {"albedo": exemplar}
-    others = {role: pixels for role, pixels in exemplar.maps.items() if role not in ("albedo", "opacity")}
-    return {"albedo": exemplar.color(), **others}
+    if not isinstance(source, Material):
+        return {"albedo": source}
+    others = {role: pixels for role, pixels in source.maps.items() if role not in ("albedo", "opacity")}
+    return {"albedo": source.color(), **others}
 
 
-def used_pixels(exemplar: PixelArray | Material) -> Used | None:
+def used_pixels(source: PixelArray | Material) -> Used | None:
     """Return which pixels of an exemplar are used, (H, W); None: all."""
-    return exemplar.used if isinstance(exemplar, Material) else None
+    return source.used if isinstance(source, Material) else None
 
 
 def source_names(source: "Source | Sample") -> Any:

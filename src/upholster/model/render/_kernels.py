@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.model.render._lookup import Pair, filtered
+from upholster.model.render._lookup import Color, Pair, filtered
 from upholster.model.render._material_kernels import SurfaceMaps, material_light
 from upholster.model.render.environment import FILL_LIGHT, KEY_LIGHT, SKY_ABOVE, SKY_BELOW
 from upholster.model.render.texture import MipPyramid
@@ -120,6 +120,11 @@ def _row(array: NDArray[Any], i: int) -> Vector:
 
 
 @inline
+def _vector(array: NDArray[Any]) -> Vector:
+    return np.float64(array[0]), np.float64(array[1]), np.float64(array[2])
+
+
+@inline
 def _misses_model(p: Vector, d: Vector) -> bool:
     """Return whether the ray from p along the unit vector d misses the unit ball, which holds the model."""
     along = _dot(p, d)
@@ -156,6 +161,17 @@ Corner = tuple[float, Vector, Vector]
 """A corner's barycentric share of a place in a triangle, the corner's position, and its normal."""
 
 
+class EyeRay(NamedTuple):
+    """A ray from the eye."""
+
+    direction: Vector  # 1 long along forward
+    length: float
+    weight: float  # the share of light along it that arrives
+    total: Single  # its pixel's sums
+    slot: int  # where they begin in ``sums.flat``
+    aim: int  # its row of the pattern
+
+
 class Met(NamedTuple):
     """The place where a ray meets a triangle, with the triangle's own order of corners."""
 
@@ -176,30 +192,41 @@ class Light(NamedTuple):
     glint: float  # white, reflected from the key light
 
 
+class Shown(NamedTuple):
+    """What the texture shows at a place."""
+
+    place: Pair  # texture coordinates
+    footprint: tuple[Pair, Pair]  # how far away the next samples to the right and above are, in texels
+    color: Color  # times alpha, and alpha
+
+
 @spliced
-def _floor_light(
-    d: Vector, eye: Vector, floor: float, to_key: Vector, to_sky: Vector, weight: float,
-    total: Single, slot: int, rays: Rays, count: int,
-) -> int:  # fmt: skip
+def _floor_light(ray: EyeRay, studio: Scene, rays: Rays, count: int) -> int:
     """Add the floor's light for a ray that misses the model, and request rays to both lights there."""
-    p = _along(eye, (floor - eye[2]) / d[2], d)
+    eye, d, total, weight = _vector(studio.eye), ray.direction, ray.total, ray.weight
+    if not (d[2] < 0.0 and studio.floor < eye[2]):
+        return count
+    aim = studio.pattern[ray.aim]
+    to_key, to_sky = _vector(aim), _vector(aim[3:])
+    p = _along(eye, (studio.floor - eye[2]) / d[2], d)
     total[FLOOR] += weight
     if _misses_model(p, to_key):
         total[FLOOR_KEY] += weight
     else:
-        count = _ask(rays, count, p, to_key, FAR, slot + FLOOR_KEY, weight)
+        count = _ask(rays, count, p, to_key, FAR, ray.slot + FLOOR_KEY, weight)
     if _misses_model(p, to_sky):
         total[FLOOR_SKY] += weight
     else:
-        count = _ask(rays, count, p, to_sky, FLOOR_REACH, slot + FLOOR_SKY, weight)
+        count = _ask(rays, count, p, to_sky, FLOOR_REACH, ray.slot + FLOOR_SKY, weight)
     return count
 
 
 @spliced
-def _met(
-    p0: Vector, p1: Vector, p2: Vector, n0: Vector, n1: Vector, n2: Vector, w1: float, w2: float, d: Vector
-) -> Met:
+def _met(mesh: RayMesh, corners: tuple[int, int, int], w1: float, w2: float, d: Vector) -> Met:
     """Return place, normals and sides where a ray along d meets a triangle; w1 and w2 are its shares."""
+    i0, i1, i2 = corners
+    p0, p1, p2 = _row(mesh.positions, i0), _row(mesh.positions, i1), _row(mesh.positions, i2)
+    n0, n1, n2 = _row(mesh.normals, i0), _row(mesh.normals, i1), _row(mesh.normals, i2)
     w0 = 1.0 - w1 - w2
     p = _along(_along(_scaled(p0, w0), w1, p1), w2, p2)
     n = _along(_along(_scaled(n0, w0), w1, n1), w2, n2)
@@ -220,16 +247,15 @@ def _met(
 
 
 @spliced
-def _footprint(
-    met: Met, right: Vector, up: Vector, d: Vector, distance: float, step: float, one: Pair, two: Pair
-) -> tuple[Pair, Pair]:
-    """Return how far away the next samples to the right and above are on the texture, in its texels.
+def _footprint(met: Met, studio: Scene, ray: EyeRay, step: float, one: Pair, two: Pair) -> tuple[Pair, Pair]:
+    """Return how far away the next samples to the right and above are, in the units of `one` and `two`.
 
     `one` and `two` are the offsets of the triangle's second and third corner from the first on the texture;
     `step` is the distance between samples at this depth.
     """
+    right, up, d = _vector(studio.right), _vector(studio.up), ray.direction
     # Where their rays meet the triangle's plane, at a slope of 1 : 50 or more.
-    slope = min(_dot(met.flat, d), -0.02 * distance)
+    slope = min(_dot(met.flat, d), -0.02 * ray.length)
     across = _scaled(_along(right, -_dot(met.flat, right) / slope, d), step)
     above = _scaled(_along(up, -_dot(met.flat, up) / slope, d), step)
     a, b = _dot(across, met.rises[0]), _dot(across, met.rises[1])
@@ -238,6 +264,24 @@ def _footprint(
         (a * one[0] + b * two[0], a * one[1] + b * two[1]),
         (c * one[0] + e * two[0], c * one[1] + e * two[1]),
     )
+
+
+@spliced
+def _look_up(
+    mesh: RayMesh, pyramid: MipPyramid, corners: tuple[int, int, int], met: Met, studio: Scene, ray: EyeRay,
+    depth: float,
+) -> Shown:  # fmt: skip
+    """Return what the texture shows where a ray meets the model."""
+    i0, i1, i2 = corners
+    w1, w2 = met.corners[1][0], met.corners[2][0]
+    u0, v0 = np.float64(mesh.uv[i0, 0]), np.float64(mesh.uv[i0, 1])
+    ua, va = mesh.uv[i1, 0] - u0, mesh.uv[i1, 1] - v0
+    ub, vb = mesh.uv[i2, 0] - u0, mesh.uv[i2, 1] - v0
+    one, two = _footprint(met, studio, ray, depth * studio.spread, (ua, va), (ub, vb))
+    one = (one[0] * pyramid.width, one[1] * pyramid.height)
+    two = (two[0] * pyramid.width, two[1] * pyramid.height)
+    place = (u0 + w1 * ua + w2 * ub, v0 + w1 * va + w2 * vb)
+    return Shown(place, (one, two), filtered(pyramid, place[0], place[1], one, two))
 
 
 @spliced
@@ -272,6 +316,47 @@ def _above_smooth(met: Met) -> Vector:
     return origin
 
 
+@spliced
+def _add_material(
+    ray: EyeRay, maps: SurfaceMaps, corners: tuple[int, int, int], met: Met, shown: Shown, toward_eye: Vector,
+    key: Vector,
+) -> None:  # fmt: skip
+    """Add the light from a place of a material with several maps."""
+    tangent = (0.0, 0.0, 0.0)
+    if len(maps.tangents) > 0:
+        i0, i1, i2 = corners
+        w1, w2 = met.corners[1][0], met.corners[2][0]
+        t0, t1, t2 = _row(maps.tangents, i0), _row(maps.tangents, i1), _row(maps.tangents, i2)
+        tangent = _along(_along(_scaled(t0, 1.0 - w1 - w2), w1, t1), w2, t2)
+    shine = material_light(
+        maps, shown.place, shown.footprint[0], shown.footprint[1], shown.color,
+        met.normal, tangent, met.side, toward_eye, key,
+    )  # fmt: skip
+    for k in range(3):
+        ray.total[AMBIENT + k] += ray.weight * shine.ambient[k]
+        ray.total[KEY + k] += ray.weight * shine.key[k]
+        ray.total[GLOW + k] += ray.weight * shine.glow[k]
+
+
+@spliced
+def _ask_lights(
+    ray: EyeRay, met: Met, facing: float, cover: float, both: bool, studio: Scene, rays: Rays, count: int
+) -> int:
+    """Request rays from a place to the lights; `facing` is how far it faces the key light.
+
+    Samples take turns: once averaged, half of them are plenty for either light. Some ask for both.
+    """
+    aim, origin = studio.pattern[ray.aim], _above_smooth(met)
+    if facing > 0.0 and (both or ray.aim % 2 == 0):
+        ray.total[KEY_ASKED] += cover
+        count = _ask(rays, count, origin, _vector(aim), FAR, ray.slot + KEY_ARRIVED, cover)
+    if both or ray.aim % 2 == 1:
+        ray.total[SKY_ASKED] += cover
+        to_sky = _turned(_vector(aim[3:]), met.normal)
+        count = _ask(rays, count, origin, to_sky, REACH, ray.slot + SKY_ARRIVED, cover)
+    return count
+
+
 @kernel
 def shade(
     seen: EyeRays,
@@ -304,63 +389,30 @@ def shade(
     ----------
     J. Hanika: Hacking the Shadow Terminator, Ray Tracing Gems II, 2021 (where occlusion rays start).
     """
-    eye = (studio.eye[0], studio.eye[1], studio.eye[2])
-    right = (studio.right[0], studio.right[1], studio.right[2])
-    up = (studio.up[0], studio.up[1], studio.up[2])
-    key = (studio.key[0], studio.key[1], studio.key[2])
-    occlusion = len(studio.pattern) > 0
-    count = 0
+    eye, key, occlusion, count = _vector(studio.eye), _vector(studio.key), len(studio.pattern) > 0, 0
     for i in range(len(seen.hit)):
-        total = sums[seen.pixels[i]]
-        slot = seen.pixels[i] * SUMS
+        d, pixel, total = _row(seen.directions, i), seen.pixels[i], sums[seen.pixels[i]]
         weight = np.float64(seen.through[i])
+        ray = EyeRay(d, math.sqrt(_dot(d, d)), weight, total, pixel * SUMS, seen.aims[i])
         seen.through[i] = 0.0
-        d = _row(seen.directions, i)
-        if occlusion:
-            aim = studio.pattern[seen.aims[i]]
-            to_key = (np.float64(aim[0]), np.float64(aim[1]), np.float64(aim[2]))
-            to_sky = (np.float64(aim[3]), np.float64(aim[4]), np.float64(aim[5]))
-
         if seen.hit[i] < 0:
-            if occlusion and d[2] < 0.0 and studio.floor < eye[2]:
-                count = _floor_light(d, eye, studio.floor, to_key, to_sky, weight, total, slot, rays, count)
+            if occlusion:
+                count = _floor_light(ray, studio, rays, count)
             continue
 
         i0, i1, i2 = mesh.triangles[seen.hit[i]]
-        w1, w2 = np.float64(seen.u[i]), np.float64(seen.v[i])
-        p0, p1, p2 = _row(mesh.positions, i0), _row(mesh.positions, i1), _row(mesh.positions, i2)
-        n0, n1, n2 = _row(mesh.normals, i0), _row(mesh.normals, i1), _row(mesh.normals, i2)
-        met = _met(p0, p1, p2, n0, n1, n2, w1, w2, d)
-        distance = math.sqrt(_dot(d, d))
-        toward_eye = _scaled(d, -1.0 / distance)
-        depth = _dot(_along(met.place, -1.0, eye), d) / (distance * distance)
-        u0, v0 = np.float64(mesh.uv[i0, 0]), np.float64(mesh.uv[i0, 1])
-        ua, va = mesh.uv[i1, 0] - u0, mesh.uv[i1, 1] - v0
-        ub, vb = mesh.uv[i2, 0] - u0, mesh.uv[i2, 1] - v0
-        one, two = _footprint(met, right, up, d, distance, depth * studio.spread, (ua, va), (ub, vb))
-        one = (one[0] * pyramid.width, one[1] * pyramid.height)
-        two = (two[0] * pyramid.width, two[1] * pyramid.height)
-        place = (u0 + w1 * ua + w2 * ub, v0 + w1 * va + w2 * vb)
-        color = filtered(pyramid, place[0], place[1], one, two)
-
+        met = _met(mesh, (i0, i1, i2), np.float64(seen.u[i]), np.float64(seen.v[i]), d)
+        toward_eye = _scaled(d, -1.0 / ray.length)
+        depth = _dot(_along(met.place, -1.0, eye), d) / (ray.length * ray.length)
+        shown = _look_up(mesh, pyramid, (i0, i1, i2), met, studio, ray, depth)
+        color, cover = shown.color, weight * shown.color[3]
         seen.through[i] = weight * (1.0 - color[3])
         seen.onward[i, 0], seen.onward[i, 1], seen.onward[i, 2] = _along(met.place, -LIFT, toward_eye)
-        cover = weight * color[3]
         if cover <= 0.0:
             continue
         light = _light(met.normal, toward_eye, key)
         if maps.used:
-            tangent = (0.0, 0.0, 0.0)
-            if len(maps.tangents) > 0:
-                t0, t1, t2 = _row(maps.tangents, i0), _row(maps.tangents, i1), _row(maps.tangents, i2)
-                tangent = _along(_along(_scaled(t0, 1.0 - w1 - w2), w1, t1), w2, t2)
-            shine = material_light(
-                maps, place, one, two, color, met.normal, tangent, met.side, toward_eye, key
-            )
-            for k in range(3):
-                total[AMBIENT + k] += weight * shine.ambient[k]
-                total[KEY + k] += weight * shine.key[k]
-                total[GLOW + k] += weight * shine.glow[k]
+            _add_material(ray, maps, (i0, i1, i2), met, shown, toward_eye, key)
         else:
             for k in range(3):
                 share = weight * color[k]
@@ -368,22 +420,13 @@ def shade(
                 total[KEY + k] += share * KEY_LIGHT * light.key + cover * light.glint
         for k in range(3):
             total[NORMAL + k] += cover * met.normal[k]
-        fresh = total[COVER] == 0.0
+        # A pixel's first sample asks for both lights, so that every pixel has an answer of its own.
+        both = total[COVER] == 0.0 or studio.samples == 1
         total[COVER] += cover
         if color[3] >= 0.5:
             total[DEPTH] = min(total[DEPTH], depth)
-        if not occlusion:
-            continue
-        origin = _above_smooth(met)
-        # Samples take turns: once averaged, half of them are plenty for either light. A pixel's first sample
-        # asks for both, so that every pixel has an answer of its own.
-        both = fresh or studio.samples == 1
-        if light.key > 0.0 and (both or seen.aims[i] % 2 == 0):
-            total[KEY_ASKED] += cover
-            count = _ask(rays, count, origin, to_key, FAR, slot + KEY_ARRIVED, cover)
-        if both or seen.aims[i] % 2 == 1:
-            total[SKY_ASKED] += cover
-            count = _ask(rays, count, origin, _turned(to_sky, met.normal), REACH, slot + SKY_ARRIVED, cover)
+        if occlusion:
+            count = _ask_lights(ray, met, light.key, cover, both, studio, rays, count)
     return count
 
 

@@ -7,11 +7,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.base.types import FloatArray, IntArray
+from upholster.charts.mesh_layout import GUTTER
+from upholster.charts.size_map import SizeField
 from upholster.runtime.parallel import check_cancelled
 from upholster.synthesis.quilt.ground import PlacedGround
 from upholster.synthesis.quilt.kernels._frame_kernels import nearest_steps
 
-__all__ = ["Centres", "centres_at", "centres_on"]
+__all__ = ["Centres", "centres_at", "centres_on", "centres_on_grids"]
+
+_SIZES = 3.0
+"""Number of grids for each octave of block sizes, where sizes differ."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -94,6 +99,22 @@ def centres_on(
     steps = np.concatenate([charts[at, None], within + corners[at]], axis=1)
     found_all = centres_at(placed, steps.astype(np.int32))
     return found_all.chosen(np.flatnonzero(wanted[found_all.triangles]))
+
+
+def centres_on_grids(
+    placed: PlacedGround, own: NDArray[np.bool_], step: float, sizes: SizeField | None
+) -> Centres:
+    """Return centres in the triangles `own` (T,), `step` steps apart times the sample's size there."""
+    if sizes is None:
+        return centres_on(placed, own, step, GUTTER + 0.35 * step, bare=False)
+    middles = placed.ground.mesh.corners.mean(axis=1)
+    finer = np.rint(np.log2(sizes.at(placed.parent, middles)) * _SIZES).astype(np.int64)
+    found = centres_at(placed, np.zeros((0, 3), np.int32))
+    for number in np.unique(finer[own]).tolist():
+        wide = max(2.0, step * 2.0 ** (number / _SIZES))
+        part = centres_on(placed, own & (finer == number), wide, GUTTER + 0.35 * wide, bare=False)
+        found = found.with_more(part)
+    return found
 
 
 def _shares(flat: FloatArray, places: FloatArray) -> FloatArray:

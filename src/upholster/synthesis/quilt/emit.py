@@ -24,7 +24,7 @@ from upholster.synthesis.quilt.kernels._block_kernels import (
     SOURCE_ROW,
     SYMMETRY,
 )
-from upholster.synthesis.quilt.kernels._emit_kernels import SettledArrays, ShownCells, settle_placements
+from upholster.synthesis.quilt.kernels._emit_kernels import CentredArrays, ShownCells, centre_placements
 from upholster.synthesis.quilt.kernels._label_map_kernels import (
     KEPT,
     fill_labels,
@@ -33,8 +33,8 @@ from upholster.synthesis.quilt.kernels._label_map_kernels import (
     list_sheets,
 )
 from upholster.synthesis.quilt.kernels._sheet_kernels import FIT, FIT_PLACE, FIT_TURNS, MOST_SHEETS
+from upholster.synthesis.quilt.laid_blocks import Drawn
 from upholster.synthesis.quilt.lay_plan import LayPlan
-from upholster.synthesis.quilt.laying import Drawn
 
 __all__ = ["LABEL_CELL", "LabelPiece", "Labelled", "emitted_quilt", "label_pieces", "labelled"]
 
@@ -186,7 +186,7 @@ def labelled(plan: LayPlan, number: int, pieces: Sequence[LabelPiece]) -> Labell
     cells = ShownCells(
         shown, cell, sheets.fits, sources, placed["symmetry"].copy(), plan.numbers.level, shape
     )
-    found = _settled(plan, cells, field)
+    found = _centred(plan, cells, field)
     placed["row"], placed["column"] = 16 * cell * (found.cells.T - 1) + 8 * cell
     placed["source_row"], placed["source_column"] = found.reads.T
     placed["offset"] = _offsets(found)
@@ -209,10 +209,10 @@ def _before(
     return quilt.on_chart(number)[used]
 
 
-def _settled(plan: LayPlan, cells: ShownCells, field: WarpField) -> SettledArrays:
+def _centred(plan: LayPlan, cells: ShownCells, field: WarpField) -> CentredArrays:
     # The centres of a chart's placements, and the sums for fitting their matrices.
     count = len(cells.turns)
-    found = SettledArrays(
+    found = CentredArrays(
         np.full((count, 2), -1, np.int64),
         np.zeros((count, 2), np.int64),
         np.zeros((count, 4), np.int64),
@@ -222,11 +222,11 @@ def _settled(plan: LayPlan, cells: ShownCells, field: WarpField) -> SettledArray
         np.full(count, np.inf),
         np.zeros((count, 3)),
     )
-    settle_placements(plan.field, cells, field.matrices, field.margin, _SOURCE_UNIT, found)
+    centre_placements(plan.field, cells, field.matrices, field.margin, _SOURCE_UNIT, found)
     return found
 
 
-def _offsets(found: SettledArrays) -> IntArray:
+def _offsets(found: CentredArrays) -> IntArray:
     """Return the matrices' offsets (n, 4), with which placements read as their blocks did; 0 within `_OFF`.
 
     With C + ΔC in place of C = M(c), a place q reads ½·ΔC·(q − c) further, turned by the symmetry T. ΔC is

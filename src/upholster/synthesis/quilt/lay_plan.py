@@ -4,9 +4,11 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
+from upholster.base.types import FloatArray
 from upholster.charts.charted_surface import steps_per_unit
 from upholster.charts.subdivision import subdivided_in
 from upholster.quilt.model import Quilt
+from upholster.synthesis.quilt.block_order import Near, near_blocks
 from upholster.synthesis.quilt.ground import PlacedGround, field_arrays, ground_of, whole_ground
 from upholster.synthesis.quilt.kernels._block_kernels import LayNumbers, LayWeights, MatchImage
 from upholster.synthesis.quilt.kernels._sheet_kernels import FieldArrays
@@ -71,9 +73,14 @@ class LayPlan:
         return float(self.scene.pixels / 2**self.numbers.level)
 
     @cached_property
-    def density(self) -> float:
+    def steps_per_unit(self) -> float:
         """Steps per model unit."""
         return steps_per_unit(self.scene.charted)
+
+    @property
+    def cells(self) -> int:
+        """Number of cells of a block's mask."""
+        return (self.numbers.size // self.numbers.cell) ** 2
 
     @property
     def overlap(self) -> float:
@@ -85,6 +92,11 @@ class LayPlan:
     def field(self) -> FieldArrays:
         """All warp fields in the kernels' form."""
         return field_arrays(self.scene.fields, self.numbers.level)
+
+    def near(self, spots: FloatArray, blocks: float, *, first: int = 0) -> Near:
+        """Return for each of some points (n, 3), from `first` on, the others within `blocks` blocks of it."""
+        tile = self.scene.charted.mesh.box if self.scene.charted.is_tile else None
+        return near_blocks(spots, blocks * self.parcels.block, tile, first=first)
 
     def ground(self, parcel: int, blocks: float) -> PlacedGround | None:
         """Return the bare ground within `blocks` blocks of a parcel; None: it contains no surface."""

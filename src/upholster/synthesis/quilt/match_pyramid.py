@@ -78,10 +78,10 @@ class SamplePart:
 
     @classmethod
     def whole(
-        cls, exemplar: PixelArray, lattice: Lattice | None = None, joints: Joints | None = None
+        cls, pixels: PixelArray, lattice: Lattice | None = None, joints: Joints | None = None
     ) -> "SamplePart":
         """Return a complete exemplar as one part."""
-        return cls(slice(0, exemplar.shape[0]), slice(0, exemplar.shape[1]), lattice, joints)
+        return cls(slice(0, pixels.shape[0]), slice(0, pixels.shape[1]), lattice, joints)
 
     def on_level(self, level: int) -> tuple[slice, slice]:
         """Return its rows and columns in pixels of a level."""
@@ -91,7 +91,7 @@ class SamplePart:
 
 @stage
 def match_pyramid(
-    exemplar: PixelArray, last: int = 0, parts: Sequence[SamplePart] = (), masks: Sequence[Used] = ()
+    pixels: PixelArray, last: int = 0, parts: Sequence[SamplePart] = (), masks: Sequence[Used] = ()
 ) -> MatchPyramid:
     """Make the levels of an exemplar (H, W, C), from 0 to `last`.
 
@@ -99,9 +99,9 @@ def match_pyramid(
     part that has neither. The variance is that of the pixels in `masks` (H, W), or of all if there are no
     masks.
     """
-    parts = parts or [SamplePart.whole(exemplar)]
+    parts = parts or [SamplePart.whole(pixels)]
     shown = np.concatenate(_as_many([shown_waves(part.lattice) for part in parts]))
-    form = _matched_form(exemplar, parts)
+    form = _matched_form(pixels, parts)
     varying = form[np.logical_or.reduce(masks)][None] if masks else form
     variance = float(varying.astype(np.float64).var(axis=(0, 1)).sum())
     image = form
@@ -122,11 +122,11 @@ def match_pyramid(
     return MatchPyramid(tuple(levels), form, variance, guide_step)
 
 
-def _matched_form(exemplar: PixelArray, parts: Sequence[SamplePart]) -> NDArray[np.uint8]:
+def _matched_form(pixels: PixelArray, parts: Sequence[SamplePart]) -> NDArray[np.uint8]:
     # The features by which pixels are compared; joints take one of four channels.
     if all(part.joints is None for part in parts):
-        return match_features(exemplar, most=4)
-    form = match_features(exemplar, most=3)
+        return match_features(pixels, most=4)
+    form = match_features(pixels, most=3)
     first = form[..., :1].copy()
     for part in parts:
         if part.joints is not None:

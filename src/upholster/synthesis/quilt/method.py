@@ -25,8 +25,9 @@ from upholster.synthesis.exemplar import Exemplar, cropped
 from upholster.synthesis.quilt.emit import LabelPiece, emitted_quilt, label_pieces
 from upholster.synthesis.quilt.kernels._block_kernels import LayNumbers, LayWeights
 from upholster.synthesis.quilt.kernels._phase_kernels import MISFIT
+from upholster.synthesis.quilt.laid_blocks import ParcelBlocks
 from upholster.synthesis.quilt.lay_plan import LayPlan
-from upholster.synthesis.quilt.laying import ParcelBlocks, draw_parcel, lay_parcel
+from upholster.synthesis.quilt.laying import draw_parcel, lay_parcel
 from upholster.synthesis.quilt.match_pyramid import MatchPyramid, SamplePart, match_pyramid
 from upholster.synthesis.quilt.parcels import MOST_WHOLE, Parcels
 from upholster.synthesis.quilt.scene import Scene

@@ -65,11 +65,13 @@ class Parcels:
     numbers: IntArray
 
     @classmethod
-    def of(cls, surface: ChartedSurface, vectors: FloatArray, block: float, density: float) -> "Parcels":
-        """Cut a surface; `block` is a block's side in model units, `density` is steps per model unit."""
+    def of(
+        cls, surface: ChartedSurface, vectors: FloatArray, block: float, steps_per_unit: float
+    ) -> "Parcels":
+        """Cut a surface; `block` is a block's side in model units."""
         low, high = surface.mesh.box
         steps = sum(chart.height * chart.width for chart in surface.charts)
-        side = max(SIDE / density, BLOCKS * block)
+        side = max(SIDE / steps_per_unit, BLOCKS * block)
         shape = np.maximum(np.ceil((high - low) / side).astype(np.int64), 1)
         if surface.is_tile or steps <= MOST_WHOLE or shape.prod() == 1:
             charts = tuple(range(len(surface.charts)))

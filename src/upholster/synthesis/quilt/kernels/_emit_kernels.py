@@ -11,7 +11,7 @@ from upholster.quilt.placement import SYMMETRIES
 from upholster.runtime.jit import inline, kernel
 from upholster.synthesis.quilt.kernels._sheet_kernels import FieldArrays, shown_at
 
-__all__ = ["SettledArrays", "ShownCells", "settle_placements"]
+__all__ = ["CentredArrays", "ShownCells", "centre_placements"]
 
 
 class ShownCells(NamedTuple):
@@ -32,7 +32,7 @@ class ShownCells(NamedTuple):
     shape: tuple[int, int]
 
 
-class SettledArrays(NamedTuple):
+class CentredArrays(NamedTuple):
     """The results for n placements.
 
     `cells` (n, 2) is the cell whose middle is the placement's centre, −1 for none yet. `reads` (n, 2) is the
@@ -67,7 +67,7 @@ def _read_at(field: FieldArrays, cells: ShownCells, n: int, row: int, column: in
 
 
 @inline
-def _choose_centres(field: FieldArrays, cells: ShownCells, found: SettledArrays) -> None:
+def _choose_centres(field: FieldArrays, cells: ShownCells, found: CentredArrays) -> None:
     # Chooses each placement's central cell: first by whether it reads inside the sample, then by whether it
     # is on the chart, then by its distance from the mean of all cells that show the placement.
     shown, unit = cells.shown, 16 * cells.cell
@@ -101,13 +101,13 @@ def _choose_centres(field: FieldArrays, cells: ShownCells, found: SettledArrays)
 
 
 @kernel
-def settle_placements(
+def centre_placements(
     field: FieldArrays,
     cells: ShownCells,
     matrices: IntArray,
     margin: int,
     rounded: int,
-    found: SettledArrays,
+    found: CentredArrays,
 ) -> None:
     """Choose the placements' centres, and sum up the differences between their readings and the field's.
 

@@ -247,7 +247,7 @@ def write_block(
 
 
 @inline
-def _settle(
+def _lay_block(
     ground: Ground,
     match: MatchImage,
     numbers: LayNumbers,
@@ -380,6 +380,6 @@ def lay_blocks(
         blocks.records[n, OUTCOME] = 0
         count, pieces[own] = find_block(ground, 0.5 * numbers.size, blocks, n, fits[own], scratch)
         own_near = near[firsts[n] : firsts[n + 1]]
-        _settle(ground, match, numbers, weights, blocks, n, own_near, count, scratch)
+        _lay_block(ground, match, numbers, weights, blocks, n, own_near, count, scratch)
         for m in range(masks.shape[1]):
             masks[own, m] = scratch.mask[m]

@@ -321,7 +321,7 @@ def _fit_ring(numbers: LayNumbers, pixels: FramePixels, out: RelayScratch) -> No
 
 
 @inline
-def _resettle(
+def _relay_block(
     ground: Ground,
     match: MatchImage,
     numbers: LayNumbers,
@@ -405,6 +405,6 @@ def relay_blocks(
         blocks.records[n, OUTCOME] = 0
         scratch.mask[:] = 0
         count, pieces[own] = find_block(ground, 0.5 * numbers.size, blocks, n, fits[own], scratch)
-        _resettle(ground, match, numbers, weights, blocks, n, count, scratch, out)
+        _relay_block(ground, match, numbers, weights, blocks, n, count, scratch, out)
         for m in range(masks.shape[1]):
             masks[own, m] = scratch.mask[m]
