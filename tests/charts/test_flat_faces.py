@@ -53,6 +53,14 @@ def rounded(radius: float = 0.2) -> TriangleMesh:
     )
 
 
+def cushion(width: float = 3.0) -> TriangleMesh:
+    """Return a domed box with round edges, `width` × 2 × 1."""
+    mesh = rounded()
+    points = mesh.positions @ ASKEW.T * (width / 3, 1.0, 1.0)
+    points[:, 2] *= 1 + 0.3 * (1 - (2 * points[:, 0] / width) ** 2) * (1 - points[:, 1] ** 2)
+    return TriangleMesh(points @ ASKEW, mesh.triangles)
+
+
 def tube(sides: int = 48, inner: float = 0.5) -> TriangleMesh:
     """Return a thick ring: flat above and below, round outside and inside."""
     angle = 2 * np.pi * np.arange(sides) / sides
@@ -194,6 +202,27 @@ def test_what_is_round_has_no_flat_faces_but_its_caps():
     bent = np.random.default_rng(0).normal(scale=5e-5, size=len(rough.positions))
     rough = TriangleMesh(rough.positions + bent[:, None] * (0, 0, 1), rough.triangles)
     assert (flat_faces(rough, plane_frames(rough, None)) == 0).all()
+
+
+def test_the_top_of_a_cushion_has_one_direction():
+    mesh = cushion()
+    top = mesh.flat_normals[:, 2] > np.cos(np.radians(15))
+    assert (flat_faces(mesh, plane_frames(mesh, None))[top] < 0).all()  # it is domed
+    field = direction_field(mesh, "level", crease=CREASE)
+    assert (field.face[top] == field.face[top][0]).all()
+    assert field.face[top][0] >= 0
+    assert np.abs(field.face_vectors[top] @ ASKEW[0]).min() > 0.96
+
+
+def test_round_tops_and_long_ones_follow_level_lines():
+    flat = sphere(40)
+    for mesh in (
+        TriangleMesh(flat.positions * (1.0, 1.0, 0.4), flat.triangles),
+        cushion(12.0),
+        sphere(),
+    ):
+        top = mesh.flat_normals[:, 2] > 0.9
+        assert (direction_field(mesh, "level", crease=CREASE).face[top] < 0).all()
 
 
 def test_the_order_of_triangles_does_not_matter():

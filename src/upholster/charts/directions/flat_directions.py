@@ -166,7 +166,7 @@ def held_on_faces(
     straight
         Whether to ignore directions on faces on which they turn about.
     """
-    face = _unasked(frames, flat_faces(mesh, frames), request, kind, straight)
+    face = _unasked(frames, flat_faces(mesh, frames, tops=kind == "level"), request, kind, straight)
     if not (face >= 0).any():
         return Held(face, np.zeros(len(face), np.complex128), np.zeros(mesh.triangles.shape, np.bool_))
     planes = _Planes.of(mesh, frames, face)

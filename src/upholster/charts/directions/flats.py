@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.base.types import FloatArray, IntArray
+from upholster.base.types import ComplexArray, FloatArray, IntArray
 from upholster.charts.directions._flat_kernels import Facets, mark_sharp
 from upholster.charts.directions._kernels import regions
 from upholster.charts.directions.frames import PlaneFrames
@@ -24,6 +24,13 @@ _FLAT = 2.0
 _LINKS = (_FLAT, 0.1 * _FLAT, _FLAT)
 """Greatest angle, in degrees, between adjacent triangles of one face, for each round. Fine roundings bend by
 less than the first; chamfers end at the faces that earlier rounds have found."""
+
+_TOP = 20.0
+"""Greatest angle, in degrees, between the vertical and the normals of a top, or of a bottom."""
+
+_SQUARE, _LONG = 1 / 3, 1 / 2
+"""A top has sides like a cushion's if the mean of their directions is at least the first, where quarter turns
+count as one, and at most the second, where half turns do. A round one has 0, a long strip nearly 1."""
 
 _CHAMFER = 30.0
 """Degrees: an edge between two faces is sharp if it bends by this much."""
@@ -66,19 +73,23 @@ class FaceBorder:
         return cls(triangle, edge, face[triangle], line, _lengths(line))
 
 
-def flat_faces(mesh: TriangleMesh, frames: PlaneFrames) -> IntArray:
+def flat_faces(mesh: TriangleMesh, frames: PlaneFrames, *, tops: bool = False) -> IntArray:
     """Return the number of the flat face to which each triangle belongs, (T,), −1 for none.
 
     A face's normals are within 2° of their mean. Most of its border is sharp: the surface ends there, or
     turns by 60° or more within the face's width (area over half its border). Next to another face, as at a
-    chamfer, 30° are enough.
+    chamfer, 30° are enough. With `tops`, domed tops and bottoms with four sides are faces, too, like
+    a cushion's: their normals are within 20° of the vertical.
     """
     number = np.full(len(mesh.triangles), -1, np.int32)
     bend = np.einsum("ti,tki->tk", frames.normals, frames.normals[mesh.neighbours // 3])
     count = 0
-    for link in _LINKS:
-        linked = (mesh.neighbours >= 0) & (bend >= np.cos(np.radians(link)))
-        face, planes = _level_pieces(mesh, frames, number, linked)
+    for link in (*_LINKS, None) if tops else _LINKS:
+        if link is None:
+            face, planes = _tops(mesh, frames, number)
+        else:
+            linked = (mesh.neighbours >= 0) & (bend >= np.cos(np.radians(link)))
+            face, planes = _level_pieces(mesh, frames, number, linked)
         border = FaceBorder.of(mesh, face)
         around = np.bincount(border.face, border.length, len(planes))
         areas = np.bincount(face[face >= 0], frames.areas[face >= 0], len(planes))
@@ -120,6 +131,34 @@ def _level_pieces(
     bent = np.bincount(piece, off | ~free, count) > 0
     kept = np.where(bent, -1, np.cumsum(~bent) - 1)
     return kept[piece].astype(np.int32), planes[~bent]
+
+
+def _tops(mesh: TriangleMesh, frames: PlaneFrames, taken: IntArray) -> tuple[IntArray, FloatArray]:
+    """Return the tops and bottoms (T,) among triangles not yet taken, −1 elsewhere, and their normals."""
+    upright, beyond = frames.normals[:, 2], mesh.neighbours // 3
+    free = (taken < 0) & (np.abs(upright) >= np.cos(np.radians(_TOP)))
+    linked = (mesh.neighbours >= 0) & free[:, None] & free[beyond] & (upright[:, None] * upright[beyond] > 0)
+    piece = np.empty(len(upright), np.int32)
+    count = regions(np.where(linked, beyond, -1).astype(np.int32), piece)
+    kept = np.bincount(piece, free, count) > 0
+    border = FaceBorder.of(mesh, np.where(kept[piece], piece, -1).astype(np.int32))
+    kept &= _has_four_sides(frames.normals, border, count)
+    face = np.where(kept, np.cumsum(kept) - 1, -1)[piece].astype(np.int32)
+    return face, mean_planes(frames, face)
+
+
+def _has_four_sides(normals: FloatArray, border: FaceBorder, count: int) -> NDArray[np.bool_]:
+    """Return which of `count` faces slope to four sides: see `_SQUARE`."""
+    out = normals[border.triangle, 0] + 1j * normals[border.triangle, 1]
+    out /= np.maximum(np.abs(out), 1e-300)
+    around = np.maximum(np.bincount(border.face, border.length, count), 1e-300)
+
+    def mean(turned: ComplexArray) -> FloatArray:
+        parts = (np.bincount(border.face, border.length * part, count) for part in (turned.real, turned.imag))
+        found: FloatArray = np.hypot(*parts) / around
+        return found
+
+    return (mean(out**4) >= _SQUARE) & (mean(out**2) <= _LONG)
 
 
 def _at_faces(
