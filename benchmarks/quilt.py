@@ -64,7 +64,7 @@ def _first_command() -> tuple[float, float]:
     with tempfile.TemporaryDirectory() as folder:
         command = [
             sys.executable, "-m", "upholster", "cover", str(EXEMPLAR), "--on", "cyclide", "--texels", "4M",
-            "--sample-size", "5", "--direction", "around:z", "--seed", "3", "--view", "150,32",
+            "--sample-size", "2.5", "--direction", "around:z", "--seed", "3", "--view", "150,32",
             "-o", f"{folder}/ring.glb", "-o", f"{folder}/ring.png",
         ]  # fmt: skip
         for _ in range(2):
