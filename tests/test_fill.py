@@ -164,6 +164,14 @@ def test_holes_that_touch_the_edge_and_several_at_once() -> None:
     assert (inside[:, 0] - inside[:, 1]).max() < 80
 
 
+def test_a_speck_is_filled() -> None:
+    photo, hole = read_image(EXAMPLES / "pebbles.png")[..., :3], np.zeros((256, 256), np.bool_)
+    hole[120, 130] = True
+    found = upholster.fill(marked(photo, hole), hole)
+    assert isinstance(found, np.ndarray)
+    assert (found[hole] != HIDDEN).any()
+
+
 def test_a_large_hole_is_filled_tile_by_tile(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("upholster.synthesis.photo_fill._TILE", 32)
     hole = box()

@@ -8,10 +8,11 @@ import pytest
 from laying import texture
 from laying_kernels import lay_numbers
 
-from upholster import Quilt, paint, synthesize
+from upholster import Quilt, encode_stream, paint, synthesize
 from upholster.charts.maps.map_ground import MapGround
 from upholster.charts.maps.map_text import parse_map
 from upholster.charts.maps.surface_map import region
+from upholster.codec.stream.reader import read_stream
 from upholster.covering.measure.trace import charted_of
 from upholster.image.files.write import write_image
 from upholster.quilt.chart import Chart
@@ -126,6 +127,17 @@ def test_regions_are_laid_one_after_another() -> None:
     assert min(differs[first].mean(), differs[second].mean()) > 0.25
     assert not differs[~first & ~second].any()
     np.testing.assert_array_equal(two[~second], one[~second])  # what was laid first stays
+
+
+@pytest.mark.parametrize("block", [10, 16])
+def test_a_stream_stores_a_region_that_is_laid_once_more(block: int) -> None:
+    """New blocks show where blocks that stay have their centres; with block 10, one shows only there."""
+    again = ("60,-60,0:40@3",)
+    quilt = synthesize(SAMPLE, "plane", texels=(120, 120), seed=1, block=block, again=again)
+    assert quilt.surface is not None
+    found = read_stream(encode_stream(quilt.surface, quilt, SAMPLE)).quilt()
+    np.testing.assert_array_equal(found.placements, quilt.placements)
+    np.testing.assert_array_equal(found.labels[0][0].labels, quilt.labels[0][0].labels)
 
 
 def test_a_pieces_frame_is_its_rectangle() -> None:

@@ -89,7 +89,7 @@ def hole_places(
     charted = charted_plane(chart)
     # Whole cells of labels are kept, so that no cell with a pixel of the hole shows the old pixels.
     stays = ~_in_cells(hole)
-    kept = _as_it_is(chart, corner, exemplar.shape), (stays,)
+    kept = _as_it_is(chart, stays, corner, exemplar.shape), (stays,)
     if exemplar.guidance.rectangles:
         phases: tuple[_PhotoPhases | None, ...] = (None, None)
         steering = Steering(zones=(np.full(hole.shape, 2, np.uint8),), kept=kept)
@@ -124,11 +124,14 @@ def _in_cells(hole: NDArray[np.bool_]) -> NDArray[np.bool_]:
     return cells.repeat(_CELL, axis=0).repeat(_CELL, axis=1)[:height, :width]
 
 
-def _as_it_is(chart: Chart, corner: tuple[int, int], shape: tuple[int, ...]) -> Quilt:
-    # A quilt with one placement, which reads the photo at each step.
+def _as_it_is(
+    chart: Chart, stays: NDArray[np.bool_], corner: tuple[int, int], shape: tuple[int, ...]
+) -> Quilt:
+    # A quilt with one placement, which reads the photo at each step. Its centre is at a kept step: a block
+    # that shows only the cell of another placement's centre is left out.
     placed = np.zeros(1, PLACEMENT)
-    for name, size, first in zip(("row", "column"), (chart.height, chart.width), corner, strict=True):
-        at = size // 2
+    centre = np.unravel_index(np.argmax(stays), stays.shape)
+    for name, at, first in zip(("row", "column"), centre, corner, strict=True):
         # The middle of a step is half a step after its number, that of a pixel at its number.
         placed[name], placed[f"source_{name}"] = 16 * at + 8, 16 * (first + at)
     labels = np.zeros(label_shape(chart.height, chart.width, _CELL), np.int32)

@@ -1,8 +1,10 @@
 """Turns the visible parts of laid blocks into placements and labels.
 
 A cell of a label map takes the block visible there. A placement's centre is the middle of a cell that shows
-it, and its source is the position that the block reads there. Where the chart's field alone would turn or
-stretch the placement noticeably, its matrix gets an offset, fitted to the cells that show it.
+it, and its source is the position that the block reads there. Placements that stay from another quilt keep
+their centres, even where they no longer show, and no two placements share a centre. Where the chart's field
+alone would turn or stretch the placement noticeably, its matrix gets an offset, fitted to the cells that show
+it.
 """
 
 from collections.abc import Sequence
@@ -173,7 +175,9 @@ def labelled(plan: LayPlan, number: int, pieces: Sequence[LabelPiece]) -> Labell
     """Return a chart's placements and labels, from all its pieces, which are in the order of parcels."""
     chart, field, shape = plan.scene.charted.charts[number], plan.scene.fields[number], plan.shape
     cell = _cell_of(plan, number)
-    shown, sheets, kept = _joined(label_shape(chart.height, chart.width, cell), pieces)
+    cells = label_shape(chart.height, chart.width, cell)
+    stays = _Stays.of(plan.before, number, cell, _kept(cells, pieces))
+    shown, sheets = _joined(stays.taken, pieces)
     if not len(sheets.numbers):
         if plan.before is not None:
             return plan.before.on_chart(number), plan.before.labels[number][0]
@@ -183,30 +187,22 @@ def labelled(plan: LayPlan, number: int, pieces: Sequence[LabelPiece]) -> Labell
     placed["chart"] = number
     placed["symmetry"] = _PRODUCTS[sheets.records[:, SYMMETRY], sheets.fits[:, FIT_TURNS].astype(np.intp)]
     sources = sheets.records[:, [SOURCE_ROW, SOURCE_COLUMN, SYMMETRY]].astype(np.int64)
-    cells = ShownCells(
-        shown, cell, sheets.fits, sources, placed["symmetry"].copy(), plan.numbers.level, shape
+    free = np.where(stays.taken, np.int32(-1), shown)
+    found = _centred(
+        plan,
+        ShownCells(free, cell, sheets.fits, sources, placed["symmetry"].copy(), plan.numbers.level, shape),
+        field,
     )
-    found = _centred(plan, cells, field)
     placed["row"], placed["column"] = 16 * cell * (found.cells.T - 1) + 8 * cell
     placed["source_row"], placed["source_column"] = found.reads.T
     placed["offset"] = _offsets(found)
-    if plan.before is not None:
-        placed = np.concatenate([placed, _before(plan.before, number, kept, shown, len(placed))])
+    shown[stays.kept] = len(placed) + stays.labels
+    placed = np.concatenate([placed, stays.placed])
     fill_labels(shown, np.empty(shown.size, np.int64))
     order = np.lexsort((placed["column"], placed["row"]))
     rank = np.empty(len(order), np.int32)
     rank[order] = np.arange(len(order), dtype=np.int32)
     return placed[order], LabelMap(cell, rank[shown])
-
-
-def _before(
-    quilt: Quilt, number: int, kept: NDArray[np.bool_], shown: IntArray, first: int
-) -> NDArray[np.void]:
-    # The placements of the kept cells. They are numbered from `first` on, and these numbers are written to
-    # `shown`.
-    used, which = np.unique(quilt.labels[number][0].labels[kept], return_inverse=True)
-    shown[kept] = first + which.reshape(-1)
-    return quilt.on_chart(number)[used]
 
 
 def _centred(plan: LayPlan, cells: ShownCells, field: WarpField) -> CentredArrays:
@@ -252,35 +248,69 @@ class _Sheets:
     fits: FloatArray
 
 
-def _joined(
-    shape: tuple[int, int], pieces: Sequence[LabelPiece]
-) -> tuple[IntArray, _Sheets, NDArray[np.bool_]]:
-    # The sheet that each cell of a chart shows, −1 for none; those sheets; and a mask of the kept cells.
-    # Where two pieces label a cell, the nearer piece counts; if both are equally near, the first.
+@dataclass(frozen=True, eq=False, slots=True)
+class _Stays:
+    """The part of a chart that stays as it was.
+
+    `kept` (rows, columns) is the mask of its cells. `placed` (n,) are the placements that they show, `labels`
+    (cells,) the number of the one that each shows. `taken` (rows, columns) is the mask of the cells that
+    contain these placements' centres; they may be outside the part.
+    """
+
+    kept: NDArray[np.bool_]
+    placed: NDArray[np.void]
+    labels: NDArray[np.intp]
+    taken: NDArray[np.bool_]
+
+    @classmethod
+    def of(cls, quilt: Quilt | None, number: int, cell: int, kept: NDArray[np.bool_]) -> "_Stays":
+        taken = np.zeros_like(kept)
+        if quilt is None:
+            return cls(kept, np.zeros(0, PLACEMENT), np.zeros(0, np.intp), taken)
+        used, labels = np.unique(quilt.labels[number][0].labels[kept], return_inverse=True)
+        placed = quilt.on_chart(number)[used]
+        taken[placed["row"] // (16 * cell) + 1, placed["column"] // (16 * cell) + 1] = True
+        return cls(kept, placed, labels.reshape(-1), taken)
+
+
+def _kept(shape: tuple[int, int], pieces: Sequence[LabelPiece]) -> NDArray[np.bool_]:
+    # A mask of the cells that stay as they were.
     kept = np.zeros(shape, np.bool_)
-    shown, nearest = np.full(shape, -1, np.int32), np.full(shape, np.inf, np.float32)
+    for piece in pieces:
+        kept[_window(piece)] |= piece.labels == KEPT
+    return kept
+
+
+def _window(piece: LabelPiece) -> tuple[slice, slice]:
+    (i, j), (rows, columns) = piece.corner, piece.labels.shape
+    return slice(i, i + rows), slice(j, j + columns)
+
+
+def _joined(taken: NDArray[np.bool_], pieces: Sequence[LabelPiece]) -> tuple[IntArray, _Sheets]:
+    # The sheet that each cell of a chart shows, −1 for none, and those sheets. Where two pieces label a cell,
+    # the nearer piece counts; if both are equally near, the first. No two placements of a chart have their
+    # centres in the same cell, so sheets that show only `taken` cells are left out.
+    shown, nearest = np.full(taken.shape, -1, np.int32), np.full(taken.shape, np.inf, np.float32)
     numbers = np.concatenate([np.zeros(0, np.int64), *(piece.numbers for piece in pieces)])
     first = row = np.arange(len(numbers))
     if len(pieces) > 1:
         numbers, first, row = np.unique(numbers, return_index=True, return_inverse=True)
     start = 0
     for piece in pieces:
-        i, j = piece.corner
-        window = slice(i, i + piece.labels.shape[0]), slice(j, j + piece.labels.shape[1])
+        window = _window(piece)
         nearer = (piece.labels >= 0) & (piece.away < nearest[window])
         shown[window][nearer] = row.reshape(-1)[start:][piece.labels[nearer]]
         nearest[window][nearer] = piece.away[nearer]
-        kept[window] |= piece.labels == KEPT
         start += len(piece.numbers)
     is_seen = np.zeros(len(numbers) + 1, np.bool_)
-    is_seen[shown] = True
+    is_seen[shown[~taken]] = True
     is_seen[-1] = False
-    rank = np.append(np.cumsum(is_seen[:-1], dtype=np.int32) - 1, -1)
+    rank = np.where(is_seen, np.cumsum(is_seen, dtype=np.int32) - 1, -1)
     source = first[is_seen[:-1]]
     records = np.concatenate([np.zeros((0, BLOCK_COLUMNS), np.int32), *(piece.records for piece in pieces)])
     fits = np.concatenate([np.zeros((0, FIT)), *(piece.fits for piece in pieces)])
     shown = rank[shown].astype(np.int32)
-    return shown, _Sheets(numbers[is_seen[:-1]], records[source], fits[source]), kept
+    return shown, _Sheets(numbers[is_seen[:-1]], records[source], fits[source])
 
 
 def _products() -> NDArray[np.uint8]:
