@@ -147,7 +147,7 @@ def test_seams_of_parcels_do_not_show(one: str, many: str, request: pytest.Fixtu
     whole, cut = request.getfixturevalue(one), request.getfixturevalue(many)
     quilts = [laid_quilt(plan) for plan in (whole, cut)]
     counts = [len(quilt.placements) for quilt in quilts]
-    assert counts[1] == pytest.approx(counts[0], rel=0.06)  # each parcel lays again within itself
+    assert counts[1] == pytest.approx(counts[0], rel=0.08)  # each parcel lays again within itself
     surface = as_covered(SPHERE).surface
     ratios = [cut_seam_ratio(quilt, paint(quilt.on(surface), SAMPLE)) for quilt in quilts]
     assert ratios[1] == pytest.approx(ratios[0], rel=0.06)
