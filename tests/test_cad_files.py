@@ -224,6 +224,22 @@ def test_progress_is_reported_by_face(files, monkeypatch, tmp_path):
     assert not list(tmp_path.iterdir())
 
 
+def test_a_stop_in_the_middle_of_waiting_does_not_hang(files, monkeypatch, tmp_path):
+    begun, popen = [], subprocess.Popen
+
+    def stop(*_):
+        begun[0]._waitpid_lock.acquire()  # as Python leaves it if the signal comes right after it is acquired
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    monkeypatch.setattr("subprocess.Popen", lambda *a, **k: begun.append(popen(*a, **k)) or begun[-1])
+    with pytest.raises(KeyboardInterrupt), running(progress=stop):
+        read_model(files / "two.step")
+    begun[0]._waitpid_lock.release()
+    assert begun[0].wait(10) == -signal.SIGKILL
+    assert not list(tmp_path.iterdir())
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
 def test_ctrl_c_while_reading_is_one_line_and_leaves_nothing(files, tmp_path):
     left = tmp_path / "left"

@@ -34,6 +34,9 @@ NO_ROOM = "bad_alloc", "failed to map", "annot allocate memory"
 _WINDOWS_FAULT = 0xC0000000
 """Least status of a process that Windows has ended for a fault."""
 
+_TO_END = 2.0
+"""Maximum number of seconds that a killed process may take to end."""
+
 _KEPT = 20
 """Number of lines kept of the process's errors."""
 
@@ -136,7 +139,8 @@ def _run(command: list[str], seconds: float) -> tuple[int, str]:
     finally:  # also when the user stops the program
         if process is not None:
             process.kill()
-            process.wait()
+            # Not without a limit: stopped in the middle of `wait`, Python can leave its lock held.
+            _waited(process, _TO_END)
 
 
 def _waited(process: "subprocess.Popen[str]", seconds: float) -> int | None:
