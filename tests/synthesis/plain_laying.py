@@ -130,6 +130,9 @@ class PlainChoice:
         cost, means = sum(self.costs(y, x)) * max(1, len(boxes)), box_means(self.image)
         for dy, dx, value in boxes:
             cost = cost + (means[y + dy, x + dx] - value) ** 2
+        if self.near is not None and len(self.near):  # in the kernels' 32 bits
+            more = 1.0 + self.weights.variety * np.array([self.use(*place) for place in zip(y, x, strict=True)])
+            cost = (cost + 1).astype(np.float32) * more.astype(np.float32)
         kept = np.argsort(cost, kind="stable")[:most]
         return list(zip(y[kept].tolist(), x[kept].tolist(), strict=True))
 
@@ -142,18 +145,19 @@ class PlainChoice:
         if len(self.phases):
             count = max(1, count)
         totals: list[int] = []
-        best, limit, begin, span = BIG, BIG, 0, self.span
+        best, begin, span, weights = BIG, 0, self.span, self.weights
         for refining in (False, True):
             for y, x in found[begin:]:
                 apart = self.image[y + self.ys[black], x + self.xs[black]] - self.old[black]
-                use, phase = self.costs(y, x)
-                totals.append(judged(apart, int(use * count) + int(phase * count), limit))
+                guide, phase = self.costs(y, x)
+                more = 1.0 + weights.variety * self.use(y, x)
+                more += weights.chance * draws.below(1024) / 1024
+                whole = judged(apart, 1 + int(guide * count) + int(phase * count), 2 * best / more)
                 row, column = divmod(self.avoid, self.numbers.width)
                 reach = self.numbers.size // 4
-                if self.avoid >= 0 and abs(y - row) < reach and abs(x - column) < reach:
-                    totals[-1] = BIG
-                if totals[-1] < best:
-                    best, limit = totals[-1], 2 * totals[-1]
+                is_as_before = self.avoid >= 0 and abs(y - row) < reach and abs(x - column) < reach
+                totals.append(BIG if is_as_before else int(whole * more))
+                best = min(best, totals[-1])
             if refining or not near:
                 break
             begin = len(found)  # now the pixels round the best ones
@@ -162,18 +166,14 @@ class PlainChoice:
                 for a in range(max(y - near, span.first_y), min(y + near, span.last_y) + 1):
                     columns = range(max(x - near, span.first_x), min(x + near, span.last_x) + 1)
                     found += [(a, b) for b in columns if (a, b) != (y, x) and self.is_allowed(a, b)]
-        good, weights = [n for n, total in enumerate(totals) if total <= limit], self.weights
-        more = [weights.variety * self.use(found[n]) for n in good]
-        more = [own + weights.chance * draws.below(1024) / 1024 for own in more]
-        costs = [(totals[n] + 1) * (1.0 + own) for n, own in zip(good, more, strict=True)]
-        cheapest = int(np.argmin(costs))
-        return (*found[good[cheapest]], int(costs[cheapest]))
+        cheapest = int(np.argmin(totals))
+        return (*found[cheapest], totals[cheapest])
 
-    def use(self, place: tuple[int, int]) -> float:
+    def use(self, y: int, x: int) -> float:
         """Return how much of a block there the blocks nearby show."""
         total = 0.0
         for other in [] if self.near is None else self.near.tolist():
-            down, right = (1.0 - abs(a - b) / self.numbers.size for a, b in zip(place, other, strict=True))
+            down, right = (1.0 - abs(a - b) / self.numbers.size for a, b in zip((y, x), other, strict=True))
             total += down * right if down > 0 and right > 0 else 0.0
         return total
 

@@ -164,8 +164,8 @@ class ChoiceScratch(NamedTuple):
     of the laid blocks nearby, row and column. `wanted` (2, 3) is for each wave the exemplar's wave that
     should have a phase: its number (-1: none), 1 or -1 for its opposite, and the phase. `zone` (1,) is
     the zone of the source, 0 for any. `avoid` (1,) is a pixel far from which the source must be, −1 for
-    none. `kept` are candidates as row · width + column, `judged` are their costs. `heap`, `costs`, `line`
-    and `misfits` belong to the search.
+    none. `kept` are candidates as row · width + column, `judged` are their costs. `heap`, `costs`, `line`,
+    `uses` and `misfits` belong to the search.
     """
 
     features: NDArray[np.int64]
@@ -183,6 +183,7 @@ class ChoiceScratch(NamedTuple):
     heap: NDArray[np.float32]
     costs: NDArray[np.float32]
     line: NDArray[np.float32]
+    uses: NDArray[np.float64]
     misfits: NDArray[np.int32]
 
     @classmethod
@@ -208,6 +209,7 @@ class ChoiceScratch(NamedTuple):
             np.empty(most, np.float32),
             np.zeros(columns * max(1, _FEW // columns), np.float32),
             np.empty(columns, np.float32),
+            np.empty(columns),
             np.empty(columns, np.int32),
         )
 

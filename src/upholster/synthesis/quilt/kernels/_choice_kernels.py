@@ -1,9 +1,9 @@
 """Choosing a block's source: find candidates by boxes' means, judge them by texels, refine, take a good one.
 
-Candidates are every `step`-th pixel at which the block reads only used pixels inside the exemplar. Those that
-differ least in boxes' means are judged by the texels themselves (every other one, as on a chessboard). Then
-the pixels around the best ones are judged too. Each candidate costs more by what nearby blocks show of it;
-the cheapest is taken.
+Candidates are every `step`-th pixel at which the block reads only used pixels inside the exemplar. Each costs
+more by what nearby blocks show of it. Those that cost least by boxes' means are judged by the texels
+themselves (every other one, as on a chessboard). Then the pixels around the best ones are judged too; the
+cheapest is taken.
 """
 
 from typing import Any
@@ -24,14 +24,14 @@ from upholster.synthesis.quilt.kernels._block_kernels import (
     squared_difference,
 )
 from upholster.synthesis.quilt.kernels._phase_kernels import MISFIT, misfit
-from upholster.synthesis.quilt.kernels._search_kernels import draw, search
+from upholster.synthesis.quilt.kernels._search_kernels import draw, search, use_nearby
 
 __all__ = ["choose_source", "draw_fitting", "judge_sources", "next_best"]
 
 _BIG = int64(2**60)
 
 _FAR = int64(2)
-"""Candidates that cost more than this many times the best are not taken, nor compared to the end."""
+"""Candidates that cost more than this many times the best are not compared to the end."""
 
 _DRAWN = int64(1024)
 """Number of different random values."""
@@ -201,36 +201,38 @@ def _judge(
     match: MatchImage,
     numbers: LayNumbers,
     weights: LayWeights,
+    state: NDArray[np.uint64],
     choice: ChoiceScratch,
+    near: int,
     samples: int,
     part: tuple[int, int],
     least: int,
 ) -> int:
     # Judges the candidates in the range `part`, from, to: a candidate's squared differences in all samples,
-    # plus its penalty and its phase's cost for each sample; these count once if there are no samples. `least`
-    # is the best cost so far; a sum that exceeds it by far is stopped. Returns the best cost.
+    # plus its penalty and its phase's cost for each sample; these count once if there are no samples. Use
+    # and chance multiply the sum, also where all fits. `least` is the lowest cost so far; a sum that exceeds
+    # it by far is stopped. Returns the lowest cost.
     penalties, rounds = choice.penalties, _rounds(samples)
     last_row, last_column = penalties.shape[0] - 1, penalties.shape[1] - 1
     times = max(samples, 1 if _is_asked(match) else 0)
-    limit = _FAR * least
     for m in range(part[0], part[1]):
         place = choice.kept[m]
-        i = min(place // numbers.width // numbers.guide_step, last_row)
-        j = min(place % numbers.width // numbers.guide_step, last_column)
-        total, stop = int64(penalties[i, j] * times), int64(0)
+        y, x = place // numbers.width, place % numbers.width
+        penalty = penalties[min(y // numbers.guide_step, last_row), min(x // numbers.guide_step, last_column)]
+        total, stop = int64(penalty * times) + 1, int64(0)
         if match.phases.shape[0]:
             total += int64(weights.phase * misfit(match.phases, choice.wanted, place) * times)
+        more = 1.0 + weights.variety * use_nearby(numbers, choice, near, y, x)
+        more += weights.chance * draw(state, _DRAWN) / _DRAWN
+        limit = _FAR * least / more
         for first in range(rounds):
             start, stop = stop, stop + (samples - first + rounds - 1) // rounds
             total += _compare(match.image, place, choice.offsets, choice.values, start, stop)
             if total > limit:
                 break
-        if _is_as_before(numbers, choice, place):
-            total = _BIG
-        choice.judged[m] = total
-        if total < least:
-            least = total
-            limit = _FAR * least
+        cost = _BIG if _is_as_before(numbers, choice, place) else int64(total * more)
+        choice.judged[m] = cost
+        least = min(least, cost)
     return least
 
 
@@ -260,41 +262,6 @@ def _list_refined(
     return end
 
 
-@inline
-def _use_nearby(numbers: LayNumbers, choice: ChoiceScratch, near: int, place: int) -> float:
-    # How much of a block with its source at a pixel the `near` listed blocks show, 1 for a complete block.
-    y, x, total = place // numbers.width, place % numbers.width, 0.0
-    for n in range(near):
-        down = 1.0 - abs(y - choice.near[n, 0]) / numbers.size
-        right = 1.0 - abs(x - choice.near[n, 1]) / numbers.size
-        if down > 0.0 and right > 0.0:
-            total += down * right
-    return total
-
-
-@inline
-def _take(
-    numbers: LayNumbers,
-    weights: LayWeights,
-    state: NDArray[np.uint64],
-    choice: ChoiceScratch,
-    near: int,
-    stop: int,
-    least: int,
-) -> tuple[Any, Any]:
-    # Returns the candidate that costs least after all, and that cost; `least` is the lowest judged cost.
-    # Those that fit perfectly differ, too.
-    lowest, found = np.inf, int64(0)
-    for m in range(stop):
-        if choice.judged[m] <= _FAR * least:
-            more = weights.variety * _use_nearby(numbers, choice, near, choice.kept[m])
-            more += weights.chance * draw(state, _DRAWN) / _DRAWN
-            cost = (choice.judged[m] + 1) * (1.0 + more)
-            if cost < lowest:
-                lowest, found = cost, int64(m)
-    return found, int64(lowest)
-
-
 @shared
 def judge_sources(
     match: MatchImage,
@@ -304,25 +271,28 @@ def judge_sources(
     span: Span,
     pixels: FramePixels,
     choice: ChoiceScratch,
-) -> tuple[Any, Any]:
-    """Find and judge a block's candidates; return their number and the lowest cost.
+    near: int,
+) -> Any:
+    """Find and judge a block's candidates; return their number.
 
-    `choice` contains the places' penalties, and receives the candidates and their costs.
+    `choice` contains the places' penalties and the sources of `near` blocks nearby, and receives the
+    candidates and their costs.
     """
     count = _list_features(numbers, span, pixels, choice)
     samples = _list_samples(numbers, pixels, choice)
     if count or _is_asked(match):
-        stop = search(match, numbers, weights, span, count, choice)
+        stop = search(match, numbers, weights, span, count, choice, near)
     else:  # too little is laid for a search
         stop = int64(numbers.shortlist)
         for m in range(stop):
             choice.kept[m] = _draw_place(match, numbers, state, span, choice)
-    least = _judge(match, numbers, weights, choice, samples, (int64(0), stop), _BIG)
+    part = (int64(0), stop)
+    least = _judge(match, numbers, weights, state, choice, near, samples, part, _BIG)
     if numbers.step > 1:
-        end = _list_refined(match, numbers, span, choice, stop)
-        least = _judge(match, numbers, weights, choice, samples, (stop, end), least)
-        stop = end
-    return stop, least
+        part = (stop, _list_refined(match, numbers, span, choice, stop))
+        _judge(match, numbers, weights, state, choice, near, samples, part, least)
+        stop = part[1]
+    return stop
 
 
 @inline
@@ -340,10 +310,10 @@ def choose_source(
 
     `choice` contains the places' penalties and the sources of `near` blocks nearby.
     """
-    stop, least = judge_sources(match, numbers, weights, state, span, pixels, choice)
-    taken, cost = _take(numbers, weights, state, choice, near, stop, least)
+    stop = judge_sources(match, numbers, weights, state, span, pixels, choice, near)
+    taken = np.argmin(choice.judged[:stop])
     chosen = choice.kept[taken]
-    return chosen // numbers.width, chosen % numbers.width, cost
+    return chosen // numbers.width, chosen % numbers.width, choice.judged[taken]
 
 
 @inline

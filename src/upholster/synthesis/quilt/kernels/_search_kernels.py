@@ -19,7 +19,7 @@ from upholster.synthesis.quilt.kernels._block_kernels import (
 )
 from upholster.synthesis.quilt.kernels._phase_kernels import list_misfits
 
-__all__ = ["draw", "mean_boxes", "search"]
+__all__ = ["draw", "mean_boxes", "search", "use_nearby"]
 
 
 @allocating_kernel
@@ -166,6 +166,43 @@ def _fill_line(
         n = stop
 
 
+@inline
+def use_nearby(numbers: LayNumbers, choice: ChoiceScratch, near: int, y: int, x: int) -> float:
+    """Return how much of a block with its source at a pixel the `near` listed blocks show, 1 for all of it."""
+    total = 0.0
+    for n in range(near):
+        down = 1.0 - abs(y - choice.near[n, 0]) / numbers.size
+        right = 1.0 - abs(x - choice.near[n, 1]) / numbers.size
+        if down > 0.0 and right > 0.0:
+            total += down * right
+    return total
+
+
+@inline
+def _add_use(
+    numbers: LayNumbers,
+    weights: LayWeights,
+    span: Span,
+    y: int,
+    choice: ChoiceScratch,
+    near: int,
+    part: NDArray[np.float32],
+) -> None:
+    # Multiplies the costs of a line's candidates by what the use nearby makes of them.
+    uses, step, size = choice.uses, numbers.step, numbers.size
+    uses[:] = 0.0
+    for n in range(near):
+        down = 1.0 - abs(y - choice.near[n, 0]) / size
+        if down > 0.0:
+            low, high = choice.near[n, 1] - size - span.first_x, choice.near[n, 1] + size - span.first_x
+            for m in range(max(0, low // step), min(part.shape[0], high // step + 1)):
+                right = 1.0 - abs(span.first_x + m * step - choice.near[n, 1]) / size
+                if right > 0.0:
+                    uses[m] += down * right
+    for m in range(part.shape[0]):
+        part[m] = (part[m] + np.float32(1.0)) * np.float32(1.0 + weights.variety * uses[m])
+
+
 @shared
 def search(
     match: MatchImage,
@@ -174,12 +211,13 @@ def search(
     span: Span,
     count: int,
     choice: ChoiceScratch,
+    near: int,
 ) -> Any:
-    """Find the candidates with the least sum of boxes' squared differences and penalties; return how many.
+    """Find the candidates that cost least by boxes' squared differences, penalties and use; return how many.
 
     Candidates are every `step`-th pixel of a span, if it is allowed. The first `count` features are compared,
     and a candidate's penalty and phase count once for each. Without features only penalty and phase count.
-    The candidates are written to `kept`.
+    `near` is the number of listed blocks nearby. The candidates are written to `kept`.
     """
     step, features, penalties = numbers.step, choice.features, choice.penalties
     columns = (numbers.width + step - 1) // step
@@ -220,7 +258,10 @@ def search(
         _add_features(flat, start * columns, features, choice.means, count, run)
         for k in range(start, stop):
             part = choice.costs[(k - start) * columns : (k - start) * columns + size]
-            first = (span.first_y + k * step) * numbers.width + span.first_x
+            y = span.first_y + k * step
+            if near:
+                _add_use(numbers, weights, span, y, choice, near, part)
+            first = y * numbers.width + span.first_x
             found = _keep(part, first, step, numbers.shortlist, choice.heap, kept, found)
     _sort_kept(choice.heap, kept, found)
     return found
