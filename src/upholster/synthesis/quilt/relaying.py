@@ -14,7 +14,7 @@ __all__ = ["costly_centres"]
 _AGAIN = 0.5
 """Distance of the places where laying again is tried, relative to that of blocks."""
 
-_TIMES = 8
+_TIMES = 6
 """Number of times that the worst places are laid again: each time others, and all in parallel."""
 
 _APART = 0.7
