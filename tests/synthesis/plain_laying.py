@@ -131,7 +131,8 @@ class PlainChoice:
         for dy, dx, value in boxes:
             cost = cost + (means[y + dy, x + dx] - value) ** 2
         if self.near is not None and len(self.near):  # in the kernels' 32 bits
-            more = 1.0 + self.weights.variety * np.array([self.use(*place) for place in zip(y, x, strict=True)])
+            uses = np.array([self.use(*place) for place in zip(y, x, strict=True)])
+            more = 1.0 + self.weights.variety * uses
             cost = (cost + 1).astype(np.float32) * more.astype(np.float32)
         kept = np.argsort(cost, kind="stable")[:most]
         return list(zip(y[kept].tolist(), x[kept].tolist(), strict=True))

@@ -168,7 +168,7 @@ def _fill_line(
 
 @inline
 def use_nearby(numbers: LayNumbers, choice: ChoiceScratch, near: int, y: int, x: int) -> float:
-    """Return how much of a block with its source at a pixel the `near` listed blocks show, 1 for all of it."""
+    """Return how much of a block with its source at a pixel `near` listed blocks show, 1 for all of it."""
     total = 0.0
     for n in range(near):
         down = 1.0 - abs(y - choice.near[n, 0]) / numbers.size
