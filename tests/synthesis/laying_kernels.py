@@ -30,11 +30,10 @@ def choose(
     span: Any,
     pixels: Any,
     choice: Any,
-    near: int,
     out: Any,
 ) -> None:
     """Write the row, the column and the cost that `choose_source` finds."""
-    y, x, cost = choose_source(match, numbers, weights, state, span, pixels, choice, near)
+    y, x, cost = choose_source(match, numbers, weights, state, span, pixels, choice)
     out[0], out[1], out[2] = y, x, cost
 
 

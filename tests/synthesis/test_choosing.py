@@ -86,8 +86,8 @@ class Frame:
         self.choice.penalties[:] = rng.integers(0, more.get("dear", 400), self.choice.penalties.shape)
         self.choice.wanted[:] = [(0, 1, 12345), (1, -1, -2345)]
         self.choice.avoid[0] = more.get("avoid", -1)
-        self.near = more.get("near", 3)
-        self.choice.near[: self.near] = rng.integers(0, (height, width), (self.near, 2))
+        self.choice.nearby[0] = near = more.get("near", 3)
+        self.choice.near[:near] = rng.integers(0, (height, width), (near, 2))
         # What is laid: a part of the sample, a little changed.
         place = rng.integers(0, (height, width))
         laid = np.roll(self.image, -place, axis=(0, 1))[:size, :size] + rng.integers(0, 30, (size, size, 4))
@@ -104,10 +104,11 @@ class Frame:
 
     def plain(self) -> PlainChoice:
         """Return the twin."""
+        near = self.choice.near[: self.choice.nearby[0]]
         pixels, phases = self.pixels, self.match.phases.reshape(-1, *self.image.shape[:2])
         return PlainChoice(
             self.image, self.numbers, self.weights, self.span, pixels.marks, self.old, pixels.ys, pixels.xs,
-            self.choice.penalties, phases, self.choice.wanted, self.allowed, self.choice.near[: self.near],
+            self.choice.penalties, phases, self.choice.wanted, self.allowed, near,
             avoid=int(self.choice.avoid[0]),
         )  # fmt: skip
 
@@ -145,9 +146,7 @@ def test_the_source_is_the_twins(name: str, seed: int) -> None:
     span, draws = frame.span, Draws(seed)
     wanted = frame.plain().choose(draws)
     state, out = np.array([seed], np.uint64), np.zeros(3, np.int64)
-    choose(
-        frame.match, frame.numbers, frame.weights, state, span, frame.pixels, frame.choice, frame.near, out
-    )
+    choose(frame.match, frame.numbers, frame.weights, state, span, frame.pixels, frame.choice, out)
     assert tuple(out.tolist()) == wanted
     assert int(state[0]) == draws.state
 

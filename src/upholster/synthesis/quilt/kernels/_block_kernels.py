@@ -160,12 +160,12 @@ class ChoiceScratch(NamedTuple):
     `features` (n, 2) are boxes of laid pixels, rows and columns relative to a candidate, and `means`
     their means. `offsets` and `values` are pixels relative to a candidate and the values that they should
     have, in the order of comparison; `listed` (2, n) are the same in the order of the frame. `penalties`
-    are the costs of places by guides, every `guide_step` pixels. `near` (`MOST_NEAR`, 2) are the sources
-    of the laid blocks nearby, row and column. `wanted` (2, 3) is for each wave the exemplar's wave that
-    should have a phase: its number (-1: none), 1 or -1 for its opposite, and the phase. `zone` (1,) is
-    the zone of the source, 0 for any. `avoid` (1,) is a pixel far from which the source must be, −1 for
-    none. `kept` are candidates as row · width + column, `judged` are their costs. `heap`, `costs`, `line`,
-    `uses` and `misfits` belong to the search.
+    are the costs of places by guides, every `guide_step` pixels. `near` (`MOST_NEAR`, 2) are the sources of
+    laid blocks nearby, row and column, and `nearby` (1,) is their number. `wanted` (2, 3) is for each wave the exemplar's wave that
+    should have a phase: its number (-1: none), 1 or -1 for its opposite, and the phase. `zone` (1,) is the
+    zone of the source, 0 for any. `avoid` (1,) is a pixel far from which the source must be, −1 for none.
+    `kept` are candidates as row · width + column, `judged` are their costs. `heap`, `costs`, `line`, `uses`
+    and `misfits` belong to the search.
     """
 
     features: NDArray[np.int64]
@@ -178,6 +178,7 @@ class ChoiceScratch(NamedTuple):
     wanted: NDArray[np.int64]
     zone: NDArray[np.int64]
     avoid: NDArray[np.int64]
+    nearby: NDArray[np.int64]
     kept: NDArray[np.int64]
     judged: NDArray[np.int64]
     heap: NDArray[np.float32]
@@ -204,6 +205,7 @@ class ChoiceScratch(NamedTuple):
             np.zeros((2, 3), np.int64),
             np.zeros(1, np.int64),
             np.full(1, -1, np.int64),
+            np.zeros(1, np.int64),
             np.empty(most, np.int64),
             np.empty(most, np.int64),
             np.empty(most, np.float32),

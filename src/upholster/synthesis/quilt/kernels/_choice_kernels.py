@@ -203,7 +203,6 @@ def _judge(
     weights: LayWeights,
     state: NDArray[np.uint64],
     choice: ChoiceScratch,
-    near: int,
     samples: int,
     part: tuple[int, int],
     least: int,
@@ -222,7 +221,7 @@ def _judge(
         total, stop = int64(penalty * times) + 1, int64(0)
         if match.phases.shape[0]:
             total += int64(weights.phase * misfit(match.phases, choice.wanted, place) * times)
-        more = 1.0 + weights.variety * use_nearby(numbers, choice, near, y, x)
+        more = 1.0 + weights.variety * use_nearby(numbers, choice, y, x)
         more += weights.chance * draw(state, _DRAWN) / _DRAWN
         limit = _FAR * least / more
         for first in range(rounds):
@@ -271,26 +270,25 @@ def judge_sources(
     span: Span,
     pixels: FramePixels,
     choice: ChoiceScratch,
-    near: int,
 ) -> Any:
     """Find and judge a block's candidates; return their number.
 
-    `choice` contains the places' penalties and the sources of `near` blocks nearby, and receives the
-    candidates and their costs.
+    `choice` contains the places' penalties and the sources of blocks nearby, and receives the candidates and
+    their costs.
     """
     count = _list_features(numbers, span, pixels, choice)
     samples = _list_samples(numbers, pixels, choice)
     if count or _is_asked(match):
-        stop = search(match, numbers, weights, span, count, choice, near)
+        stop = search(match, numbers, weights, span, count, choice)
     else:  # too little is laid for a search
         stop = int64(numbers.shortlist)
         for m in range(stop):
             choice.kept[m] = _draw_place(match, numbers, state, span, choice)
     part = (int64(0), stop)
-    least = _judge(match, numbers, weights, state, choice, near, samples, part, _BIG)
+    least = _judge(match, numbers, weights, state, choice, samples, part, _BIG)
     if numbers.step > 1:
         part = (stop, _list_refined(match, numbers, span, choice, stop))
-        _judge(match, numbers, weights, state, choice, near, samples, part, least)
+        _judge(match, numbers, weights, state, choice, samples, part, least)
         stop = part[1]
     return stop
 
@@ -304,13 +302,12 @@ def choose_source(
     span: Span,
     pixels: FramePixels,
     choice: ChoiceScratch,
-    near: int,
 ) -> tuple[Any, Any, Any]:
     """Choose a block's source; return its row, its column and its cost.
 
-    `choice` contains the places' penalties and the sources of `near` blocks nearby.
+    `choice` contains the places' penalties and the sources of blocks nearby.
     """
-    stop = judge_sources(match, numbers, weights, state, span, pixels, choice, near)
+    stop = judge_sources(match, numbers, weights, state, span, pixels, choice)
     taken = np.argmin(choice.judged[:stop])
     chosen = choice.kept[taken]
     return chosen // numbers.width, chosen % numbers.width, choice.judged[taken]

@@ -179,15 +179,15 @@ def turn_frame(numbers: LayNumbers, symmetry: int, pixels: FramePixels) -> Span:
 
 
 @inline
-def list_near(blocks: BlockArrays, near: NDArray[np.int64], choice: ChoiceScratch) -> Any:
-    """List the sources of those `near` blocks that are laid; return their number."""
+def list_near(blocks: BlockArrays, near: NDArray[np.int64], choice: ChoiceScratch) -> None:
+    """List the sources of those `near` blocks that are laid."""
     count = int64(0)
     for m in near:
         if blocks.records[m, OUTCOME] and count < MOST_NEAR:
             choice.near[count, 0] = blocks.records[m, SOURCE_ROW]
             choice.near[count, 1] = blocks.records[m, SOURCE_COLUMN]
             count += 1
-    return count
+    choice.nearby[0] = count
 
 
 @inline
@@ -204,16 +204,15 @@ def _choose(
     # Chooses the source of block n with each of the listed symmetries, and keeps the cheapest. Ties go to the
     # first one.
     record, choice, tried = blocks.records[n], scratch.choice, scratch.tried
+    least = int64(-1)
     # Where a region must differ, the seed decides alone.
-    least, listed = int64(-1), int64(0) if choice.avoid[0] >= 0 else list_near(blocks, near, choice)
+    list_near(blocks, near[:0] if choice.avoid[0] >= 0 else near, choice)
     for t in range(count):
         span = turn_frame(numbers, tried[t], scratch.pixels)
         choice.penalties[:, :] = 0.0
         penalise_off(match, numbers, span, scratch.pixels, choice)
         want_phases(match, record[PHASE:], tried[t], choice)
-        y, x, cost = choose_source(
-            match, numbers, weights, scratch.state, span, scratch.pixels, choice, listed
-        )
+        y, x, cost = choose_source(match, numbers, weights, scratch.state, span, scratch.pixels, choice)
         if least < 0 or cost < least:
             least = cost
             record[SOURCE_ROW], record[SOURCE_COLUMN], record[SYMMETRY] = y, x, tried[t]

@@ -358,7 +358,8 @@ def _relay_block(
     penalise_off(match, numbers, span, pixels, choice)
     want_phases(match, record[PHASE:], symmetry, choice)
     _fit_ring(numbers, pixels, out)
-    stop = judge_sources(match, numbers, weights, scratch.state, span, pixels, choice, 0)
+    choice.nearby[0] = 0
+    stop = judge_sources(match, numbers, weights, scratch.state, span, pixels, choice)
     for i in range(size):
         for j in range(size):
             pixels.marks[i, j] = out.marks[i, j]

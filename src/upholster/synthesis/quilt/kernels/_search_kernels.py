@@ -167,10 +167,10 @@ def _fill_line(
 
 
 @inline
-def use_nearby(numbers: LayNumbers, choice: ChoiceScratch, near: int, y: int, x: int) -> float:
-    """Return how much of a block with its source at a pixel `near` listed blocks show, 1 for all of it."""
+def use_nearby(numbers: LayNumbers, choice: ChoiceScratch, y: int, x: int) -> float:
+    """Return how much of a block with its source at a pixel blocks nearby show, 1 for all of it."""
     total = 0.0
-    for n in range(near):
+    for n in range(choice.nearby[0]):
         down = 1.0 - abs(y - choice.near[n, 0]) / numbers.size
         right = 1.0 - abs(x - choice.near[n, 1]) / numbers.size
         if down > 0.0 and right > 0.0:
@@ -185,13 +185,12 @@ def _add_use(
     span: Span,
     y: int,
     choice: ChoiceScratch,
-    near: int,
     part: NDArray[np.float32],
 ) -> None:
     # Multiplies the costs of a line's candidates by what the use nearby makes of them.
     uses, step, size = choice.uses, numbers.step, numbers.size
     uses[:] = 0.0
-    for n in range(near):
+    for n in range(choice.nearby[0]):
         down = 1.0 - abs(y - choice.near[n, 0]) / size
         if down > 0.0:
             low, high = choice.near[n, 1] - size - span.first_x, choice.near[n, 1] + size - span.first_x
@@ -211,13 +210,12 @@ def search(
     span: Span,
     count: int,
     choice: ChoiceScratch,
-    near: int,
 ) -> Any:
     """Find the candidates that cost least by boxes' squared differences, penalties and use; return how many.
 
     Candidates are every `step`-th pixel of a span, if it is allowed. The first `count` features are compared,
     and a candidate's penalty and phase count once for each. Without features only penalty and phase count.
-    `near` is the number of listed blocks nearby. The candidates are written to `kept`.
+    The candidates are written to `kept`.
     """
     step, features, penalties = numbers.step, choice.features, choice.penalties
     columns = (numbers.width + step - 1) // step
@@ -259,8 +257,8 @@ def search(
         for k in range(start, stop):
             part = choice.costs[(k - start) * columns : (k - start) * columns + size]
             y = span.first_y + k * step
-            if near:
-                _add_use(numbers, weights, span, y, choice, near, part)
+            if choice.nearby[0]:
+                _add_use(numbers, weights, span, y, choice, part)
             first = y * numbers.width + span.first_x
             found = _keep(part, first, step, numbers.shortlist, choice.heap, kept, found)
     _sort_kept(choice.heap, kept, found)
