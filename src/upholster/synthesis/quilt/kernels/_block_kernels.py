@@ -161,11 +161,11 @@ class ChoiceScratch(NamedTuple):
     their means. `offsets` and `values` are pixels relative to a candidate and the values that they should
     have, in the order of comparison; `listed` (2, n) are the same in the order of the frame. `penalties`
     are the costs of places by guides, every `guide_step` pixels. `near` (`MOST_NEAR`, 2) are the sources of
-    laid blocks nearby, row and column, and `nearby` (1,) is their number. `wanted` (2, 3) is for each wave the exemplar's wave that
-    should have a phase: its number (-1: none), 1 or -1 for its opposite, and the phase. `zone` (1,) is the
-    zone of the source, 0 for any. `avoid` (1,) is a pixel far from which the source must be, −1 for none.
-    `kept` are candidates as row · width + column, `judged` are their costs. `heap`, `costs`, `line`, `uses`
-    and `misfits` belong to the search.
+    laid blocks nearby, row and column, and `nearby` (1,) is their number. `wanted` (2, 3) is for each wave
+    the exemplar's wave that should have a phase: its number (-1: none), 1 or -1 for its opposite, and the
+    phase. `zone` (1,) is the zone of the source, 0 for any. `avoid` (1,) is a pixel far from which the source
+    must be, −1 for none. `kept` are candidates as row · width + column, `judged` are their costs. `heap`,
+    `costs`, `line`, `uses` and `misfits` belong to the search.
     """
 
     features: NDArray[np.int64]
