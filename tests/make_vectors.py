@@ -78,6 +78,10 @@ def vectors() -> Any:
     yield "material", encode_stream(plane, quilt, noise(), maps=maps)
 
     yield "base", with_base()
+    toned = replace(laid(cell=2)[1], two_band=True)
+    surface = surface_from_spec("cyclide")
+    yield "tones", encode_stream(surface, toned, noise(), maps=maps)
+    yield "tones_16_bit", encode_stream(surface, toned, noise(dtype=np.uint16))
 
 
 def with_base() -> bytes:
@@ -124,6 +128,11 @@ def refused() -> Any:
     base, *rest = chunks_of(with_base())
     yield "base_of_too_many_pixels", rebuilt([("B", _with_pixel(base[1], 1e-30)), *rest])
     yield "base_after_a_surface", rebuilt([chunks_of(smallest())[0], base, *rest])
+    tones, (*early, placements, labels) = ("t", b""), chunks_of(smallest())
+    yield "tones_after_placements", rebuilt([*early, placements, tones, labels])
+    layered = chunks_of(encode_stream(*laid("sphere:r=2", side=40, second=True)))
+    place = 1 + [tag for tag, _ in layered].index("Q")
+    yield "tones_of_two_layers", rebuilt([*layered[:place], tones, *layered[place:]])
     yield "bases_5", rebuilt([base, base, base, base, *rest])
     yield "chunks_4097", rebuilt([*chunks_of(smallest()), *[("a", b"")] * 4091])
 

@@ -124,15 +124,15 @@ def test_maps_can_be_named_and_normals_turned(command: Any, folder: Path, tmp_pa
     done = command("wall", *options, "--on", "plane", "-o", tmp_path / "m.png", "-o", tmp_path / "m.npz")
     assert done.returncode == 0, done.stderr
     assert "note: 'plain.png' holds ao, roughness, metallic in its channels" in done.stderr
-    base, metallic, ao = (read_image(tmp_path / f"m{role}.png") for role in ("", "_metallic", "_ao"))
-    np.testing.assert_array_equal(metallic[..., 0], base[..., 2])
+    base, rough, ao = (read_image(tmp_path / f"m{role}.png") for role in ("", "_roughness", "_ao"))
+    np.testing.assert_array_equal(rough[..., 0], base[..., 1])
     np.testing.assert_array_equal(ao[..., 0], base[..., 0])
     own = command(
         "wall", *options[:2], "--normal", "gl", *options[4:], "--on", "plane", "-o", tmp_path / "g.png"
     )
     assert own.returncode == 0, own.stderr
     turned, kept = (read_image(tmp_path / f"{name}_normal.png") for name in "mg")
-    assert np.abs(255 - turned[..., 1].astype(int) - kept[..., 1]).max() <= 1
+    assert np.abs(255 - turned[..., 1].astype(int) - kept[..., 1]).max() <= 2
     # No file that is read is written.
     assert_one_line(command("wall", "--map", "ao=a.png", "--on", "sphere", "-o", "a.png"), "a.png")
 

@@ -1,5 +1,6 @@
 """Painting (SPEC.md, section 8) in plain Python: what a texel shows, wherever it reads."""
 
+from functools import cache
 from math import isqrt
 
 import numpy as np
@@ -95,6 +96,48 @@ def plain_weights(layer, row, column):
     return {label: weight for label, weight in found.items() if weight and label >= 0}
 
 
+def plain_tone(quilt, levels, level_of, index, cell):
+    """Return a cell's tone: for integers in 1/256 sample of 8 bits, or in samples of 16."""
+    layer, field, placed = quilt.labels[index][0], quilt.fields[index], quilt.on_chart(index)
+    (high, wide), (i, j) = layer.labels.shape, cell
+    row, column = (16 * layer.cell * (n - 1) + (0 if layer.half else 8 * layer.cell) for n in cell)
+
+    def shades(label):
+        k = min(level_of[label] + 2, len(levels) - 1)
+        place = plain_place(field, placed[label], row, column)
+        found = plain_sample(levels[k], *((one + 8) // 2**k - 8 for one in place))
+        return (found + 128) // 256 if levels[0].dtype == np.uint16 else found
+
+    weights, covered = {}, 0
+    for a in range(max(i - 7, 0), min(i + 8, high)):
+        for b in range(max(j - 7, 0), min(j + 8, wide)):
+            weight, label = (8 - abs(a - i)) * (8 - abs(b - j)), int(layer.labels[a, b])
+            covered += weight
+            if label != layer.labels[i, j] and (label in weights or len(weights) < 8):
+                weights[label] = weights.get(label, 0) + weight
+    whole, fade = levels[0].dtype != np.float32, min(max(covered - 2560, 0) // 4, 256)
+    total = np.zeros(levels[0].shape[2], np.int64 if whole else F)
+    for label, weight in weights.items():
+        difference = shades(label) - shades(int(layer.labels[i, j]))
+        total = total + difference * (weight if whole else F(weight))
+    return (total // 256 * fade + 2048) // 4096 if whole else total * F(fade / 2**20)
+
+
+def plain_toned(layer, tones, row, column, value):
+    """Return a texel with the tone between the four cells around it."""
+    cell = 16 * layer.cell
+    moved = [place + cell - (0 if layer.half else cell // 2) for place in (row, column)]
+    (i, j), (f, g) = [m // cell for m in moved], [m % cell // layer.cell for m in moved]
+    taps = tones(i, j), tones(i, j + 1), tones(i + 1, j), tones(i + 1, j + 1)
+    weights = (16 - f) * (16 - g), (16 - f) * g, f * (16 - g), f * g
+    if value.dtype == F:
+        a, b, c, d = (tap * F(weight / 256) for tap, weight in zip(taps, weights, strict=True))
+        return value + (((a + b) + c) + d)
+    shift, top = (16, 255) if value.dtype == np.uint8 else (8, 65535)
+    tone = sum(tap * weight for tap, weight in zip(taps, weights, strict=True))
+    return np.clip(value + (tone + 2 ** (shift - 1)) // 2**shift, 0, top)
+
+
 def plain_paint(quilt, exemplar, index, density=1):
     """Paint chart `index` texel by texel."""
     whole, levels = exemplar.dtype != np.float32, plain_levels(exemplar)
@@ -106,6 +149,7 @@ def plain_paint(quilt, exemplar, index, density=1):
     for placement in placed:
         a, b, c, d = plain_centre(field, placement)
         level_of.append(sum(a * d - b * c >= 2.0**25 * 4**k * ratio for k in range(len(levels) - 1)))
+    tones = cache(lambda i, j: plain_tone(quilt, levels, level_of, index, (i, j)))
     for t in range(n):
         for u in range(m):
             row, column = (2 * t + 1) * 8 * chart.height // n, (2 * u + 1) * 8 * chart.width // m
@@ -123,6 +167,9 @@ def plain_paint(quilt, exemplar, index, density=1):
                     out[t, u] = (out[t, u].astype(np.int64) * 256 * rest + total + 2**15) // 2**16
                 else:
                     out[t, u] = total + (out[t, u] * F(rest / 256) if rest else F(0))
+            if quilt.two_band:
+                toned = slice(out.shape[2] - (1 - out.shape[2] % 2))  # without alpha
+                out[t, u, toned] = plain_toned(quilt.labels[index][0], tones, row, column, out[t, u])[toned]
     return out
 
 

@@ -42,6 +42,25 @@ def test_equals_the_plain_twin(dtype, channels, options):
 
 @pytest.mark.slow(reason="compares with plain Python")
 @pytest.mark.parametrize(
+    ("dtype", "channels", "options"),
+    [
+        (np.uint8, 3, {"cell": 2, "count": 6}),
+        (np.uint8, 5, {"octaves": 2.5, "offsets": 0.4}),
+        (np.uint16, 3, {"octaves": 1, "cell": 2, "half": True, "count": 40}),
+        (np.float32, 2, {"octaves": 2.5, "offsets": 0.3, "cell": 3}),
+    ],
+)
+def test_two_bands_equal_the_plain_twin(dtype, channels, options):
+    quilt = changed(random_quilt(channels, charts=((34, 41), (9, 35)), **options), two_band=True)
+    exemplar = exemplar_of(dtype, channels)
+    painted, once = paint(quilt, exemplar).arrays, paint(changed(quilt, two_band=False), exemplar).arrays
+    assert (painted[0] != once[0]).any()
+    for index in range(2):
+        np.testing.assert_array_equal(painted[index], plain_paint(quilt, exemplar, index))
+
+
+@pytest.mark.slow(reason="compares with plain Python")
+@pytest.mark.parametrize(
     ("dtype", "density"),
     [(np.uint8, 0.125), (np.float32, 0.3), (np.float32, 0.5), (np.float32, 1.7), (np.uint8, 2)],
 )
@@ -158,7 +177,7 @@ def test_any_number_of_channels_is_painted_alike(channels):
 
 
 def test_threads_and_strips_do_not_matter(monkeypatch):
-    quilt = random_quilt(6, charts=((300, 40), (90, 200)), octaves=1, layers=2)
+    quilt = changed(random_quilt(6, charts=((300, 40), (90, 200)), octaves=1), two_band=True)
     exemplar = exemplar_of(np.uint8)
     once = paint(quilt, exemplar, threads=1).arrays
     monkeypatch.setattr("upholster.quilt.painting._TASK_TEXELS", 1500)
@@ -168,7 +187,7 @@ def test_threads_and_strips_do_not_matter(monkeypatch):
 
 @pytest.mark.parametrize("role", ["albedo", "normal"])
 def test_a_window_is_a_part_of_the_chart(role):
-    quilt, image = random_quilt(7, octaves=2, layers=2), exemplar_of(np.uint8)
+    quilt, image = changed(random_quilt(7, octaves=2), two_band=True), exemplar_of(np.uint8)
     for density in (1, 1.5):
         painter = WindowPainter(quilt, role, image, density=density)
         whole = painter.paint(0)
@@ -270,6 +289,58 @@ def test_the_second_layer_lies_over_the_first():
     for a, b, c in zip(*(paint(one, exemplar).arrays for one in (quilt, bare, alone)), strict=True):
         np.testing.assert_array_equal(b, c)
         assert (a != b).any()
+
+
+def two_sides(image, *, columns=96, rows=96):
+    """Return a quilt whose left half reads an image's left part, and its right half the right part."""
+    high, wide = label_shape(rows, columns, 2)
+    placed = np.zeros(2, PLACEMENT)
+    placed["row"], placed["column"] = 16 * rows // 2, (16, 16 * (columns - 1))
+    placed["source_row"], placed["source_column"] = 16 * image.shape[0] // 2, (0, 16 * (image.shape[1] - 1))
+    labels = np.zeros((high, wide), np.int32)
+    labels[:, wide // 2 :] = 1
+    return Quilt(
+        (Chart(0, rows, columns),), image.shape[:2], placed, ((LabelMap(2, labels),),), two_band=True
+    )
+
+
+def test_tones_make_a_ramp_of_a_step():
+    image = np.full((96, 256, 1), 40, np.uint8)
+    image[:, 128:] = 200
+    quilt = two_sides(image)
+    line = paint(quilt, image).arrays[0][48, :, 0].astype(int)
+    assert (line[:30] == 40).all()
+    assert (line[-30:] == 200).all()
+    assert (np.diff(line) >= 0).all()
+    assert np.diff(line).max() <= 14
+    assert np.diff(paint(changed(quilt, two_band=False), image).arrays[0][48, :, 0].astype(int)).max() == 80
+    # At the chart's edge, where what lies beyond is not known, the step stays.
+    assert np.diff(paint(quilt, image).arrays[0][0, :, 0].astype(int)).max() > 70
+
+
+def test_tones_leave_details_and_what_is_far_from_cuts():
+    rng = np.random.default_rng(4)
+    image = (100 + rng.integers(-40, 41, (96, 128, 3))).astype(np.uint8)
+    quilt = two_sides(image)
+    once, toned = (paint(changed(quilt, two_band=on), image).arrays[0].astype(int) for on in (False, True))
+    np.testing.assert_array_equal(toned[:, :30], once[:, :30])
+    np.testing.assert_array_equal(toned[:, -30:], once[:, -30:])
+    assert 0 < np.abs(toned - once).max() < 20
+
+
+@pytest.mark.parametrize("dtype", [np.uint8, np.uint16])
+def test_tones_stay_within_the_samples_range(dtype):
+    rng, top = np.random.default_rng(5), np.iinfo(dtype).max
+    image = np.where(rng.random((64, 64, 3)) < 0.5, 0, top).astype(dtype)
+    image[:, :32] //= 2
+    painted = paint(two_sides(image), image).arrays[0].astype(int)
+    plain = paint(changed(two_sides(image), two_band=False), image).arrays[0].astype(int)
+    assert np.abs(painted - plain).max() < top / 2
+
+
+def test_tones_take_one_layer():
+    with pytest.raises(InputError, match="two_band is True with a second layer"):
+        changed(random_quilt(1, layers=2), two_band=True)
 
 
 @pytest.mark.parametrize("half", [False, True])

@@ -1,5 +1,6 @@
 """Small quilts and streams that several tests share."""
 
+from dataclasses import replace
 from functools import cache
 from typing import Any
 
@@ -63,7 +64,7 @@ def anything(rng: Any, exemplar_shape: Any, charts: Any, count: Any = 20, layers
         whole[name] = rng.integers(0, 16 * pixels, len(whole))
         whole[name] &= -int(rng.choice([1, 4, 16]))
     whole["symmetry"] = rng.integers(0, 8, len(whole)) * rng.integers(0, 2)
-    return Quilt(tuple(charts), tuple(exemplar_shape), whole, tuple(labels))
+    return Quilt(tuple(charts), tuple(exemplar_shape), whole, tuple(labels), two_band=layers == 1)
 
 
 def at_cells(rng: Any, shape: Any, cell: Any, half: Any, count: Any) -> Any:
@@ -98,7 +99,7 @@ def anything_bent(rng: Any, exemplar_shape: Any, charts: Any, count: Any = 20, l
     most = rng.choice([1, 100, 2**13, 2**18], (len(placed), 1))
     offsets = rng.integers(-most, most + 1, (len(placed), 4)).astype(np.int32) & -int(rng.choice([1, 16]))
     placed["offset"] = np.where(some, offsets, 0)
-    return Quilt(quilt.charts, quilt.exemplar_shape, placed, quilt.labels, bent(rng, charts))
+    return replace(quilt, placements=placed, fields=bent(rng, charts))
 
 
 CHARTS = (Chart(0, 40, 50), Chart(0, 33, 20), Chart(0, 17, 64), Chart(0, 32, 32), Chart(0, 9, 5))

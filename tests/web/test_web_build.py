@@ -167,8 +167,9 @@ def test_the_roles_of_maps_are_pythons() -> None:
     assert [role for role, _ in rows] == list(MAP_ROLES)
     for role, row in rows:
         python, found = MAP_ROLES[role], dict(re.findall(r"(\w+): ([^,]+)", row))
-        assert found.keys() <= {"target", "channel", "neutral", "isColor"}
+        assert found.keys() <= {"target", "channel", "neutral", "isColor", "isSharp"}
         assert ("isColor" in found) is python.is_color, role
+        assert ("isSharp" in found) is python.is_sharp, role
         assert found.get("channel") == (None if python.channel is None else str(python.channel)), role
         # Where textures are shared, materials need the value of a missing map.
         if found["target"] == "'surface'":

@@ -8,8 +8,8 @@ const MAX_CHUNKS = 4096
 const CRC_BYTES = 4
 
 // What each chunk comes after (of each group one), how long it may be, and which may come more than once.
-const NEEDS = { B: [], S: [], L: ['S'], X: ['LB'], D: ['X'], F: ['X', 'L'], Q: ['X', 'L'], N: ['F'], P: ['Q'], M: ['P'], R: ['X'], E: ['R'] }
-const LONGEST = { B: 2 ** 26, S: 2 ** 26, L: 2 ** 24, X: 2 ** 12, F: 2 ** 23, Q: 2 ** 23, R: 2 ** 12 }
+const NEEDS = { B: [], S: [], L: ['S'], X: ['LB'], D: ['X'], F: ['X', 'L'], Q: ['X', 'L'], t: ['Q'], N: ['F'], P: ['Q'], M: ['P'], R: ['X'], E: ['R'] }
+const LONGEST = { B: 2 ** 26, S: 2 ** 26, L: 2 ** 24, X: 2 ** 12, F: 2 ** 23, Q: 2 ** 23, t: 0, R: 2 ** 12 }
 const ANY_NUMBER = 'BDNPMRE'
 const MOST_BASES = 4
 
@@ -119,7 +119,7 @@ export class ChunkReader {
       if (tag < 'a') fail(`unknown chunk ${tag}`, offset)
       return
     }
-    if (tag === 'F' && this.seen.includes('Q')) fail('chunk F comes after Q', offset)
+    for (const [early, late] of ['FQ', 'tP']) if (tag === early && this.seen.includes(late)) fail(`chunk ${early} comes after ${late}`, offset)
     if (!ANY_NUMBER.includes(tag) && this.seen.includes(tag)) fail(`chunk ${tag} comes twice`, offset)
     if (tag === 'B' && (this.seen.includes('S') || this.seen.split('B').length > MOST_BASES)) fail(`chunk B comes after S, or after ${MOST_BASES} others`, offset)
     for (const group of NEEDS[tag]) {

@@ -166,7 +166,8 @@ export class UphDecoder {
       this.#quilt = new QuiltDecoder(reader, charts, this.exemplarSize)
       checkCharts(reader, charts.map((chart) => paintedSize(chart, this.#quilt.density)), this.#limits)
       checkCells(reader, this.#quilt.cells, this.#limits)
-    } else reader.fail(`chunk ${tag} has no reader here`, 0)
+    } else if (tag === 't') this.#quilt.blendBands(reader)
+    else reader.fail(`chunk ${tag} has no reader here`, 0)
   }
 
   #showExact() {
@@ -367,13 +368,13 @@ export class UphDecoder {
     return into
   }
 
-  /** The inputs for painting a chart, see `ChartPainter`, without the map: `chart`, `size`, `field` and `layers`. */
+  /** The inputs for painting a chart, see `ChartPainter`, without the map: `chart`, `size`, `field`, `layers` and `isTwoBand`. */
   recipe(index, density) {
     const size = this.paintedSize(index, density)
     const chart = this.charts[index]
     const field = this.#base?.fields[index] ?? this.#fields?.field(index) ?? IDENTITY_FIELD
     const layers = this.#shownQuilt?.layersOf(index) ?? bareLayers(chart, this.exemplarSize)
-    return { chart, size, field, layers: layers.map((layer) => centred(layer, field)) }
+    return { chart, size, field, layers: layers.map((layer) => centred(layer, field)), isTwoBand: this.#shownQuilt?.isTwoBand ?? false }
   }
 
   #job(index, role, density) {

@@ -79,6 +79,8 @@ export class QuiltDecoder {
       all.map((grid, chart) => new Layer(chart, grid, reader.varint('number of placements', grid.size, n ? 0 : 1), n > 0)),
     )
     reader.end('plan')
+    /** Whether broad shades are blended over several cells. */
+    this.isTwoBand = false
     /** Of each chart its layers. */
     this.layers = charts.map((_, chart) => layers.map((all) => all[chart]))
     /** How many placements there are. */
@@ -112,6 +114,12 @@ export class QuiltDecoder {
   /** Whether at least a sixteenth of all placements is known [2.1]. */
   get isSpread() {
     return 16 * this.known >= this.total
+  }
+
+  /** From chunk t. */
+  blendBands(reader) {
+    if (this.layers[0].length > 1) reader.fail('two bands with two layers; allowed: with one')
+    this.isTwoBand = true
   }
 
   feedPlacements(part) {

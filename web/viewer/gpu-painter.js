@@ -9,6 +9,7 @@ export class GpuPainter {
   #resources
   #made = new Map() // by recipe and sheet: what the card has of it
   #frame
+  #tones = [] // per sheet of the target: textures of cells' tones
 
   constructor(gl, programs, resources) {
     this.#gl = gl
@@ -73,8 +74,9 @@ export class GpuPainter {
       made.length = length
     }
     const { texture } = this.#once(recipe, () => this.#newNumbers(recipe.numbers))
-    const uniforms = this.#programs.use('chart')
     gl.disable(gl.BLEND)
+    const tones = Object.values(sheets).map((sheet, n) => this.#tonesOf(recipe, texture, sheet, target, n))
+    const uniforms = this.#programs.use('chart')
     gl.uniform2i(uniforms.size, height - 2, width - 2)
     gl.uniform1i(uniforms.isNormal, target === 'normal')
     this.#bind(0, gl.TEXTURE_2D, texture, uniforms.numbers)
@@ -84,15 +86,44 @@ export class GpuPainter {
       gl.uniform1i(uniforms.isColor, !isLines && made.isColor)
       gl.clearColor(1, 1, 1, 1)
       gl.clear(gl.COLOR_BUFFER_BIT)
-      for (const [role, sheet] of Object.entries(sheets)) {
-        this.#bind(1, gl.TEXTURE_2D_ARRAY, this.#once(sheet, () => this.#newSheet(sheet)).texture, uniforms.sheet)
-        gl.uniform2i(uniforms.sheetSize, ...sheet.size)
-        gl.uniform1i(uniforms.isWide, sheet.data instanceof Uint16Array)
+      for (const [n, [role, sheet]] of Object.entries(sheets).entries()) {
+        this.#useSheet(sheet, uniforms)
+        this.#bind(2, gl.TEXTURE_2D, tones[n], uniforms.tones)
+        gl.uniform1i(uniforms.isSharp, Boolean(ROLES[role].isSharp))
         gl.colorMask(...[0, 1, 2].map((k) => (ROLES[role].channel ?? k) === k), true)
         gl.drawArrays(gl.TRIANGLE_STRIP, 0, 4)
       }
       gl.colorMask(true, true, true, true)
     }
+  }
+
+  /** A texture of the tones of a chart's cells, for its n-th sheet; it stays as it is until another chart's are asked for. */
+  #tonesOf({ numbers }, texture, sheet, target, n) {
+    const gl = this.#gl
+    const [rows, columns] = [numbers[8], numbers[8] && numbers[11]]
+    const made = (this.#tones[n] ??= { texture: this.#newTexture(gl.TEXTURE_2D), size: '' })
+    const size = [Math.max(columns, 1), Math.max(rows, 1)]
+    if (made.size !== `${size}`) {
+      this.#bind(0, gl.TEXTURE_2D, made.texture)
+      gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA32I, ...size, 0, gl.RGBA_INTEGER, gl.INT, null)
+      made.size = `${size}`
+    }
+    if (!rows) return made.texture
+    const uniforms = this.#programs.use('tones')
+    this.#drawOn(made.texture, ...size)
+    gl.uniform2i(uniforms.cells, rows, columns)
+    gl.uniform1i(uniforms.isNormal, target === 'normal')
+    this.#bind(0, gl.TEXTURE_2D, texture, uniforms.numbers)
+    this.#useSheet(sheet, uniforms)
+    gl.drawArrays(gl.TRIANGLE_STRIP, 0, 4)
+    return made.texture
+  }
+
+  #useSheet(sheet, uniforms) {
+    const gl = this.#gl
+    this.#bind(1, gl.TEXTURE_2D_ARRAY, this.#once(sheet, () => this.#newSheet(sheet)).texture, uniforms.sheet)
+    gl.uniform2i(uniforms.sheetSize, ...sheet.size)
+    gl.uniform1i(uniforms.isWide, sheet.data instanceof Uint16Array)
   }
 
   #drawGutter({ height, width }, target, made, points, lines) {

@@ -13,16 +13,14 @@ ivec2 turned(ivec2 c, int top, ivec2 turn) {
   return clamp((n * turn.y + ivec2(-n.y, n.x) * turn.x + 8192 * (top + 1)) >> 14, 0, top);
 }`
 
-/** A chart with what lies along its edges round it; or what lies along its edges alone, a row each. */
-const CHART = `${HEAD}
+/** Reading placements. */
+const READING = `${HEAD}
 precision highp isampler2D;
 precision highp usampler2DArray;
-${LINEAR}
 uniform isampler2D numbers;
 uniform usampler2DArray sheet;
-uniform ivec2 size, sheetSize;
-uniform bool isLines, isNormal, isWide;
-out vec4 color;
+uniform ivec2 sheetSize;
+uniform bool isNormal, isWide;
 int number(int n) {
   return texelFetch(numbers, ivec2(n & 4095, n >> 12), 0).r;
 }
@@ -46,10 +44,12 @@ ivec2 mirrored(ivec2 n, ivec2 size) {
   n = max(n, -1 - n) % (2 * size);
   return min(n, 2 * size - 1 - n);
 }
-uvec3 sampled(int at, ivec2 p, ivec4 m) {
+uvec3 sampled(int at, ivec2 p, ivec4 m, int above) {
   ivec4 place = four(at);
   m += four(at + 4);
-  int shown = number(at + 8), shift = shown >> 12;
+  int shown = number(at + 8), shift = shown >> 12, last = 0;
+  while ((1 << last) < max(sheetSize.x, sheetSize.y)) last++;
+  shift = min(shift + above, last);
   ivec4 s = (ivec4(shown) >> ivec4(0, 2, 4, 6) & 3) - 1, box = ivec4(0, 0, sheetSize);
   ivec2 d = clamp(p - place.xy, -16383, 16383), e = d & 15;
   d >>= 4;
@@ -62,13 +62,59 @@ uvec3 sampled(int at, ivec2 p, ivec4 m) {
   return (16u - f.x) * ((16u - f.y) * texelFetch(sheet, ivec3(a.y, a.x, layer), 0).rgb + f.y * texelFetch(sheet, ivec3(b.y, a.x, layer), 0).rgb)
     + f.x * ((16u - f.y) * texelFetch(sheet, ivec3(a.y, b.x, layer), 0).rgb + f.y * texelFetch(sheet, ivec3(b.y, b.x, layer), 0).rgb);
 }
+ivec3 shades(int at, ivec2 p, ivec4 m) {
+  uvec3 c = sampled(at, p, m, 2);
+  return ivec3(isWide ? c + 128u >> 8 : c);
+}`
+
+/** The tones of a chart's cells, a fragment each. */
+const TONES = `${READING}
+uniform ivec2 cells;
+out ivec4 tone;
+void main() {
+  ivec2 at = ivec2(gl_FragCoord.yx), low = max(at - 7, 0), high = min(at + 7, cells - 1);
+  ivec4 head = four(9);
+  int first = number(13), own = number(head.w + at.x * head.z + at.y), count = 0, covered = 0;
+  int named[8], weights[8];
+  for (int i = low.x; i <= high.x; i++) {
+    for (int j = low.y; j <= high.y; j++) {
+      int label = number(head.w + i * head.z + j), weight = (8 - abs(i - at.x)) * (8 - abs(j - at.y)), n = 0;
+      covered += weight;
+      if (label == own) continue;
+      while (n < count && named[n] != label) n++;
+      if (n == 8) continue;
+      if (n == count) {
+        named[n] = label;
+        weights[n] = 0;
+        count++;
+      }
+      weights[n] += weight;
+    }
+  }
+  int fade = clamp(covered - 2560 >> 2, 0, 256);
+  tone = ivec4(0);
+  if (fade == 0 || count == 0) return;
+  ivec2 p = 16 * head.x * at - head.y;
+  ivec4 m = matrix(p);
+  ivec3 here = shades(first + 9 * own, p, m);
+  for (int n = 0; n < count; n++) tone.rgb += weights[n] * (shades(first + 9 * named[n], p, m) - here);
+  tone.rgb = (tone.rgb >> 8) * fade + 2048 >> 12;
+}`
+
+/** A chart with what lies along its edges round it; or what lies along its edges alone, a row each. */
+const CHART = `${READING}
+${LINEAR}
+uniform isampler2D tones;
+uniform ivec2 size;
+uniform bool isLines, isSharp;
+out vec4 color;
 uvec3 painted(ivec2 p, ivec4 m) {
   uvec3 value = uvec3(0);
   int count = number(7);
   for (int n = 0; n < count; n++) {
-    ivec4 head = four(8 + 5 * n);
+    ivec4 head = four(9 + 5 * n);
     ivec2 x = p + head.y, i = x / (16 * head.x), f = x % (16 * head.x) / head.x, g = 16 - f;
-    int at = head.w + i.x * head.z + i.y, first = number(12 + 5 * n);
+    int at = head.w + i.x * head.z + i.y, first = number(13 + 5 * n);
     ivec4 labels = ivec4(number(at), number(at + 1), number(at + head.z), number(at + head.z + 1));
     ivec4 weights = ivec4(g.x * g.y, g.x * f.y, f.x * g.y, f.x * f.y);
     uvec3 sum = uvec3(32768);
@@ -78,12 +124,19 @@ uvec3 painted(ivec2 p, ivec4 m) {
       if (labels[k] < 0 || (k > 0 && same.x > 0) || (k > 1 && same.y > 0) || (k > 2 && same.z > 0)) continue;
       same *= weights;
       int weight = same.x + same.y + same.z + same.w;
-      if (weight > 0) sum += uint(weight) * sampled(first + 9 * labels[k], p, m);
+      if (weight > 0) sum += uint(weight) * sampled(first + 9 * labels[k], p, m, 0);
       covered += weight;
     }
     if (covered > 0) value = value * uint(256 - covered << 8) + sum >> 16;
   }
   return value;
+}
+ivec3 toned(ivec3 c, ivec2 p) {
+  ivec2 x = p + number(10), i = x / (16 * number(9)), f = x % (16 * number(9)) / number(9), g = 16 - f;
+  ivec3 tone = g.x * (g.y * texelFetch(tones, i.yx, 0).rgb + f.y * texelFetch(tones, i.yx + ivec2(1, 0), 0).rgb)
+    + f.x * (g.y * texelFetch(tones, i.yx + ivec2(0, 1), 0).rgb + f.y * texelFetch(tones, i.yx + 1, 0).rgb);
+  int shift = isWide ? 8 : 16;
+  return clamp(c + (tone + (1 << shift - 1) >> shift), 0, isWide ? 65535 : 255);
 }
 int farthest(ivec2 v) {
   return max(abs(v.x), abs(v.y));
@@ -102,6 +155,7 @@ void main() {
   ivec2 p = (2 * q + 1) * 8 * ivec2(number(0), number(1)) / size;
   ivec4 m = matrix(p);
   uvec3 c = painted(p, m);
+  if (number(8) > 0 && !isSharp) c = uvec3(toned(ivec3(c), p));
   if (isNormal && number(6) > 0) {
     c.xy = uvec2(turned(ivec2(c.xy), isWide ? 65535 : 255, angle(m.yw)));
   }
@@ -136,6 +190,7 @@ void main() {
 
 /** Vertex and fragment shader of each program. */
 export const PAINTING = {
+  tones: () => [SCREEN, TONES],
   chart: () => [SCREEN, CHART],
   gutter: () => [GUTTER_POINT, GUTTER],
 }

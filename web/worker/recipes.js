@@ -9,9 +9,10 @@ import { hasMap } from './maps.js'
 
 const ROW = 4096 // numbers in a row of their texture
 const MOST_SIDE = 4096 // of a texture
-const HEAD = 8
+const HEAD = 9
 const LAYER_HEAD = 5
 const PLACEMENT_NUMBERS = 9
+const MOST_TONES = 2 ** 22 // cells of a chart whose tones the card keeps
 
 /** Lists what the page has to know, with the functions of `ChartPainting`. */
 export class ChartRecipes {
@@ -132,16 +133,17 @@ function expanded({ height, width, channels, data }) {
 
 /**
  * All that a chart is painted from as one list, in rows of 4096; `viewer/painting.js` reads it. First steps down and across; margin, rows,
- * columns and place of the field's nodes, and whether they turn; the number of layers. Then of each layer its cell, shift, columns, and the
- * places of its labels and placements. Null where it is too long.
+ * columns and place of the field's nodes, and whether they turn; the number of layers; how many rows of cells have tones. Then of each layer
+ * its cell, shift, columns, and the places of its labels and placements. Null where it is too long.
  */
-function chartNumbers({ chart, size, field, layers }, exemplar) {
+function chartNumbers({ chart, size, field, layers, isTwoBand }, exemplar) {
   const sizes = layers.map(({ placements, labels }) => labels.length + PLACEMENT_NUMBERS * placements.length)
   let at = HEAD + LAYER_HEAD * layers.length
   const length = sizes.reduce((sum, one) => sum + one, at + field.matrices.length)
-  if (length > ROW * MOST_SIDE) return null
+  const { rows, columns } = layers[0].grid
+  if (length > ROW * MOST_SIDE || (isTwoBand && (rows * columns > MOST_TONES || Math.max(rows, columns) > MOST_SIDE))) return null
   const numbers = new Int32Array(ROW * Math.ceil(length / ROW))
-  numbers.set([chart.height, chart.width, field.margin, field.rows, field.columns, at, field.isIdentity ? 0 : 1, layers.length])
+  numbers.set([chart.height, chart.width, field.margin, field.rows, field.columns, at, field.isIdentity ? 0 : 1, layers.length, isTwoBand ? rows : 0])
   numbers.set(field.matrices, at)
   at += field.matrices.length
   const ratio = (size.height * size.width) / (chart.height * chart.width)

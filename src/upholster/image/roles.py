@@ -52,6 +52,8 @@ class MapRole:
     mtl
         How MTL refers to it: factors, then the word before the file; () if there is no word that programs
         agree on.
+    is_sharp
+        Whether its values are mostly one or the other, so that painting adds no tones to them.
     delay
         How much later than colour and normals it may come in a stream: the eye misses it less.
     """
@@ -66,6 +68,7 @@ class MapRole:
     gltf: str = ""
     channel: int | None = None
     mtl: tuple[str, ...] = ()
+    is_sharp: bool = False
     delay: float = 1.0
 
 
@@ -93,7 +96,7 @@ MAP_ROLES: Mapping[str, MapRole] = MappingProxyType(
             MapRole(
                 "metallic", "metallic metalness metal", "m",
                 match_weight=0.25,
-                gltf=_METAL_ROUGH, channel=2, mtl=("Pm 1", "map_Pm"), delay=1.5,
+                gltf=_METAL_ROUGH, channel=2, mtl=("Pm 1", "map_Pm"), is_sharp=True, delay=1.5,
             ),
             MapRole(
                 "ao", "ao ambientocclusion occlusion occ",
@@ -103,7 +106,10 @@ MAP_ROLES: Mapping[str, MapRole] = MappingProxyType(
                 "height", "height heightmap displacement disp", "h",
                 neutral=(0.5,), match_weight=0.5, delay=2.0,
             ),
-            MapRole("opacity", "opacity alpha", neutral=(1.0,), match_weight=1.0, channel=3, delay=1.5),
+            MapRole(
+                "opacity", "opacity alpha",
+                neutral=(1.0,), match_weight=1.0, channel=3, is_sharp=True, delay=1.5,
+            ),
             MapRole(
                 "emission", "emission emissive emit", "e",
                 channels=(1, 3), is_color=True, match_weight=0.5,

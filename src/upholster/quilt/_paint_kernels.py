@@ -1,9 +1,7 @@
 """Painting a window of a chart exactly, with the arithmetic that every decoder repeats (SPEC.md, section 8).
 
-Integer samples are packed in words of 64 bits, as lanes of 16 or 32 bits, so that one multiplication weights
-several channels of a pixel. No lane overflows. Bytes take 16 bits when weighted within a pixel (weights add
-up to 256), and 24 when weighted by labels, for which every other lane is moved to a second word. 16-bit
-samples take 32 bits with both.
+Words of integer samples are packed as `upholster.quilt._reading_kernels` says. Bytes take 24 bits when
+weighted by labels, for which every other lane is moved to a second word. 16-bit samples take 32 bits.
 """
 
 from typing import Any, NamedTuple
@@ -13,9 +11,11 @@ from numpy.typing import NDArray
 
 from upholster.base.types import PixelArray
 from upholster.quilt._field_kernels import node_row
+from upholster.quilt._reading_kernels import PyramidWords, Readings, bilinear, pixels_at
+from upholster.quilt._tone_kernels import tone_at
 from upholster.runtime.jit import by_type, inline, is_float, kernel, shared
 
-__all__ = ["Field", "Layer", "Places", "PyramidWords", "Readings", "paint_window"]
+__all__ = ["Field", "Layer", "Places", "Tone", "paint_window"]
 
 
 class Places(NamedTuple):
@@ -38,30 +38,12 @@ class Layer(NamedTuple):
     columns: Places
 
 
-class Readings(NamedTuple):
-    """Placements of a chart, n of them.
+class Tone(NamedTuple):
+    """Tones of cells, (rows, columns, channels), from the cell (`row`, `column`) on; empty: none is added."""
 
-    (n, 2) centres and sources, (n, 4) centre matrices and symmetries, (n,) levels as indices into the
-    pyramid's table, and `shifts`, the levels' numbers: how often they are halved. `copies` marks placements
-    whose texels are pixels of the sample, as they are there.
-    """
-
-    centres: NDArray[np.int64]
-    sources: NDArray[np.int64]
-    matrices: NDArray[np.int64]
-    symmetries: NDArray[np.int64]
-    levels: NDArray[np.int64]
-    shifts: NDArray[np.int64]
-    copies: NDArray[np.bool_]
-
-
-class PyramidWords(NamedTuple):
-    """A pyramid's samples, see `upholster.quilt.pyramid.Pyramid`; `bits` is unused for floats."""
-
-    words: PixelArray
-    per_pixel: int
-    bits: int
-    table: NDArray[np.int64]
+    cells: PixelArray
+    row: int
+    column: int
 
 
 class Field(NamedTuple):
@@ -80,56 +62,24 @@ class Field(NamedTuple):
 _HALVES = np.uint64(0x0000FFFF0000FFFF)
 
 
-def _bilinear(words: Any, at: Any, k: Any, y: Any, x: Any) -> Any:
-    """Return four pixels' k-th words, weighted by fractions in 1/16: for integers 256 times their mean."""
-    raise NotImplementedError  # compiled only
-
-
 def _single(word: Any) -> Any:
-    """Return what `_bilinear` returns at a pixel's centre."""
+    """Return what `bilinear` returns at a pixel's centre."""
     raise NotImplementedError  # compiled only
 
 
 def _write(word: Any, texel: Any, k: Any, bits: Any) -> Any:
-    """Write a single placement's value to a texel: `_bilinear`'s k-th word."""
+    """Write a single placement's value to a texel: `bilinear`'s k-th word."""
     raise NotImplementedError  # compiled only
 
 
 def _gather(total: Any, word: Any, k: Any, bits: Any, weight: Any) -> Any:
-    """Add `_bilinear`'s k-th word to sums, weighted in 1/256."""
+    """Add `bilinear`'s k-th word to sums, weighted in 1/256."""
     raise NotImplementedError  # compiled only
 
 
 def _write_sums(total: Any, texel: Any, bits: Any, rest: Any) -> Any:
     """Write sums to a texel, plus `rest`/256 of its present value; rounded once."""
     raise NotImplementedError  # compiled only
-
-
-@by_type(_bilinear)
-def _bilinear_overload(words: Any, at: Any, k: Any, y: Any, x: Any) -> Any:
-    if not is_float(words.dtype):
-
-        def mixed(words: Any, at: Any, k: Any, y: Any, x: Any) -> Any:
-            both = y * x
-            return (
-                words[at[0] + k] * np.uint64(256 - 16 * (y + x) + both)
-                + words[at[1] + k] * np.uint64(16 * x - both)
-                + words[at[2] + k] * np.uint64(16 * y - both)
-                + words[at[3] + k] * np.uint64(both)
-            )
-
-        return mixed
-
-    def floats(words: Any, at: Any, k: Any, y: Any, x: Any) -> Any:
-        both, unit = y * x, np.float32(1 / 256)
-        return (
-            words[at[0] + k] * (np.float32(256 - 16 * (y + x) + both) * unit)
-            + words[at[1] + k] * (np.float32(16 * x - both) * unit)
-            + words[at[2] + k] * (np.float32(16 * y - both) * unit)
-            + words[at[3] + k] * (np.float32(both) * unit)
-        )
-
-    return floats
 
 
 @by_type(_single)
@@ -200,27 +150,6 @@ def _write_sums_overload(total: Any, texel: Any, bits: Any, rest: Any) -> Any:
             texel[n] = below + total[n]
 
     return write_floats
-
-
-@inline
-def _mirrored(place: Any, size: Any) -> Any:
-    if 0 <= place < size:
-        return place
-    place %= 2 * size
-    return place if place < size else 2 * size - 1 - place
-
-
-@inline
-def _at(pyramid: PyramidWords, level: Any, r: Any, c: Any) -> Any:
-    """Return the words of the four pixels around a place, in 1/16 pixel of a level, and its fractions."""
-    base, height, width, each = level[0], level[1], level[2], np.int64(pyramid.per_pixel)
-    y, x, r, c = r & 15, c & 15, r >> 4, c >> 4
-    if 0 <= r < height - 1 and 0 <= c < width - 1:
-        at = base + (r * width + c) * each
-        return (at, at + each, at + width * each, at + (width + 1) * each), y, x
-    top, bottom = base + _mirrored(r, height) * width * each, base + _mirrored(r + 1, height) * width * each
-    left, right = _mirrored(c, width) * each, _mirrored(c + 1, width) * each
-    return (top + left, top + right, bottom + left, bottom + right), y, x
 
 
 @inline
@@ -307,10 +236,10 @@ def _paint_run(
     _trace_run(readings, one, field, layer.rows.at[t], layer.columns.at[start:stop], found)
     level = pyramid.table[readings.levels[one]]
     for n in range(stop - start):
-        at, y, x = _at(pyramid, level, np.int64(found[0, n]), np.int64(found[1, n]))
+        at, y, x = pixels_at(pyramid, level, np.int64(found[0, n]), np.int64(found[1, n]))
         texel = out[t, start + n]
         for k in range(pyramid.per_pixel):
-            _write(_bilinear(pyramid.words, at, k, y, x), texel, k, pyramid.bits)
+            _write(bilinear(pyramid.words, at, k, y, x), texel, k, pyramid.bits)
 
 
 @shared
@@ -358,9 +287,9 @@ def _paint_mixed(
             g = columns.part[start + n]
             weight = at_left * (16 - g) + at_right * g
             if weight:
-                at, y, x = _at(pyramid, level, np.int64(found[0, n]), np.int64(found[1, n]))
+                at, y, x = pixels_at(pyramid, level, np.int64(found[0, n]), np.int64(found[1, n]))
                 for k in range(pyramid.per_pixel):
-                    _gather(sums[n], _bilinear(pyramid.words, at, k, y, x), k, pyramid.bits, weight)
+                    _gather(sums[n], bilinear(pyramid.words, at, k, y, x), k, pyramid.bits, weight)
     for n in range(stop - start):
         g, rest = columns.part[start + n], 0
         if not (shown[0] and shown[1] and shown[2] and shown[3]):
@@ -400,10 +329,22 @@ def _paint_row(
             _paint_run(layer, named[0], t, (start, u), readings, field, pyramid, out)
 
 
+@shared
+def _add_tone(layer: Layer, t: Any, tone: Tone, bits: Any, out: PixelArray) -> None:
+    # Adds the tones between cells to a row of texels.
+    i, f, columns = layer.rows.cell[t] - tone.row, layer.rows.part[t], layer.columns
+    for u in range(out.shape[1]):
+        j, g = columns.cell[u] - tone.column, columns.part[u]
+        around = tone.cells[i : i + 2, j : j + 2]
+        for n in range(around.shape[2]):
+            out[t, u, n] = tone_at(around, n, f, g, out[t, u, n], bits)
+
+
 @kernel
 def paint_window(
     first: Layer,
     second: Layer,
+    tone: Tone,
     readings: Readings,
     field: Field,
     pyramid: PyramidWords,
@@ -412,8 +353,8 @@ def paint_window(
 ) -> None:
     """Paint a window of a chart into `out`, (rows, columns, channels), which is 0.
 
-    `second` has no labels if there is only one layer. `totals` is scratch space, (columns, 2 · words per
-    pixel) of their dtype.
+    `second` has no labels if there is only one layer; `tone` is added to the first. `totals` is scratch
+    space, (columns, 2 · words per pixel) of their dtype.
     """
     matrices, line = field.matrices, field.line
     for t in range(out.shape[0]):
@@ -422,5 +363,7 @@ def paint_window(
             for k in range(4):
                 line[j, k] = (matrices[i, j, k] * (512 - down) + matrices[below, j, k] * down + 256) >> 9
         _paint_row(first, t, readings, field, pyramid, totals, out)
+        if tone.cells.shape[0]:
+            _add_tone(first, t, tone, pyramid.bits, out)
         if second.labels.shape[0]:
             _paint_row(second, t, readings, field, pyramid, totals, out)

@@ -1,11 +1,14 @@
 """Painting complete materials: every map with the same quilt."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from upholster.base.errors import InputError
 from upholster.base.types import PixelArray, Progress
 from upholster.image.files.material import Material
 from upholster.image.files.source import Source, as_exemplar
+from upholster.image.roles import MAP_ROLES
 from upholster.quilt.model import Quilt, Texels
 from upholster.quilt.normal_painting import (
     lengthen,
@@ -65,7 +68,7 @@ def paint_material(
 
 
 def paint_map(quilt: Quilt, role: str, pixels: PixelArray, *, density: float | None = None) -> Texels:
-    """Paint a quilt with one map, as decoders do: normals rotate with the texture, other maps are unchanged.
+    """Paint a quilt with one map, as decoders do: normals rotate with the texture; sharp maps get no tones.
 
     Raises
     ------
@@ -73,7 +76,13 @@ def paint_map(quilt: Quilt, role: str, pixels: PixelArray, *, density: float | N
         As for `paint` and `paint_normals`.
     """
     work = paint_normals if role == "normal" else paint
-    return work(quilt, pixels, density=density)
+    return work(_toned(quilt, role), pixels, density=density)
+
+
+def _toned(quilt: Quilt, role: str) -> Quilt:
+    """Return the quilt with which a map is painted: without tones if its values are one or the other."""
+    sharp = role in MAP_ROLES and MAP_ROLES[role].is_sharp
+    return replace(quilt, two_band=False) if quilt.two_band and sharp else quilt
 
 
 class WindowPainter:
@@ -97,13 +106,15 @@ class WindowPainter:
     """
 
     def __init__(self, quilt: Quilt, role: str, image: PixelArray, *, density: float | None = None) -> None:
-        self._quilt, self._turns = quilt, role == "normal"
+        self._quilt, self._turns = _toned(quilt, role), role == "normal"
         charts = painted_charts(quilt.charts, quilt.density if density is None else density)
         image = check_painted(quilt, image)
         if image.shape[:2] != quilt.exemplar_shape:
             raise InputError(f"map {role!r} has shape {image.shape}; the quilt wants {quilt.exemplar_shape}")
         pyramid, which = turned_pyramid(quilt, image) if self._turns else (image_pyramid((image,)), None)
-        self._painters = [ChartPainter(quilt, n, chart, pyramid, which) for n, chart in enumerate(charts)]
+        self._painters = [
+            ChartPainter(self._quilt, n, chart, pyramid, which) for n, chart in enumerate(charts)
+        ]
 
     def paint(self, index: int, window: tuple[slice, slice] | None = None) -> PixelArray:
         """Return a window of chart `index`, given as rows and columns in texels; None: the complete chart."""

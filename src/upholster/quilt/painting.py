@@ -18,9 +18,11 @@ from upholster.base.types import PixelArray, Progress
 from upholster.image.files.material import Material
 from upholster.image.files.source import as_exemplar
 from upholster.quilt import _paint_kernels as kernels
+from upholster.quilt._reading_kernels import PyramidWords, Readings
+from upholster.quilt._tone_kernels import MOST_OTHERS, REACH, Nodes, Scratch, cell_tones
 from upholster.quilt.chart import MAX_CHART, MAX_TEXELS, Chart
 from upholster.quilt.displacement import centre_matrices, levels_of
-from upholster.quilt.labels import LabelMap
+from upholster.quilt.labels import LabelMap, cell_centres
 from upholster.quilt.model import Quilt, Texels
 from upholster.quilt.placement import SYMMETRIES
 from upholster.quilt.pyramid import Pyramid, build_pyramid, most_levels
@@ -213,19 +215,42 @@ class ChartPainter:
         first, *further = (_layer(each, rows, columns) for each in self.quilt.labels[self.index])
         second = further[0] if further else first._replace(labels=np.zeros((0, 0), np.int32))
         matrices = np.ascontiguousarray(field.matrices)
+        words = PyramidWords(pyramid.words, pyramid.per_pixel, pyramid.bits, pyramid.table)
         line = np.empty((matrices.shape[1], 4), np.int64)
         kernels.paint_window(
             first,
             second,
+            self._tone(first, matrices, words),
             self._readings,
             kernels.Field(matrices, field.margin, line, np.empty((2, out.shape[1]), np.int32)),
-            kernels.PyramidWords(pyramid.words, pyramid.per_pixel, pyramid.bits, pyramid.table),
+            words,
             np.empty((out.shape[1], 2 * pyramid.per_pixel), pyramid.words.dtype),
             out,
         )
 
+    def _tone(self, layer: kernels.Layer, matrices: NDArray[np.int32], words: PyramidWords) -> kernels.Tone:
+        """Return the tones of the cells around a window; none if the quilt has none."""
+        dtype = np.dtype(np.float32 if self.pyramid.dtype == np.float32 else np.int32)
+        if not self.quilt.two_band or not (len(layer.rows.cell) and len(layer.columns.cell)):
+            return kernels.Tone(np.empty((0, 0, 0), dtype), 0, 0)
+        chart, labels = self.quilt.labels[self.index][0], layer.labels
+        first = int(layer.rows.cell[0]), int(layer.columns.cell[0])
+        last = int(layer.rows.cell[-1]) + 1, int(layer.columns.cell[-1]) + 1
+        channels = self.pyramid.channels
+        toned = channels - (1 - channels % 2)  # without alpha
+        cells = np.empty((last[0] - first[0] + 1, last[1] - first[1] + 1, toned), dtype)
+        rows, columns = (cell_centres(n, chart.cell, half=chart.half) for n in labels.shape)
+        scratch = Scratch(
+            np.empty((2 * REACH + 1, labels.shape[1]), np.int32),
+            np.empty((MOST_OTHERS, 2), np.int32),
+            np.empty((2, toned), dtype),
+        )
+        nodes = Nodes(matrices, self.quilt.fields[self.index].margin, rows, columns)
+        cell_tones(labels, first, nodes, self._readings, words, scratch, cells)
+        return kernels.Tone(cells, *first)
+
     @cached_property
-    def _readings(self) -> kernels.Readings:
+    def _readings(self) -> Readings:
         chart, painted = self.quilt.charts[self.index], self.painted
         placed = self.quilt.on_chart(self.index)
         centres = centre_matrices(self.quilt.fields[self.index], placed)
@@ -243,7 +268,7 @@ class ChartPainter:
         copies = (centres == UNIT * same).all(axis=1) & (turns == same).all(axis=1)
         copies &= ((where - source) % 16 == 8).all(axis=1) & (ratio == 1)
         copies &= (self.quilt.fields[self.index].matrices == UNIT * same).all()
-        return kernels.Readings(where, source, centres.astype(np.int64), turns, levels, shifts, copies)
+        return Readings(where, source, centres.astype(np.int64), turns, levels, shifts, copies)
 
 
 def texel_places(steps: int, texels: int) -> NDArray[np.int64]:

@@ -4,7 +4,8 @@ import { clamp } from '../numbers.js'
 import { FARTHEST } from '../placements.js'
 import { SYMMETRIES } from '../symmetry.js'
 import { turnNormals } from './normals.js'
-import { pyramidLevel } from './pyramid.js'
+import { bilinear, mirrored, pyramidLevel } from './pyramid.js'
+import { CellTones, addTone } from './tones.js'
 
 /** Height and width in texels of a chart that is painted with so many texels a step. */
 export function paintedSize({ height, width }, density) {
@@ -19,10 +20,10 @@ export function placesOf(texels, steps) {
 
 /**
  * Paints a chart: `chart` has height and width in steps, `size` in texels; `layers` have a `grid`, `placements` and `labels`, see
- * `quilt.js`; the map is a `MapPyramid`.
+ * `quilt.js`; with `isTwoBand` broad shades are blended over several cells; the map is a `MapPyramid`.
  */
 export class ChartPainter {
-  constructor({ chart, size, field, layers, pyramid }) {
+  constructor({ chart, size, field, layers, isTwoBand, pyramid }) {
     const { data, channels } = pyramid.picture
     this.channels = channels
     this.downPlaces = placesOf(size.height, chart.height)
@@ -36,6 +37,7 @@ export class ChartPainter {
     this.matrices = new Int32Array(4 * size.width) // of the field, along the row
     this.sums = new (this.isFloat ? Float32Array : data instanceof Uint8Array ? Int32Array : Float64Array)(size.width * channels)
     this.covered = new Int32Array(size.width) // by the layer, in 1/256
+    this.tones = isTwoBand && !pyramid.isSharp ? new CellTones(layers[0], field, pyramid, ratio) : null
     this.isConstant = field.isIdentity
     if (this.isConstant) field.along(0, this.columns, this.matrices)
   }
@@ -57,7 +59,20 @@ export class ChartPainter {
       this.#addLayer(layer, place)
       this.#settle(out, n > 0)
     })
+    if (this.tones) this.#addTones(place, out)
     if (this.pyramid.isNormal && !this.isConstant) turnNormals(out, this.matrices)
+  }
+
+  #addTones(place, out) {
+    const { spans, fractions, grid } = this.layers[0]
+    const size = 16 * grid.cell
+    const i = Math.floor((place + grid.shift) / size)
+    const [above, below] = [this.tones.row(i), this.tones.row(i + 1)]
+    const down = Math.floor(((place + grid.shift) % size) / grid.cell)
+    for (const { column, start, end } of spans) {
+      if (!(above.some[column] || above.some[column + 1] || below.some[column] || below.some[column + 1])) continue
+      for (let n = start; n < end; n++) addTone(out, n * this.channels, above.tones, below.tones, column, down, fractions[n], this.tones.channels)
+    }
   }
 
   #addLayer(layer, place) {
@@ -155,20 +170,6 @@ export class ChartPainter {
       }
     }
   }
-}
-
-/** A pixel's place, or of what lies outside that of its mirror image. */
-function mirrored(n, size) {
-  if (n >= 0 && n < size) return n
-  const m = (n < 0 ? -1 - n : n) % (2 * size)
-  return m < size ? m : 2 * size - 1 - m
-}
-
-/** Floats between four pixels, each product and each sum rounded to 32 bits. */
-function bilinear(a, b, c, d, p, q, r, s) {
-  const { fround } = Math
-  const upper = fround(fround(a * (p / 256)) + fround(b * (q / 256)))
-  return fround(fround(upper + fround(c * (r / 256))) + fround(d * (s / 256)))
 }
 
 /** How a placement shows a map where texels are so dense. */

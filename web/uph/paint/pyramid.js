@@ -1,6 +1,7 @@
 /** Maps of the exemplar, at full size and smaller, as painting reads them [8]. */
 
 import { clamp } from '../numbers.js'
+import { ROLES } from '../roles.js'
 import { symmetricNormals } from './normals.js'
 
 /** The level that a placement with this centre matrix reads, where there are `ratio` texels for each square step. */
@@ -19,6 +20,7 @@ export class MapPyramid {
   constructor(picture, role) {
     this.picture = picture
     this.isNormal = role === 'normal'
+    this.isSharp = ROLES[role]?.isSharp ?? false
   }
 
   /** The mean of its pixels. */
@@ -72,4 +74,18 @@ function filterAxis(from, isFloat, outer, size, inner) {
     }
   }
   return out
+}
+
+/** A pixel's place, or of what lies outside that of its mirror image. */
+export function mirrored(n, size) {
+  if (n >= 0 && n < size) return n
+  const m = (n < 0 ? -1 - n : n) % (2 * size)
+  return m < size ? m : 2 * size - 1 - m
+}
+
+/** Floats between four pixels, each product and each sum rounded to 32 bits. */
+export function bilinear(a, b, c, d, p, q, r, s) {
+  const { fround } = Math
+  const upper = fround(fround(a * (p / 256)) + fround(b * (q / 256)))
+  return fround(fround(upper + fround(c * (r / 256))) + fround(d * (s / 256)))
 }

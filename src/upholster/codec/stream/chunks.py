@@ -60,6 +60,7 @@ CHUNK_KINDS = {
     "D": ChunkKind("exemplar", ("X",), repeats=True),
     "F": ChunkKind("warp fields", ("X", "L"), longest=2**23),
     "Q": ChunkKind("grids of cells, numbers of placements", ("X", "L"), longest=2**23),
+    "t": ChunkKind("broad shades are blended", ("Q",), longest=0),
     "N": ChunkKind("nodes of the warp fields", ("F",), repeats=True),
     "P": ChunkKind("placements", ("Q",), repeats=True),
     "M": ChunkKind("labels", ("P",), repeats=True),

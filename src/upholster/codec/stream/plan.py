@@ -239,6 +239,7 @@ class PlanDecoder:
         self._nearest: dict[int, tuple[int, NDArray[np.int32]]] = {}
         self._maps: dict[int, NDArray[np.int32]] = {}
         self._sorted = self._placed, np.zeros(len(self._parts) + 1, np.intp)
+        self._two_band = False
 
     @property
     def density(self) -> float:
@@ -265,6 +266,18 @@ class PlanDecoder:
     def is_spread(self) -> bool:
         """Whether at least a sixteenth of all placements is known (SPEC.md, 2.1)."""
         return 16 * self.known >= self.total
+
+    def blend_bands(self) -> None:
+        """Let the quilt be painted in two bands, see `Quilt.two_band`.
+
+        Raises
+        ------
+        FormatError
+            If it has two layers.
+        """
+        if self._head.layers > 1:
+            raise FormatError("two bands with two layers; allowed: with one")
+        self._two_band = True
 
     def feed_placements(self, data: bytes) -> None:
         """Take further bytes of the placements.
@@ -331,6 +344,7 @@ class PlanDecoder:
             tuple(tuple(labels[n : n + layers]) for n in range(0, len(labels), layers)),
             tuple(fields) or (WarpField.identity(),) * len(charts),
             density=self._head.density,
+            two_band=self._two_band,
         )
 
     def _by_cell(self) -> tuple[NDArray[np.int32], NDArray[np.intp]]:

@@ -323,8 +323,9 @@ class StreamDecoder(Shown):
             raise FormatError(
                 f"byte {chunk.offset}: chunk {tag!r} has {chunk.length} bytes; allowed: {kind.longest}"
             )
-        if tag == "F" and "Q" in self._seen:
-            raise FormatError(f"byte {chunk.offset}: chunk 'F' comes after 'Q'")
+        for early, late in ("FQ", "tP"):
+            if tag == early and late in self._seen:
+                raise FormatError(f"byte {chunk.offset}: chunk {early!r} comes after {late!r}")
         self._seen += tag
 
     def _take_whole(self, tag: str, data: bytes, offset: int) -> None:
@@ -369,6 +370,8 @@ class StreamDecoder(Shown):
             check_chart_budget(painted_charts(self._layout, head.density), self._limits)
             check_cell_budget(head, self._limits)
             self._plan = PlanDecoder(head, shape)
+        elif tag == "t" and self._plan is not None:
+            self._plan.blend_bands()
         else:
             raise FormatError(f"byte {offset}: chunk {tag!r} has no reader here")
 

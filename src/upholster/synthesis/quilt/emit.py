@@ -160,7 +160,8 @@ def emitted_quilt(plan: LayPlan, pieces: Sequence[LabelPiece]) -> Quilt:
     run_tasks([partial(label, n) for n in range(len(charts))])
     each = [one for one in found if one is not None]
     placements = np.concatenate([own for own, _ in each])
-    return Quilt(charts, plan.shape, placements, tuple((layer,) for _, layer in each), plan.scene.fields)
+    labels = tuple((layer,) for _, layer in each)
+    return Quilt(charts, plan.shape, placements, labels, plan.scene.fields, two_band=plan.two_band)
 
 
 def _cell_of(plan: LayPlan, chart: int) -> int:

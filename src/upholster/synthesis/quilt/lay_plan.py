@@ -44,6 +44,8 @@ class LayPlan:
         The parcels of the surface.
     seed
         0 to 2^64 − 1.
+    two_band
+        As for `Quilt`.
     """
 
     scene: Scene
@@ -53,6 +55,7 @@ class LayPlan:
     weights: LayWeights
     parcels: Parcels
     seed: int
+    two_band: bool = False
 
     @cached_property
     def in_rows(self) -> bool:

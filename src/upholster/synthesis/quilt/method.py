@@ -43,6 +43,9 @@ give the same where texture grows from what is there."""
 _RELAY = 0.2
 """Least gain of laying again, for each pixel of a frame's side, as a fraction of the sample's variance."""
 
+_FLAT = 0.5
+"""Share of pixels that equal the next one, from which on a sample is a drawing."""
+
 _COARSE = 24
 """Frames of at least this many pixels have mask cells 4 pixels wide, smaller frames 2 pixels."""
 
@@ -84,7 +87,19 @@ def lay_plan(scene: Scene, exemplar: Exemplar, *, seed: int = 0) -> LayPlan:
         ),
         _parcels(scene, numbers.size * 2**numbers.level / scene.pixels),
         int(np.random.SeedSequence(seed).generate_state(1, np.uint64)[0]),
+        _takes_tones(exemplar),
     )
+
+
+def _takes_tones(exemplar: Exemplar) -> bool:
+    """Return whether broad shades are evened out: on one photograph, all of which may be shown.
+
+    Shades are read from around a place, so they would show what a mask leaves out, or a neighbouring sample.
+    A drawing, most of whose pixels equal their neighbours, would get colours that it does not have.
+    """
+    pixels = exemplar.pixels
+    flat = (pixels[:, 1:] == pixels[:, :-1]).all(axis=2).mean() if pixels.shape[1] > 1 else 1.0
+    return exemplar.used is None and not exemplar.guidance.rectangles and bool(flat < _FLAT)
 
 
 def _parcels(scene: Scene, block: float) -> Parcels:
