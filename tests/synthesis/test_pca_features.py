@@ -123,16 +123,13 @@ def apart(form):
     return steps / np.sqrt(left.var(axis=0).sum())
 
 
-@pytest.mark.parametrize(
-    ("low", "high"), [((100, 100, 100), (140, 140, 140)), ((120, 120, 90), (120, 120, 140))]
-)
-def test_broad_shades_and_hues_count_for_more_than_grain(low, high):
-    image = halves(low, high)
+def test_hues_count_for_more_than_brightness():
+    image = halves((120, 120, 90), (120, 120, 140))
     assert apart(match_features(image)) > 2 * apart(pca_features(image))
 
 
 @pytest.mark.parametrize("shape", [(5, 9), (31, 200), (300, 280)])
-def test_what_has_no_shades_is_compared_as_it_is(shape):
+def test_what_has_no_hues_is_compared_as_it_is(shape):
     assert np.ptp(match_features(np.full((*shape, 3), 9, np.uint8))) == 0
     grain = halves(128, 128, shape)
     one, other = match_features(grain).astype(float), pca_features(grain).astype(float)

@@ -8,15 +8,6 @@ from upholster.synthesis.working_form import working_form
 
 __all__ = ["match_features", "pca_features"]
 
-_COARSE = 17
-"""To find coarse differences, colours are averaged over the shorter side divided by this number."""
-
-_LOOKED_AT = 128
-"""For averaging, the image is reduced until its shorter side has from this to twice this many pixels."""
-
-_COARSE_WEIGHT = 2
-"""Weight of coarse differences, in addition to their share in all differences."""
-
 _HUE_WEIGHT = 3
 """Factor by which the components after the first, which is mostly brightness, are stretched."""
 
@@ -46,11 +37,9 @@ def pca_features(image: PixelArray, *, most: int = 4) -> NDArray[np.uint8]:
 def match_features(image: PixelArray, *, most: int = 4) -> NDArray[np.uint8]:
     """Return the features that the search compares: an image's principal colours, weighted for the eye.
 
-    As `pca_features`, but a difference between two broad shades, or between two hues, counts for more than
-    its share of the variance. The eye notices it sooner than an equal difference in fine detail.
+    As `pca_features`, but a difference between two hues counts for more than its share of the variance.
     """
     parts = _components(image, most)
-    _weight_shades(parts)
     parts[..., 1:] *= _HUE_WEIGHT
     return _in_bytes(parts)
 
@@ -82,24 +71,3 @@ def _in_bytes(parts: FloatArray) -> NDArray[np.uint8]:
     parts += 256 * span
     parts /= 2 * span
     return np.clip(np.floor(parts, out=parts), 0, 255, out=parts).astype(np.uint8)
-
-
-def _weight_shades(parts: FloatArray) -> None:
-    # Adds to each pixel of (H, W, K), in place, the weighted mean of its surroundings as an integer. The mean
-    # has a pyramid-shaped kernel: a box filter applied twice each way. Large images are first reduced to
-    # means of squares of pixels.
-    height, width, channels = parts.shape
-    by = max(1, min(height, width) // _LOOKED_AT)
-    rows, columns = (np.arange(0, side, by) for side in (height, width))
-    sums = np.add.reduceat(np.add.reduceat(parts, rows, axis=0), columns, axis=1).astype(np.int64)
-    sums //= np.diff(np.append(rows, height))[:, None, None] * np.diff(np.append(columns, width))[:, None]
-    across = 1 + min(sums.shape[:2]) // _COARSE // 2 * 2
-    for axis in (0, 0, 1, 1):
-        ends = [(0, 0)] * 3
-        ends[axis] = (across // 2 + 1, across // 2)
-        run = np.pad(sums, ends, mode="edge").cumsum(axis=axis)
-        size = sums.shape[axis]
-        sums = np.take(run, range(across, across + size), axis) - np.take(run, range(size), axis)
-    shades = np.rint(_COARSE_WEIGHT * (sums / across**4))
-    for k in range(channels):
-        parts[..., k] += shades[..., k].repeat(by, axis=0)[:height].repeat(by, axis=1)[:, :width]
