@@ -5,7 +5,7 @@ import pytest
 
 from upholster.image.elements.joints import Joints
 from upholster.quilt.pyramid import halved
-from upholster.synthesis.quilt.features import match_features
+from upholster.synthesis.quilt.features import pca_features
 from upholster.synthesis.quilt.match_pyramid import SamplePart, match_pyramid
 
 
@@ -17,7 +17,7 @@ def picture(height, width, channels=3):
 def test_levels_are_the_pyramids(shape):
     exemplar = picture(*shape)
     pyramid = match_pyramid(exemplar, 2)
-    image = match_features(exemplar)
+    image = pca_features(exemplar)
     assert pyramid.variance == pytest.approx(image.reshape(-1, image.shape[2]).var(axis=0).sum())
     assert len(pyramid.levels) == 3
     for match_level in pyramid.levels:
@@ -37,7 +37,7 @@ def test_candidates_are_found_by_joints_before_colours(dark):
     exemplar = picture(40, 56) // 8
     exemplar += (distances // 2 if dark else 127 - distances // 2)[..., None]
     form = match_pyramid(exemplar, 0, [SamplePart.whole(exemplar, None, Joints(distances, 9.0, 5.0))]).form
-    colors = match_features(exemplar, most=3)
+    colors = pca_features(exemplar, most=3)
     assert (form[..., 1:] == colors).all()
     # Whichever sign the first component has, it and the joints do not cancel.
     both = form[..., 0].ravel().astype(float)
@@ -50,7 +50,7 @@ def test_what_is_not_used_does_not_vary():
     used = np.zeros((40, 56), bool)
     used[5:30, 10:40] = True
     exemplar[~used] = exemplar[used].mean(axis=0)
-    found, image = match_pyramid(exemplar, masks=[used]), match_features(exemplar)
+    found, image = match_pyramid(exemplar, masks=[used]), pca_features(exemplar)
     assert found.variance == pytest.approx(image[used].var(axis=0).sum())
     assert found.variance > 1.5 * match_pyramid(exemplar).variance
 

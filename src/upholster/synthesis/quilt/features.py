@@ -6,10 +6,7 @@ from numpy.typing import NDArray
 from upholster.base.types import FloatArray, PixelArray
 from upholster.synthesis.working_form import working_form
 
-__all__ = ["match_features", "pca_features"]
-
-_HUE_WEIGHT = 3
-"""Factor by which the components after the first, which is mostly brightness, are stretched."""
+__all__ = ["pca_features"]
 
 
 def pca_features(image: PixelArray, *, most: int = 4) -> NDArray[np.uint8]:
@@ -32,16 +29,6 @@ def pca_features(image: PixelArray, *, most: int = 4) -> NDArray[np.uint8]:
         (H, W, K) uint8.
     """
     return _in_bytes(_components(image, most))
-
-
-def match_features(image: PixelArray, *, most: int = 4) -> NDArray[np.uint8]:
-    """Return the features that the search compares: an image's principal colours, weighted for the eye.
-
-    As `pca_features`, but a difference between two hues counts for more than its share of the variance.
-    """
-    parts = _components(image, most)
-    parts[..., 1:] *= _HUE_WEIGHT
-    return _in_bytes(parts)
 
 
 def _components(image: PixelArray, most: int) -> FloatArray:

@@ -12,7 +12,7 @@ from upholster.image.elements.lattice import Lattice
 from upholster.image.masks import Used
 from upholster.quilt.pyramid import halved
 from upholster.runtime.stages import stage
-from upholster.synthesis.quilt.features import match_features
+from upholster.synthesis.quilt.features import pca_features
 from upholster.synthesis.quilt.kernels._block_kernels import MatchImage
 from upholster.synthesis.quilt.kernels._search_kernels import mean_boxes
 from upholster.synthesis.quilt.phases import level_phases, shown_waves
@@ -125,8 +125,8 @@ def match_pyramid(
 def _matched_form(pixels: PixelArray, parts: Sequence[SamplePart]) -> NDArray[np.uint8]:
     # The features by which pixels are compared; joints take one of four channels.
     if all(part.joints is None for part in parts):
-        return match_features(pixels, most=4)
-    form = match_features(pixels, most=3)
+        return pca_features(pixels, most=4)
+    form = pca_features(pixels, most=3)
     first = form[..., :1].copy()
     for part in parts:
         if part.joints is not None:
