@@ -2,9 +2,9 @@
 
 ``python -m benchmarks eye_samples SOURCES OUT [--set work]``. SOURCES has a folder for each: owner+name
 for a repository of GitHub, at the commit in the table, and name-version for an unpacked package of PyPI.
-OUT gets SET/NAME.png; the sets are work, kept, fresh, last, later and drawn. The hash in the table is that of the
-pixels, because encoders of PNG differ. All sources are public domain or under a permissive licence, as they
-state.
+OUT gets SET/NAME.png; the sets are work, kept, fresh, last, later and drawn. The hash in the table is that
+of the pixels, because encoders of PNG differ. All sources are public domain or under a permissive licence, as
+they state.
 """
 
 import argparse
