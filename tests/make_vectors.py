@@ -78,7 +78,7 @@ def vectors() -> Any:
     yield "material", encode_stream(plane, quilt, noise(), maps=maps)
 
     yield "base", with_base()
-    toned = replace(laid(cell=2)[1], two_band=True)
+    toned = replace(laid(cell=2)[1], has_tones=True)
     surface = surface_from_spec("cyclide")
     yield "tones", encode_stream(surface, toned, noise(), maps=maps)
     yield "tones_16_bit", encode_stream(surface, toned, noise(dtype=np.uint16))

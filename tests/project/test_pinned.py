@@ -43,7 +43,7 @@ def changed(
     ground = MapGround(request.scene.charted, None, request.surface, False)
     inside = np.concatenate([own.ravel() for own in region(parse_map(text), ground)])
     # Tones change a little around the region: its new blocks have other shades.
-    plain = (replace(quilt, two_band=False) for quilt in (before, after))
+    plain = (replace(quilt, has_tones=False) for quilt in (before, after))
     pairs = zip(*(paint(quilt, sample, density=1).arrays for quilt in plain), strict=True)
     differs = np.concatenate([(one != other).any(axis=2).ravel() for one, other in pairs])
     return float(differs[inside].mean()), float(differs[~inside].mean())

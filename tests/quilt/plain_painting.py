@@ -167,7 +167,7 @@ def plain_paint(quilt, exemplar, index, density=1):
                     out[t, u] = (out[t, u].astype(np.int64) * 256 * rest + total + 2**15) // 2**16
                 else:
                     out[t, u] = total + (out[t, u] * F(rest / 256) if rest else F(0))
-            if quilt.two_band:
+            if quilt.has_tones:
                 toned = slice(out.shape[2] - (1 - out.shape[2] % 2))  # without alpha
                 out[t, u, toned] = plain_toned(quilt.labels[index][0], tones, row, column, out[t, u])[toned]
     return out

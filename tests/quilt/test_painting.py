@@ -50,10 +50,10 @@ def test_equals_the_plain_twin(dtype, channels, options):
         (np.float32, 2, {"octaves": 2.5, "offsets": 0.3, "cell": 3}),
     ],
 )
-def test_two_bands_equal_the_plain_twin(dtype, channels, options):
-    quilt = changed(random_quilt(channels, charts=((34, 41), (9, 35)), **options), two_band=True)
+def test_tones_equal_the_plain_twin(dtype, channels, options):
+    quilt = changed(random_quilt(channels, charts=((34, 41), (9, 35)), **options), has_tones=True)
     exemplar = exemplar_of(dtype, channels)
-    painted, once = paint(quilt, exemplar).arrays, paint(changed(quilt, two_band=False), exemplar).arrays
+    painted, once = paint(quilt, exemplar).arrays, paint(changed(quilt, has_tones=False), exemplar).arrays
     assert (painted[0] != once[0]).any()
     for index in range(2):
         np.testing.assert_array_equal(painted[index], plain_paint(quilt, exemplar, index))
@@ -177,7 +177,7 @@ def test_any_number_of_channels_is_painted_alike(channels):
 
 
 def test_threads_and_strips_do_not_matter(monkeypatch):
-    quilt = changed(random_quilt(6, charts=((300, 40), (90, 200)), octaves=1), two_band=True)
+    quilt = changed(random_quilt(6, charts=((300, 40), (90, 200)), octaves=1), has_tones=True)
     exemplar = exemplar_of(np.uint8)
     once = paint(quilt, exemplar, threads=1).arrays
     monkeypatch.setattr("upholster.quilt.painting._TASK_TEXELS", 1500)
@@ -187,7 +187,7 @@ def test_threads_and_strips_do_not_matter(monkeypatch):
 
 @pytest.mark.parametrize("role", ["albedo", "normal"])
 def test_a_window_is_a_part_of_the_chart(role):
-    quilt, image = changed(random_quilt(7, octaves=2), two_band=True), exemplar_of(np.uint8)
+    quilt, image = changed(random_quilt(7, octaves=2), has_tones=True), exemplar_of(np.uint8)
     for density in (1, 1.5):
         painter = WindowPainter(quilt, role, image, density=density)
         whole = painter.paint(0)
@@ -300,7 +300,7 @@ def two_sides(image, *, columns=96, rows=96):
     labels = np.zeros((high, wide), np.int32)
     labels[:, wide // 2 :] = 1
     return Quilt(
-        (Chart(0, rows, columns),), image.shape[:2], placed, ((LabelMap(2, labels),),), two_band=True
+        (Chart(0, rows, columns),), image.shape[:2], placed, ((LabelMap(2, labels),),), has_tones=True
     )
 
 
@@ -313,7 +313,7 @@ def test_tones_make_a_ramp_of_a_step():
     assert (line[-30:] == 200).all()
     assert (np.diff(line) >= 0).all()
     assert np.diff(line).max() <= 14
-    assert np.diff(paint(changed(quilt, two_band=False), image).arrays[0][48, :, 0].astype(int)).max() == 80
+    assert np.diff(paint(changed(quilt, has_tones=False), image).arrays[0][48, :, 0].astype(int)).max() == 80
     # At the chart's edge, where what lies beyond is not known, the step stays.
     assert np.diff(paint(quilt, image).arrays[0][0, :, 0].astype(int)).max() > 70
 
@@ -322,7 +322,7 @@ def test_tones_leave_details_and_what_is_far_from_cuts():
     rng = np.random.default_rng(4)
     image = (100 + rng.integers(-40, 41, (96, 128, 3))).astype(np.uint8)
     quilt = two_sides(image)
-    once, toned = (paint(changed(quilt, two_band=on), image).arrays[0].astype(int) for on in (False, True))
+    once, toned = (paint(changed(quilt, has_tones=on), image).arrays[0].astype(int) for on in (False, True))
     np.testing.assert_array_equal(toned[:, :30], once[:, :30])
     np.testing.assert_array_equal(toned[:, -30:], once[:, -30:])
     assert 0 < np.abs(toned - once).max() < 20
@@ -334,13 +334,13 @@ def test_tones_stay_within_the_samples_range(dtype):
     image = np.where(rng.random((64, 64, 3)) < 0.5, 0, top).astype(dtype)
     image[:, :32] //= 2
     painted = paint(two_sides(image), image).arrays[0].astype(int)
-    plain = paint(changed(two_sides(image), two_band=False), image).arrays[0].astype(int)
+    plain = paint(changed(two_sides(image), has_tones=False), image).arrays[0].astype(int)
     assert np.abs(painted - plain).max() < top / 2
 
 
 def test_tones_take_one_layer():
-    with pytest.raises(InputError, match="two_band is True with a second layer"):
-        changed(random_quilt(1, layers=2), two_band=True)
+    with pytest.raises(InputError, match="has_tones is True with a second layer"):
+        changed(random_quilt(1, layers=2), has_tones=True)
 
 
 @pytest.mark.parametrize("half", [False, True])

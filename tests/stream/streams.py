@@ -64,7 +64,7 @@ def anything(rng: Any, exemplar_shape: Any, charts: Any, count: Any = 20, layers
         whole[name] = rng.integers(0, 16 * pixels, len(whole))
         whole[name] &= -int(rng.choice([1, 4, 16]))
     whole["symmetry"] = rng.integers(0, 8, len(whole)) * rng.integers(0, 2)
-    return Quilt(tuple(charts), tuple(exemplar_shape), whole, tuple(labels), two_band=layers == 1)
+    return Quilt(tuple(charts), tuple(exemplar_shape), whole, tuple(labels), has_tones=layers == 1)
 
 
 def at_cells(rng: Any, shape: Any, cell: Any, half: Any, count: Any) -> Any:

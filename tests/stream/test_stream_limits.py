@@ -21,7 +21,7 @@ WHY = {
     "base_of_too_many_pixels": "a step of the base has 7.84314e+27 pixels; allowed: at most 2^24",
     "base_after_a_surface": "chunk 'B' comes after 'S', or after 4 others",
     "tones_after_placements": "chunk 't' comes after 'P'",
-    "tones_of_two_layers": "chunk 't': two bands with two layers; allowed: with one",
+    "tones_of_two_layers": "chunk 't': tones with two layers; allowed: with one",
     "bases_5": "chunk 'B' comes after 'S', or after 4 others",
     "chunks_4097": "chunk 4097; allowed: 4096 in a file",
 }

@@ -172,7 +172,7 @@ def bilinear(image: np.ndarray, places: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize(("name", "least"), [("plane", 45), ("cylinder", 38), ("cyclide", 30), ("ball", 30)])
 def test_inside_of_blocks_texels_are_what_canvases_tell(name: str, least: float) -> None:
     run, squares = made(name), []
-    painted = paint(replace(run.quilt, two_band=False), EXEMPLAR, density=1.0).arrays
+    painted = paint(replace(run.quilt, has_tones=False), EXEMPLAR, density=1.0).arrays
     for chart, texels in enumerate(painted):
         at = np.nonzero(near(run, chart))
         squares.append((texels[at] - bilinear(EXEMPLAR.astype(float), run.shown(chart, at))) ** 2)
@@ -192,7 +192,7 @@ def test_what_repeats_goes_on_without_error() -> None:
     run = plane(58, 58).laid(exemplar, block=20)
     assert (run.laid.records[:, 3] == 2).sum() == 1
     on = np.argwhere(run.on(0, "triangles") >= 0)
-    shown = paint(replace(run.quilt, two_band=False), exemplar).arrays[0]
+    shown = paint(replace(run.quilt, has_tones=False), exemplar).arrays[0]
     array = shown[tuple(map(slice, on.min(axis=0), on.max(axis=0) + 1))]
     assert (array[16:] == array[:-16]).all()
     assert (array[:, 16:] == array[:, :-16]).all()
@@ -259,7 +259,7 @@ def test_mirrored_blocks_exchange_left_and_right() -> None:
     exemplar = np.zeros((64, 64, 3), np.uint8)
     exemplar[..., 0], exemplar[..., 1] = 4 * np.arange(64)[:, None], 4 * np.arange(64)
     run = plane(200, 200).laid(exemplar, block=20, mirror=True, seed=1)
-    plain = replace(run.quilt, two_band=False)
+    plain = replace(run.quilt, has_tones=False)
     picture, at = paint(plain, exemplar).arrays[0].astype(int), near(run, 0)
     mirrored = np.isin(run.on(0, "owners"), np.flatnonzero(run.laid.records[:, 2] == 5)) & at
     slopes = [np.gradient(picture[..., k], axis=axis) for k, axis in ((0, 0), (1, 1))]

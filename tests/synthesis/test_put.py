@@ -102,7 +102,7 @@ def test_a_region_is_laid_once_more(name: str) -> None:
     changed, apart = [], []
     for n, own in enumerate(inside):
         one, two, three = (
-            paint(replace(quilt, two_band=False), SAMPLE, density=1).arrays[n]
+            paint(replace(quilt, has_tones=False), SAMPLE, density=1).arrays[n]
             for quilt in (before, after, other)
         )
         differs = (one != two).any(axis=2)
@@ -121,7 +121,7 @@ def test_regions_are_laid_one_after_another() -> None:
     first, second = (np.hypot(rows - at, columns - at) <= 25 for at in (40, 110))
     texts = "40,-40,0:25@3", "110,-110,0:25@4"
     none, one, two = (
-        paint(replace(quilt, two_band=False), SAMPLE, density=1).arrays[0]
+        paint(replace(quilt, has_tones=False), SAMPLE, density=1).arrays[0]
         for quilt in (
             synthesize(SAMPLE, "plane", texels=(150, 150), seed=1, again=again)
             for again in (None, texts[:1], texts)

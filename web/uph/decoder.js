@@ -166,7 +166,7 @@ export class UphDecoder {
       this.#quilt = new QuiltDecoder(reader, charts, this.exemplarSize)
       checkCharts(reader, charts.map((chart) => paintedSize(chart, this.#quilt.density)), this.#limits)
       checkCells(reader, this.#quilt.cells, this.#limits)
-    } else if (tag === 't') this.#quilt.blendBands(reader)
+    } else if (tag === 't') this.#quilt.addTones(reader)
     else reader.fail(`chunk ${tag} has no reader here`, 0)
   }
 
@@ -368,13 +368,13 @@ export class UphDecoder {
     return into
   }
 
-  /** The inputs for painting a chart, see `ChartPainter`, without the map: `chart`, `size`, `field`, `layers` and `isTwoBand`. */
+  /** The inputs for painting a chart, see `ChartPainter`, without the map: `chart`, `size`, `field`, `layers` and `hasTones`. */
   recipe(index, density) {
     const size = this.paintedSize(index, density)
     const chart = this.charts[index]
     const field = this.#base?.fields[index] ?? this.#fields?.field(index) ?? IDENTITY_FIELD
     const layers = this.#shownQuilt?.layersOf(index) ?? bareLayers(chart, this.exemplarSize)
-    return { chart, size, field, layers: layers.map((layer) => centred(layer, field)), isTwoBand: this.#shownQuilt?.isTwoBand ?? false }
+    return { chart, size, field, layers: layers.map((layer) => centred(layer, field)), hasTones: this.#shownQuilt?.hasTones ?? false }
   }
 
   #job(index, role, density) {

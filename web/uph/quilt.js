@@ -80,7 +80,7 @@ export class QuiltDecoder {
     )
     reader.end('plan')
     /** Whether broad shades are blended over several cells. */
-    this.isTwoBand = false
+    this.hasTones = false
     /** Of each chart its layers. */
     this.layers = charts.map((_, chart) => layers.map((all) => all[chart]))
     /** How many placements there are. */
@@ -117,9 +117,9 @@ export class QuiltDecoder {
   }
 
   /** From chunk t. */
-  blendBands(reader) {
-    if (this.layers[0].length > 1) reader.fail('two bands with two layers; allowed: with one')
-    this.isTwoBand = true
+  addTones(reader) {
+    if (this.layers[0].length > 1) reader.fail('tones with two layers; allowed: with one')
+    this.hasTones = true
   }
 
   feedPlacements(part) {

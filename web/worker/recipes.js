@@ -136,14 +136,14 @@ function expanded({ height, width, channels, data }) {
  * columns and place of the field's nodes, and whether they turn; the number of layers; how many rows of cells have tones. Then of each layer
  * its cell, shift, columns, and the places of its labels and placements. Null where it is too long.
  */
-function chartNumbers({ chart, size, field, layers, isTwoBand }, exemplar) {
+function chartNumbers({ chart, size, field, layers, hasTones }, exemplar) {
   const sizes = layers.map(({ placements, labels }) => labels.length + PLACEMENT_NUMBERS * placements.length)
   let at = HEAD + LAYER_HEAD * layers.length
   const length = sizes.reduce((sum, one) => sum + one, at + field.matrices.length)
   const { rows, columns } = layers[0].grid
-  if (length > ROW * MOST_SIDE || (isTwoBand && (rows * columns > MOST_TONES || Math.max(rows, columns) > MOST_SIDE))) return null
+  if (length > ROW * MOST_SIDE || (hasTones && (rows * columns > MOST_TONES || Math.max(rows, columns) > MOST_SIDE))) return null
   const numbers = new Int32Array(ROW * Math.ceil(length / ROW))
-  numbers.set([chart.height, chart.width, field.margin, field.rows, field.columns, at, field.isIdentity ? 0 : 1, layers.length, isTwoBand ? rows : 0])
+  numbers.set([chart.height, chart.width, field.margin, field.rows, field.columns, at, field.isIdentity ? 0 : 1, layers.length, hasTones ? rows : 0])
   numbers.set(field.matrices, at)
   at += field.matrices.length
   const ratio = (size.height * size.width) / (chart.height * chart.width)

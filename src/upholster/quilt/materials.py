@@ -82,7 +82,7 @@ def paint_map(quilt: Quilt, role: str, pixels: PixelArray, *, density: float | N
 def _toned(quilt: Quilt, role: str) -> Quilt:
     """Return the quilt with which a map is painted: without tones if its values are one or the other."""
     sharp = role in MAP_ROLES and MAP_ROLES[role].is_sharp
-    return replace(quilt, two_band=False) if quilt.two_band and sharp else quilt
+    return replace(quilt, has_tones=False) if quilt.has_tones and sharp else quilt
 
 
 class WindowPainter:

@@ -128,7 +128,7 @@ class Quilt(Shown):
         The seed that it was made with, if a synthesis made it.
     density
         Texels per step, each way, at which it is painted by default: a power of two from 1/8 to 64.
-    two_band
+    has_tones
         Whether painting adds tones: broad shades change over several cells where placements meet, and details
         within one. Only with one layer on each chart.
 
@@ -147,7 +147,7 @@ class Quilt(Shown):
     surface: AnySurface | None = None
     seed: int | None = None
     density: float = 1.0
-    two_band: bool = False
+    has_tones: bool = False
 
     def __repr__(self) -> str:
         height, width = self.exemplar_shape
@@ -179,8 +179,8 @@ class Quilt(Shown):
             object.__setattr__(self, "fields", (WarpField.identity(),) * len(self.charts))
         if len(self.fields) != len(self.charts):
             raise InputError(f"quilt has {len(self.fields)} fields; allowed: none, or one for each chart")
-        if self.two_band and any(len(each) > 1 for each in self.labels):
-            raise InputError("two_band is True with a second layer; allowed: with one layer")
+        if self.has_tones and any(len(each) > 1 for each in self.labels):
+            raise InputError("has_tones is True with a second layer; allowed: with one layer")
         check_placements(self.placements, self.charts, self.exemplar_shape)
         frozen_array(self.placements)
         self._check_labels()

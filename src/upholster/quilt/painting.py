@@ -231,7 +231,7 @@ class ChartPainter:
     def _tone(self, layer: kernels.Layer, matrices: NDArray[np.int32], words: PyramidWords) -> kernels.Tone:
         """Return the tones of the cells around a window; none if the quilt has none."""
         dtype = np.dtype(np.float32 if self.pyramid.dtype == np.float32 else np.int32)
-        if not self.quilt.two_band or not (len(layer.rows.cell) and len(layer.columns.cell)):
+        if not self.quilt.has_tones or not (len(layer.rows.cell) and len(layer.columns.cell)):
             return kernels.Tone(np.empty((0, 0, 0), dtype), 0, 0)
         chart, labels = self.quilt.labels[self.index][0], layer.labels
         first = int(layer.rows.cell[0]), int(layer.columns.cell[0])

@@ -20,10 +20,10 @@ export function placesOf(texels, steps) {
 
 /**
  * Paints a chart: `chart` has height and width in steps, `size` in texels; `layers` have a `grid`, `placements` and `labels`, see
- * `quilt.js`; with `isTwoBand` broad shades are blended over several cells; the map is a `MapPyramid`.
+ * `quilt.js`; with `hasTones` broad shades are blended over several cells; the map is a `MapPyramid`.
  */
 export class ChartPainter {
-  constructor({ chart, size, field, layers, isTwoBand, pyramid }) {
+  constructor({ chart, size, field, layers, hasTones, pyramid }) {
     const { data, channels } = pyramid.picture
     this.channels = channels
     this.downPlaces = placesOf(size.height, chart.height)
@@ -37,7 +37,7 @@ export class ChartPainter {
     this.matrices = new Int32Array(4 * size.width) // of the field, along the row
     this.sums = new (this.isFloat ? Float32Array : data instanceof Uint8Array ? Int32Array : Float64Array)(size.width * channels)
     this.covered = new Int32Array(size.width) // by the layer, in 1/256
-    this.tones = isTwoBand && !pyramid.isSharp ? new CellTones(layers[0], field, pyramid, ratio) : null
+    this.tones = hasTones && !pyramid.isSharp ? new CellTones(layers[0], field, pyramid, ratio) : null
     this.isConstant = field.isIdentity
     if (this.isConstant) field.along(0, this.columns, this.matrices)
   }

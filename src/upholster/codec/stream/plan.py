@@ -239,7 +239,7 @@ class PlanDecoder:
         self._nearest: dict[int, tuple[int, NDArray[np.int32]]] = {}
         self._maps: dict[int, NDArray[np.int32]] = {}
         self._sorted = self._placed, np.zeros(len(self._parts) + 1, np.intp)
-        self._two_band = False
+        self._has_tones = False
 
     @property
     def density(self) -> float:
@@ -267,8 +267,8 @@ class PlanDecoder:
         """Whether at least a sixteenth of all placements is known (SPEC.md, 2.1)."""
         return 16 * self.known >= self.total
 
-    def blend_bands(self) -> None:
-        """Let the quilt be painted in two bands, see `Quilt.two_band`.
+    def add_tones(self) -> None:
+        """Let the quilt have tones, see `Quilt.has_tones`.
 
         Raises
         ------
@@ -276,8 +276,8 @@ class PlanDecoder:
             If it has two layers.
         """
         if self._head.layers > 1:
-            raise FormatError("two bands with two layers; allowed: with one")
-        self._two_band = True
+            raise FormatError("tones with two layers; allowed: with one")
+        self._has_tones = True
 
     def feed_placements(self, data: bytes) -> None:
         """Take further bytes of the placements.
@@ -344,7 +344,7 @@ class PlanDecoder:
             tuple(tuple(labels[n : n + layers]) for n in range(0, len(labels), layers)),
             tuple(fields) or (WarpField.identity(),) * len(charts),
             density=self._head.density,
-            two_band=self._two_band,
+            has_tones=self._has_tones,
         )
 
     def _by_cell(self) -> tuple[NDArray[np.int32], NDArray[np.intp]]:

@@ -371,7 +371,7 @@ class StreamDecoder(Shown):
             check_cell_budget(head, self._limits)
             self._plan = PlanDecoder(head, shape)
         elif tag == "t" and self._plan is not None:
-            self._plan.blend_bands()
+            self._plan.add_tones()
         else:
             raise FormatError(f"byte {offset}: chunk {tag!r} has no reader here")
 

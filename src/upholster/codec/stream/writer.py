@@ -125,7 +125,7 @@ def encode_stream(
     plan = encode_plan(quilt)
     bent = not all(field.is_identity for field in quilt.fields)
     fields = pack_fields(quilt.fields, quilt.charts) if bent else None
-    tables = [pack_chunk("Q", plan.head), *([pack_chunk("t", b"")] if quilt.two_band else [])]
+    tables = [pack_chunk("Q", plan.head), *([pack_chunk("t", b"")] if quilt.has_tones else [])]
     tables += [pack_chunk("R", pack_role(role, image.header)) for role, image in coded.items()]
     queue = plan_parts(plan, fields)
     streams = {role: image.payload for role, image in coded.items()}

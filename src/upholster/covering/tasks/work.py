@@ -273,7 +273,7 @@ def quilt_of(work: TileWork, charts: Sequence[int], own: Sequence[Labelled]) -> 
         tuple((layer,) for _, layer in own),
         tuple(work.plan.scene.fields[n] for n in charts),
         density=work.plan.scene.density,
-        two_band=work.plan.two_band,
+        has_tones=work.plan.has_tones,
     )
 
 

@@ -161,7 +161,7 @@ def emitted_quilt(plan: LayPlan, pieces: Sequence[LabelPiece]) -> Quilt:
     each = [one for one in found if one is not None]
     placements = np.concatenate([own for own, _ in each])
     labels = tuple((layer,) for _, layer in each)
-    return Quilt(charts, plan.shape, placements, labels, plan.scene.fields, two_band=plan.two_band)
+    return Quilt(charts, plan.shape, placements, labels, plan.scene.fields, has_tones=plan.has_tones)
 
 
 def _cell_of(plan: LayPlan, chart: int) -> int:

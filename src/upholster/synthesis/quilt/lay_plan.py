@@ -44,7 +44,7 @@ class LayPlan:
         The parcels of the surface.
     seed
         0 to 2^64 − 1.
-    two_band
+    has_tones
         As for `Quilt`.
     """
 
@@ -55,7 +55,7 @@ class LayPlan:
     weights: LayWeights
     parcels: Parcels
     seed: int
-    two_band: bool = False
+    has_tones: bool = False
 
     @cached_property
     def in_rows(self) -> bool:
