@@ -204,7 +204,10 @@ class Run:
         return whole[first : first + shape[0] * shape[1]].reshape(*shape, *whole.shape[1:])
 
     def shown(self, chart: int, at: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
-        """Return where steps of a chart read, in pixels of the level: s + ½ (C + M(q)) (q − c), turned."""
+        """Return where steps of a chart read, in pixels of the level: s + ½ (C + M(q)) (q − c), turned.
+
+        As records do, it counts the pixels of the margin.
+        """
         own = self.on(chart, "owners")[at]
         fit = self.laid.fits[self.laid.firsts[own] + self.on(chart, "sheets")[at]]
         turns = np.array(SYMMETRIES).reshape(-1, 2, 2)

@@ -89,10 +89,10 @@ class PlainChoice:
         self.there, self.misfit = self.marks == 1, misfits(self.phases, self.wanted)
 
     def costs(self, y: Any, x: Any) -> tuple[Any, Any]:
-        """Return what places cost by guides, and for their phases."""
+        """Return what places cost by guides, also where all fits, and for their phases."""
         step = self.numbers.guide_step
         i, j = (np.minimum(at // step, n - 1) for at, n in zip((y, x), self.penalties.shape, strict=True))
-        return self.penalties[i, j], self.weights.phase * self.misfit[y, x]
+        return self.penalties[i, j] + self.weights.floor, self.weights.phase * self.misfit[y, x]
 
     def is_allowed(self, y: int, x: int) -> bool:
         """Tell whether a block may read there."""

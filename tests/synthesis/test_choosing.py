@@ -61,7 +61,11 @@ class Frame:
         )
         # Costs are multiples of 1/4: then sums are exact in the search's float32, in any order.
         self.weights = LayWeights(
-            more.get("variety", 0.3), more.get("chance", 0.0), 0.25 if lattice else 0.0, 0.0
+            more.get("variety", 0.3),
+            more.get("chance", 0.0),
+            0.25 if lattice else 0.0,
+            0.0,
+            more.get("floor", 0.0),
         )
         self.image = self.match.image.view(np.uint8).reshape(height, width, 4)
         turn, (i, j) = SYMMETRIES[symmetry], np.mgrid[:size, :size] - size // 2
@@ -119,6 +123,7 @@ CASES: dict[str, tuple[Any, ...]] = {
     "nothing nearby": (texture(), 16, 0, {"near": 0, "chance": 0.5}),
     "not as before": (texture(60, 60), 20, 0, {"avoid": 25 * 60 + 30}),
     "many nearby": (texture(60, 60), 20, 0, {"near": 60, "variety": 1.0}),
+    "a perfect fit costs something": (texture(60, 60), 20, 0, {"near": 60, "floor": 250.0}),
     "grey, few": (texture(50, 50, 1), 24, 0, {"shortlist": 5}),
     "the best alone": (texture(60, 60), 16, 0, {"variety": 0.0, "dear": 1}),
     "every second pixel": (texture(80, 90), 20, 0, {}),

@@ -275,7 +275,7 @@ def test_the_first_block_is_drawn_from_its_zone_and_from_the_best(guides: int, z
     choice.penalties[:] = asked.rng.integers(0, 12000, choice.penalties.shape)
     choice.zone[0] = zone
     out = np.zeros((600, 2), np.int64)
-    weights, state = LayWeights(0.2, 0.0, 0.0, 0.0), np.array([7], np.uint64)
+    weights, state = LayWeights(0.2, 0.0, 0.0, 0.0, 0.0), np.array([7], np.uint64)
     draw_first(match, asked.numbers, weights, state, span, choice, out)
     assert allowed[tuple(out.T)].all()
     drawn = {tuple(place) for place in out.tolist()}

@@ -98,10 +98,13 @@ def test_everything_is_covered_by_parts_of_the_sample(name: str) -> None:
         assert np.quantile(off, 0.9) <= 1.2
         assert np.quantile(off, 0.99) <= 2.4
         assert np.quantile(np.abs(read - own[:, :2]).max(axis=1), 0.99) <= 0.5 * numbers.size + 1.0
+        # Frames may reach into the margin, but nothing of it shows.
+        assert (source >= numbers.margin).all()
+        assert (source < np.array([numbers.height, numbers.width]) - numbers.margin).all()
     laid = records[records[:, 3] > 0]
     assert set(laid[:, 3].tolist()) == {1, 2}
     assert (laid[:, 3] == 2).sum() < 0.5 * len(laid)  # on nothing, begun anew
-    # A block reads inside the sample wherever it lies.
+    # A frame is inside the sample and its margin wherever it lies.
     half = numbers.size // 2
     assert (laid[:, :2] >= half).all()
     assert (laid[:, :2] <= np.array([numbers.height, numbers.width]) - half).all()
@@ -175,7 +178,8 @@ def test_inside_of_blocks_texels_are_what_canvases_tell(name: str, least: float)
     painted = paint(replace(run.quilt, has_tones=False), EXEMPLAR, density=1.0).arrays
     for chart, texels in enumerate(painted):
         at = np.nonzero(near(run, chart))
-        squares.append((texels[at] - bilinear(EXEMPLAR.astype(float), run.shown(chart, at))) ** 2)
+        read = run.shown(chart, at) - run.numbers.margin
+        squares.append((texels[at] - bilinear(EXEMPLAR.astype(float), read)) ** 2)
     error = np.concatenate(squares)
     assert len(error) > 400
     assert 10 * np.log10(255**2 / error.mean()) > least
@@ -273,18 +277,18 @@ def test_a_block_takes_what_is_not_used_nearby() -> None:
     exemplar, surface = texture(64, 64, passes=4), plane(200, 200)
 
     def repeats(run: Run) -> int:
-        # How many pairs of blocks that are near show about the same, but do not go on in each other.
+        # How many pairs of blocks within 2.5 blocks show about the same, but do not go on in each other.
         laid = run.laid.records[:, 3] > 0
         at, read = run.laid.fits[run.laid.firsts[:-1][laid]][:, 2:4], run.laid.records[laid][:, :2]
         apart, moved = at[:, None] - at, read[:, None] - read
-        seen = (np.abs(apart) < 25).all(axis=2) & (np.abs(moved) < 10).all(axis=2)
+        seen = (np.abs(apart) < 50).all(axis=2) & (np.abs(moved) < 10).all(axis=2)
         return int((seen & (np.abs(apart - moved) > 3).any(axis=2)).sum())
 
     few, many = (
         sum(repeats(surface.laid(exemplar, block=20, seed=seed, variety=much)) for seed in range(4))
-        for much in (1.0, 0.0)
+        for much in (0.2, 0.0)
     )
-    assert few < 0.8 * many
+    assert few < 0.75 * many
 
 
 @pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32])

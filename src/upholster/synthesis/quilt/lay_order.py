@@ -19,8 +19,11 @@ from upholster.synthesis.quilt.laid_blocks import LaidBlocks
 __all__ = ["in_order", "share_ranks"]
 
 _NEAR = 1.6
-"""Distance in blocks within which a block waits for earlier blocks and avoids their sources. Blocks that
-touch are less than 1.5 blocks apart."""
+"""Distance in blocks within which a block waits for earlier blocks. Those that touch are less than 1.5 blocks
+apart."""
+
+_AVOIDED = 3.2
+"""Distance in blocks within which a block avoids the sources of blocks of earlier ranks."""
 
 _ROW = 2.0**20
 """A row is more steps than this after the one above it is, in the order of a flat texture."""
@@ -38,12 +41,12 @@ _REPORTS = 32
 def in_order(
     blocks: LaidBlocks, centres: Centres, *, again: bool
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], Lists | None]:
-    """Return the order of new blocks, the end of each rank, and lists of the earlier blocks near each.
+    """Return the order of new blocks, the end of each rank, and for each the blocks whose sources it avoids.
 
     Blocks that are laid over others, `again`, have no lists.
     """
-    first = len(blocks.numbers)
-    near = blocks.plan.near(np.concatenate([blocks.centres.spots, centres.spots]), _NEAR, first=first)
+    first, spots = len(blocks.numbers), np.concatenate([blocks.centres.spots, centres.spots])
+    near = blocks.plan.near(spots, _NEAR, first=first)
     if again:  # in any order that looks random (Fibonacci hashing): like this, few ranks follow each other
         away = (np.arange(len(centres.steps), dtype=np.uint64) * np.uint64(MULTIPLIER)).astype(np.float64)
     elif blocks.plan.in_rows:
@@ -54,7 +57,11 @@ def in_order(
     order = np.lexsort((away, ranks))
     names = np.concatenate([np.arange(first), first + np.argsort(order)])
     ends = first + np.cumsum(np.bincount(ranks))
-    return order, ends, None if again else near.earlier(names, first)
+    if again:
+        return order, ends, None
+    near, ranks = blocks.plan.near(spots, _AVOIDED, first=first), np.append(np.full(first, -1), ranks)
+    earlier = near.chosen(ranks[near.others] < ranks[near.owners])
+    return order, ends, earlier.earlier(names, first)
 
 
 def _distances(blocks: LaidBlocks, near: Near, centres: Centres) -> FloatArray:

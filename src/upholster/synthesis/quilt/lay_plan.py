@@ -113,5 +113,5 @@ class LayPlan:
             return None
         else:
             placed = ground_of(fine, self.field, **how)
-        kept = scene.steering.places(self.numbers.level, (self.numbers.height, self.numbers.width))
+        kept = scene.steering.places(self.numbers)
         return placed.bare(scene.steering.wanted, scene.steering.zones, kept)

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,11 +14,11 @@ from upholster.image.masks import Used
 from upholster.quilt.pyramid import halved
 from upholster.runtime.stages import stage
 from upholster.synthesis.quilt.features import pca_features
-from upholster.synthesis.quilt.kernels._block_kernels import MatchImage
+from upholster.synthesis.quilt.kernels._block_kernels import LayNumbers, MatchImage
 from upholster.synthesis.quilt.kernels._search_kernels import mean_boxes
 from upholster.synthesis.quilt.phases import level_phases, shown_waves
 
-__all__ = ["MatchLevel", "MatchPyramid", "SamplePart", "match_pyramid"]
+__all__ = ["MatchLevel", "MatchPyramid", "SamplePart", "match_pyramid", "with_margin"]
 
 
 _EVERYWHERE = (np.empty(0, np.uint8), np.empty(0, np.int64))
@@ -120,6 +121,24 @@ def match_pyramid(
     while max(form.shape[:2]) > 64 * guide_step:
         guide_step *= 2
     return MatchPyramid(tuple(levels), form, variance, guide_step)
+
+
+def with_margin(match: MatchImage, numbers: LayNumbers, margin: int) -> tuple[MatchImage, LayNumbers]:
+    """Return an exemplar that has no mask with `margin` mirrored pixels around it, see `LayNumbers`."""
+    height, width = numbers.height + 2 * margin, numbers.width + 2 * margin
+
+    def wide(planes: NDArray[Any]) -> NDArray[Any]:
+        around = (0, 0), (margin, margin), (margin, margin)
+        found = np.pad(planes.reshape(len(planes), numbers.height, numbers.width), around, "reflect")
+        return found.reshape(len(planes), height * width)
+
+    image = wide(match.image[None])[0]
+    plane = mean_boxes(image.astype(np.uint8).reshape(height, width), numbers.step)
+    phases, guides = wide(match.phases), wide(match.guides) if len(match.guides) else match.guides
+    return (
+        match._replace(image=image, plane=plane, phases=phases, guides=guides),
+        numbers._replace(height=height, width=width, margin=margin),
+    )
 
 
 def _matched_form(pixels: PixelArray, parts: Sequence[SamplePart]) -> NDArray[np.uint8]:

@@ -23,12 +23,13 @@ from upholster.runtime.parallel import report_progress, run_tasks, running, thre
 from upholster.runtime.stages import stage
 from upholster.synthesis.exemplar import Exemplar, cropped
 from upholster.synthesis.quilt.emit import LabelPiece, emitted_quilt, label_pieces
+from upholster.synthesis.quilt.irregularity import irregularity
 from upholster.synthesis.quilt.kernels._block_kernels import LayNumbers, LayWeights
 from upholster.synthesis.quilt.kernels._phase_kernels import MISFIT
 from upholster.synthesis.quilt.laid_blocks import ParcelBlocks
 from upholster.synthesis.quilt.lay_plan import LayPlan
 from upholster.synthesis.quilt.laying import draw_parcel, lay_parcel
-from upholster.synthesis.quilt.match_pyramid import MatchPyramid, SamplePart, match_pyramid
+from upholster.synthesis.quilt.match_pyramid import MatchPyramid, SamplePart, match_pyramid, with_margin
 from upholster.synthesis.quilt.parcels import MOST_WHOLE, Parcels
 from upholster.synthesis.quilt.scene import Scene
 from upholster.synthesis.quilt.steering import guide_costs, level_guides
@@ -39,6 +40,14 @@ __all__ = ["laid_quilt", "lay_plan", "step_level"]
 _CHANCE, _CHANCE_AGAIN = 0.05, 0.5
 """Shares by which costs vary at random, also in a region that is laid again. Without chance all seeds would
 give the same where texture grows from what is there."""
+
+_ORDERED = 0.5
+"""Irregularity of a sample from which on its blocks need not continue each other exactly, so that they vary:
+a perfect fit costs the sample's variance times what is beyond, and frames may reach beyond the sample."""
+
+_MARGIN = 1 / 6
+"""How far beyond such a sample frames may reach, as a fraction of their side: about half of an overlap, so
+that neighbours cover what is not there. Otherwise its rim would hardly be shown, and its middle too often."""
 
 _RELAY = 0.2
 """Least gain of laying again, for each pixel of a frame's side, as a fraction of the sample's variance."""
@@ -73,6 +82,11 @@ def lay_plan(scene: Scene, exemplar: Exemplar, *, seed: int = 0) -> LayPlan:
         costs = guide_costs(guides, pyramid.variance)
         match = match._replace(guides=level_guides(guides, numbers.level, level), costs=costs)
     options = scene.options
+    used = np.logical_or.reduce(masks) if masks else None
+    beyond = max(0.0, irregularity(pyramid.form, options.block, used) - _ORDERED)
+    if beyond and not masks:
+        margin = numbers.cell * round(_MARGIN * numbers.size / numbers.cell)
+        match, numbers = with_margin(match, numbers, margin)
     phase = 0.0 if all(one is None for one in scene.phases) else options.phase
     return LayPlan(
         replace(scene, field=None),  # tasks do without
@@ -84,6 +98,7 @@ def lay_plan(scene: Scene, exemplar: Exemplar, *, seed: int = 0) -> LayPlan:
             _CHANCE_AGAIN if scene.steering.differs else _CHANCE,
             phase * pyramid.variance / MISFIT,
             _RELAY * pyramid.variance,
+            float(round(beyond * pyramid.variance)),
         ),
         _parcels(scene, numbers.size * 2**numbers.level / scene.pixels),
         int(np.random.SeedSequence(seed).generate_state(1, np.uint64)[0]),

@@ -17,7 +17,7 @@ from upholster.quilt.chart import Chart
 from upholster.quilt.model import Quilt
 from upholster.quilt.pyramid import halved
 from upholster.synthesis.exemplar import Guide
-from upholster.synthesis.quilt.kernels._block_kernels import EITHER
+from upholster.synthesis.quilt.kernels._block_kernels import EITHER, LayNumbers
 from upholster.synthesis.quilt.puts import PutPiece
 
 __all__ = ["EITHER", "MOST_ZONES", "Steering", "as_guide", "guide_costs", "level_guides"]
@@ -84,11 +84,11 @@ class Steering:
         )
         return replace(self, kept=(quilt, self.held), again=again)
 
-    def places(self, level: int, shape: tuple[int, int]) -> tuple[IntArray, ...]:
+    def places(self, numbers: LayNumbers) -> tuple[IntArray, ...]:
         """Return what each kept step shows, for each chart (height, width); empty: no steps are kept.
 
-        It is the pixel n of a level of the sample, row · width + column; −1 − n for steps that must not show
-        it; −1 for others. `shape` is the height and width of the level.
+        It is the pixel n of the sample as in `numbers`, row · width + column; −1 − n for steps that must not
+        show it; −1 for others.
         """
         if self.kept is None:
             return ()
@@ -96,7 +96,7 @@ class Steering:
         return tuple(
             np.where(stay, places, -1 - places if self.differs else -1).astype(np.int32)
             for places, stay in zip(
-                (_level_places(source, level, shape) for source in quilt.sources()), stays, strict=True
+                (_level_places(source, numbers) for source in quilt.sources()), stays, strict=True
             )
         )
 
@@ -143,8 +143,9 @@ def _on_charts(arrays: Sequence[NDArray[Any]], charts: Sequence[Chart]) -> tuple
     return tuple(found)
 
 
-def _level_places(source: IntArray, level: int, shape: tuple[int, int]) -> IntArray:
+def _level_places(source: IntArray, numbers: LayNumbers) -> IntArray:
     # The pixel of a level that contains each place; places are in 1/16 pixel.
-    pixel = np.clip((source + 8) >> (4 + level), 0, np.array(shape) - 1)
-    found: IntArray = pixel[..., 0] * shape[1] + pixel[..., 1]
+    margin, shape = numbers.margin, np.array([numbers.height, numbers.width])
+    pixel = np.clip(((source + 8) >> (4 + numbers.level)) + margin, margin, shape - margin - 1)
+    found: IntArray = pixel[..., 0] * numbers.width + pixel[..., 1]
     return found

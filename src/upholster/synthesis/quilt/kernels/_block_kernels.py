@@ -40,7 +40,7 @@ EITHER = 128
 _FEW = 4096
 """Number of candidates that are searched at a time, so that their costs stay in the fastest memory."""
 
-MOST_NEAR = 64
+MOST_NEAR = 128
 """Maximum number of nearby blocks whose sources a block avoids."""
 
 MULTIPLIER = 0xD1342543DE82EF95
@@ -75,10 +75,11 @@ class MatchImage(NamedTuple):
 class LayNumbers(NamedTuple):
     """Numbers of the sample and of blocks.
 
-    `height`, `width` are the exemplar's on `level`. Candidates are `step` pixels apart, and `shortlist` of
-    them are judged; places at which guides are compared are `guide_step` pixels apart. Blocks may have
-    symmetry n if bit n of `symmetries` is 1. A block's frame is `size` × `size` pixels, its mask's cells are
-    `cell` pixels wide.
+    `height`, `width` are the exemplar's on `level`, with `margin` pixels around it that mirror it: a block's
+    frame may reach there, but its cells there stay as they are. Candidates are `step` pixels apart, and
+    `shortlist` of them are judged; places at which guides are compared are `guide_step` pixels apart. Blocks
+    may have symmetry n if bit n of `symmetries` is 1. A block's frame is `size` × `size` pixels, its mask's
+    cells are `cell` pixels wide.
     """
 
     height: int
@@ -90,6 +91,7 @@ class LayNumbers(NamedTuple):
     symmetries: int
     size: int
     cell: int
+    margin: int = 0
 
 
 class LayWeights(NamedTuple):
@@ -97,13 +99,15 @@ class LayWeights(NamedTuple):
 
     A source costs up to `chance` times more, at random, and `variety` times more for each nearby block that
     shows all of it. `phase` is the cost of a unit of `misfit` for each sample. `relay` is the least that
-    laying again must gain, for each pixel of a frame's side.
+    laying again must gain, for each pixel of a frame's side. `floor` is the cost of a perfect fit for each
+    sample, so that use counts there, too.
     """
 
     variety: float
     chance: float
     phase: float
     relay: float
+    floor: float
 
 
 class Span(NamedTuple):

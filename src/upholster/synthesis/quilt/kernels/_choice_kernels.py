@@ -218,7 +218,7 @@ def _judge(
         place = choice.kept[m]
         y, x = place // numbers.width, place % numbers.width
         penalty = penalties[min(y // numbers.guide_step, last_row), min(x // numbers.guide_step, last_column)]
-        total, stop = int64(penalty * times) + 1, int64(0)
+        total, stop = int64((penalty + weights.floor) * times) + 1, int64(0)
         if match.phases.shape[0]:
             total += int64(weights.phase * misfit(match.phases, choice.wanted, place) * times)
         more = 1.0 + weights.variety * use_nearby(numbers, choice, y, x)

@@ -17,7 +17,7 @@ from upholster.synthesis.quilt.kernels._block_kernels import (
     Span,
 )
 
-__all__ = ["is_barred", "penalise_off", "prefer_cells", "show_all"]
+__all__ = ["is_barred", "is_beyond", "penalise_off", "prefer_cells", "show_all"]
 
 _POINTS = 6
 """Number of points each way at which a frame is compared with guides."""
@@ -84,6 +84,19 @@ def penalise_off(
 
 
 @inline
+def is_beyond(numbers: LayNumbers, base: int, pixels: FramePixels, a: int, b: int) -> Any:
+    """Return whether a cell reads beyond the exemplar, in its margin, with the source at pixel `base`."""
+    y, x, margin, last = base // numbers.width, base % numbers.width, numbers.margin, numbers.cell - 1
+    i, j = a * numbers.cell, b * numbers.cell
+    found = False
+    for k in range(2):  # opposite corners, since blocks turn by quarters only
+        row, column = y + pixels.ys[i + k * last, j + k * last], x + pixels.xs[i + k * last, j + k * last]
+        found = found or row < margin or row >= numbers.height - margin
+        found = found or column < margin or column >= numbers.width - margin
+    return found
+
+
+@inline
 def is_barred(pixels: FramePixels, zone: int, cell: int, a: int, b: int) -> Any:
     """Return whether most of a cell is requested for another zone; in bands only bare pixels count."""
     if pixels.zones.shape[0] == 0 or zone == 0:
@@ -115,8 +128,10 @@ def prefer_cells(
 def show_all(
     match: MatchImage, numbers: LayNumbers, base: int, pixels: FramePixels, mask: NDArray[np.uint8]
 ) -> None:
-    """Let a block on bare steps show all its cells, except those that are requested for another zone."""
+    """Let a block on bare steps show all its cells, except those beyond the exemplar or of another zone."""
     zone = int64(match.allowed[base]) if pixels.zones.shape[0] else int64(0)
     across = numbers.size // numbers.cell
     for at in range(mask.shape[0]):
-        mask[at] = 0 if is_barred(pixels, zone, numbers.cell, at // across, at % across) else 1
+        a, b = at // across, at % across
+        left_out = is_beyond(numbers, base, pixels, a, b) or is_barred(pixels, zone, numbers.cell, a, b)
+        mask[at] = 0 if left_out else 1

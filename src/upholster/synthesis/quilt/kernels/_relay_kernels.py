@@ -31,7 +31,7 @@ from upholster.synthesis.quilt.kernels._block_kernels import (
 )
 from upholster.synthesis.quilt.kernels._choice_kernels import judge_sources, next_best
 from upholster.synthesis.quilt.kernels._frame_kernels import BESIDE, FIXED, LAID, Canvases, look_at_frame
-from upholster.synthesis.quilt.kernels._guide_kernels import is_barred, penalise_off, prefer_cells
+from upholster.synthesis.quilt.kernels._guide_kernels import is_barred, is_beyond, penalise_off, prefer_cells
 from upholster.synthesis.quilt.kernels._lay_kernels import (
     BlockArrays,
     Ground,
@@ -275,7 +275,7 @@ def _expand(
                 cut.balance[other] -= cost - old
                 cut.residual[1 if down else 0, at] = 2 * cost - old
     for at in range(cut.balance.shape[0]):
-        if out.held[at]:
+        if out.held[at] or is_beyond(numbers, base, pixels, at // across, at % across):
             cut.balance[at] = -_HELD
     cut_weighted(cut.residual, cut.balance, across, cut.work, out.tried)
     return _gained(match, numbers, base, pixels, scratch, out)

@@ -147,9 +147,11 @@ def _add_features(
 
 @inline
 def _fill_line(
-    penalties: NDArray[np.float64], numbers: LayNumbers, span: Span, y: int, count: int, choice: ChoiceScratch
+    numbers: LayNumbers, weights: LayWeights, span: Span, y: int, count: int, choice: ChoiceScratch
 ) -> None:
-    # Writes the penalties of the places of a line's candidates, times `count`, the number of features.
+    # Writes what the places of a line's candidates cost if they fit: the floor and their penalties, times
+    # `count`, the number of features.
+    penalties = choice.penalties
     i = min(y // numbers.guide_step, penalties.shape[0] - 1)
     last, n = penalties.shape[1] - 1, int64(0)
     size = (span.last_x - span.first_x) // numbers.step + 1
@@ -160,7 +162,7 @@ def _fill_line(
         if j < last:
             ahead = (j + 1) * numbers.guide_step - span.first_x
             stop = min(size, (ahead + numbers.step - 1) // numbers.step)
-        cost = np.float32(penalties[i, j] * count)
+        cost = np.float32((penalties[i, j] + weights.floor) * count)
         for m in range(n, stop):
             choice.line[m] = cost
         n = stop
@@ -217,7 +219,7 @@ def search(
     and a candidate's penalty and phase count once for each. Without features only penalty and phase count.
     The candidates are written to `kept`.
     """
-    step, features, penalties = numbers.step, choice.features, choice.penalties
+    step, features = numbers.step, choice.features
     columns = (numbers.width + step - 1) // step
     area = match.plane.size // (step * step)
     flat = match.plane.reshape(-1)
@@ -236,7 +238,7 @@ def search(
             y = span.first_y + k * step
             if y // numbers.guide_step != filled:
                 filled = y // numbers.guide_step
-                _fill_line(penalties, numbers, span, y, times, choice)
+                _fill_line(numbers, weights, span, y, times, choice)
             part = choice.costs[(k - start) * columns : (k - start) * columns + size]
             for n in range(size):
                 part[n] = choice.line[n]

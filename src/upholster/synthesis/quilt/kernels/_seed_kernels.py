@@ -14,7 +14,7 @@ from upholster.synthesis.quilt.kernels._block_kernels import (
     squared_difference,
 )
 from upholster.synthesis.quilt.kernels._frame_kernels import BESIDE, FIXED, LAID
-from upholster.synthesis.quilt.kernels._guide_kernels import is_barred, prefer_cells
+from upholster.synthesis.quilt.kernels._guide_kernels import is_barred, is_beyond, prefer_cells
 
 __all__ = ["cut_block"]
 
@@ -69,11 +69,13 @@ def _compare(
 
 
 @inline
-def _bar_cells(numbers: LayNumbers, zone: int, pixels: FramePixels, scratch: CutScratch) -> None:
-    # Cells that are requested for another zone stay as they are, old or bare.
+def _bar_cells(numbers: LayNumbers, base: int, zone: int, pixels: FramePixels, scratch: CutScratch) -> None:
+    # Cells beyond the exemplar, or requested for another zone, stay as they are, old or bare.
     across = numbers.size // numbers.cell
     for at in range(scratch.barred.shape[0]):
-        scratch.barred[at] = is_barred(pixels, zone, numbers.cell, at // across, at % across)
+        a, b = at // across, at % across
+        barred = is_barred(pixels, zone, numbers.cell, a, b)
+        scratch.barred[at] = barred or is_beyond(numbers, base, pixels, a, b)
         if scratch.barred[at]:
             scratch.missing[at] = 0
 
@@ -181,7 +183,7 @@ def cut_block(
     across, guided = numbers.size // numbers.cell, match.guides.shape[0] > 0
     zone = int64(match.allowed[base]) if pixels.zones.shape[0] else int64(0)
     _compare(match, numbers, base, pixels, scratch)
-    _bar_cells(numbers, zone, pixels, scratch)
+    _bar_cells(numbers, base, zone, pixels, scratch)
     kinds = _label_seeds(covered, numbers.cell, across, scratch)
     both = kinds == 3 or (guided and kinds != 0)
     if both:
