@@ -5,7 +5,7 @@
 - `lay_plan`: the parameters of laying; `parcels`: large surfaces in parts; `laying`: lays them
 - `laid_blocks`: a parcel's blocks; `lay_order`: the order of new ones; `relaying`: the places laid again
 - `ground`: the surface on which blocks are laid; `steering`: requests of what blocks show where
-- `match_pyramid`, `features`: the values by which blocks are compared
+- `match_pyramid`, `features`: the values by which blocks are compared; `irregularity`: how badly they fit
 - `usable_blocks`: blocks of a masked sample; `phases`: a repeating sample in step
 - `puts`: pieces that the user places
 - `emit`: the visible parts of blocks as placements and labels

@@ -12,7 +12,7 @@ __all__ = ["LARGEST_SIDE", "LEAST_SIDE", "block_side", "suiting_side", "turning_
 _SHARE, _REPEATING_SHARE = 3 / 8, 5 / 16
 """Side of a block as a fraction of the sample's shorter side, also for a sample that repeats in two
 directions. Smaller blocks break more elements. Larger ones repeat the middle of the sample and leave out its
-rim, because no block reaches beyond the sample."""
+rim, because blocks hardly reach beyond the sample."""
 
 LARGEST_SIDE = 512
 """Maximum side of a block, in pixels."""
