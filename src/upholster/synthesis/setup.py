@@ -41,7 +41,7 @@ from upholster.synthesis.pixel.method import PixelOptions, check_sample
 from upholster.synthesis.quilt.method import step_level
 from upholster.synthesis.quilt.quilt_options import QuiltOptions
 from upholster.synthesis.quilt.scene import Scene
-from upholster.synthesis.quilt.sizes import LEAST_SIDE, block_side, suiting_side, turning_of
+from upholster.synthesis.quilt.sizes import LEAST_SIDE, block_side, suiting_side
 from upholster.synthesis.quilt.usable_blocks import check_level, check_used, largest_block, usable_side
 
 __all__ = ["prepare", "request_files", "sample_width"]
@@ -194,9 +194,8 @@ def _on_charts(
     vectors, sizes = field.corner_vectors, None
     along, down = triangle_frames(mesh, vectors)
     turns = chart_turns(charted, along, field.fold)
-    turning = turning_of(charted, vectors, field.fold) / scale.scale
     across = float(np.sqrt(scale.texels)) / scale.density * scale.scale
-    block = _block_side(exemplar, options, across, turning)
+    block = _block_side(exemplar, options, across)
     if options.size_map is not None:
         wanted, wide = parse_size_map(options.size_map), block / scale.scale
         sizes, charted, vectors, parent = size_field(wanted, ground, charted, vectors, wide)
@@ -205,7 +204,7 @@ def _on_charts(
     fields = warp_fields(charted, along, down, scale.scale, turns, vectors, factors)
     phases = _phases(exemplar, options, charted, vectors, scale.scale, sizes)
     if any(one is not None for one in phases):
-        block = _block_side(exemplar, options, across, turning, phases)
+        block = _block_side(exemplar, options, across, phases)
     text = "strokes" if options.stroke and options.direction is None else direction.text
     return Scene(
         charted=charted,
@@ -245,14 +244,13 @@ def _block_side(
     exemplar: Exemplar,
     options: SynthesisOptions,
     across: float,
-    turning: float,
     phases: tuple[PhaseField | None, ...] | None = None,
 ) -> int:
     """Return the side of blocks on a surface; other parameters as in the function `block_side`."""
     if options.block is not None:
         return options.block
     sides = [
-        block_side(part.shape, across, turning, one)
+        block_side(part.shape, across, one)
         for part, one in zip(exemplar.parts, phases or (None,) * len(exemplar.parts), strict=True)
     ]
     return min(usable_side(max(sides), mask) for mask in exemplar.masks)
