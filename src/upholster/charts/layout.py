@@ -193,8 +193,8 @@ def texture_scale(
 
     Without a sample size, the sample's width is a sixth of the model's diagonal, whatever its number of
     pixels; on a surface so thin that half the square root of its area is less, it is that. Without texels or
-    density, a texel is as large as a pixel of the sample, limited to 2^20 to 2^23 texels in all. A surface of
-    many faces gets as many more as charts of `smallest` texels need, up to 2^26.
+    density, a texel is as large as a pixel of the sample, limited to 2^23 texels in all. A surface of many
+    faces gets as many more as charts of `smallest` texels need, up to 2^26.
 
     Parameters
     ----------
