@@ -151,6 +151,8 @@ def _table() -> dict[str, Any]:
                 env={
                     **os.environ,
                     "NUMBA_CACHE_DIR": f"{folder}/kernels",
+                    # Its own, or a model that another use has laid out would need no kernels.
+                    "UPHOLSTER_CACHE": f"{folder}/cache-{len(uses)}",
                     "PYTHONPATH": os.pathsep.join(filter(None, sys.path)) + f":{EXAMPLES.parent}",
                 },
             )
