@@ -206,7 +206,7 @@ class Run:
     def shown(self, chart: int, at: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
         """Return where steps of a chart read, in pixels of the level: s + ½ (C + M(q)) (q − c), turned.
 
-        As records do, it counts the pixels of the margin.
+        As records do, it counts the pixels of the fringe.
         """
         own = self.on(chart, "owners")[at]
         fit = self.laid.fits[self.laid.firsts[own] + self.on(chart, "sheets")[at]]

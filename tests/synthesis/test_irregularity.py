@@ -1,4 +1,4 @@
-"""How badly blocks of a sample fit elsewhere, and what irregular samples get: a margin and a floor."""
+"""How badly blocks of a sample fit elsewhere, and what irregular samples get: a fringe and a floor."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,7 @@ from laying import plane, texture
 from laying_kernels import lay_numbers
 
 from upholster.synthesis.quilt.irregularity import irregularity
-from upholster.synthesis.quilt.match_pyramid import match_pyramid, with_margin
+from upholster.synthesis.quilt.match_pyramid import match_pyramid, with_fringe
 
 NOISE = np.random.default_rng(3).integers(0, 256, (128, 136, 3), dtype=np.uint8)
 
@@ -52,12 +52,12 @@ def test_tiles_are_regular_and_noise_is_not() -> None:
 
 @pytest.mark.parametrize("shape", [(31, 40), (64, 50)])
 @pytest.mark.parametrize("step", [1, 2])
-def test_a_margin_mirrors_the_sample(shape: tuple[int, int], step: int) -> None:
+def test_a_fringe_mirrors_the_sample(shape: tuple[int, int], step: int) -> None:
     match = match_pyramid(texture(*shape)).levels[0].match
     guides = np.random.default_rng(1).integers(1, 256, (2, shape[0] * shape[1]), dtype=np.uint8)
     numbers = lay_numbers(*shape, 16, step=step)
-    wide, now = with_margin(match._replace(guides=guides), numbers, 6)
-    assert (now.height, now.width, now.margin) == (shape[0] + 12, shape[1] + 12, 6)
+    wide, now = with_fringe(match._replace(guides=guides), numbers, 6)
+    assert (now.height, now.width, now.fringe) == (shape[0] + 12, shape[1] + 12, 6)
     at = np.array([np.pad(np.arange(size), 6, "reflect") for size in shape], object)
     for planes, mirrored in ((match.image[None], wide.image[None]), (guides, wide.guides)):
         own = planes.reshape(-1, *shape)[:, at[0].astype(int)[:, None], at[1].astype(int)]
@@ -78,6 +78,6 @@ def test_the_rim_of_an_irregular_sample_is_shown_too() -> None:
     counts = shown(NOISE)
     rim = np.ones(counts.shape, bool)
     rim[8:-8, 8:-8] = False
-    # Without a margin 62 % of the rim is never shown, and all of it a fifth as often as the sample.
+    # Without a fringe 62 % of the rim is never shown, and all of it a fifth as often as the sample.
     assert (counts[rim] == 0).mean() < 0.2
     assert counts[rim].mean() > 0.45

@@ -155,7 +155,7 @@ def test_each_cell_reads_what_its_block_read(kind: str) -> None:
         at = rows[whole], columns[whole]
         found, _ = read_by(run, chart, 16 * at[0] + 8, 16 * at[1] + 8)
         # The middle of a level's pixel, and what lies beside it.
-        read = ((run.shown(chart, at) - run.numbers.margin + 0.5) * (1 << run.numbers.level)) - 0.5
+        read = ((run.shown(chart, at) - run.numbers.fringe + 0.5) * (1 << run.numbers.level)) - 0.5
         off.append(np.abs(found / 16 - read).max(axis=1))
     apart = np.concatenate(off)
     assert len(apart) > 500

@@ -98,13 +98,13 @@ def test_everything_is_covered_by_parts_of_the_sample(name: str) -> None:
         assert np.quantile(off, 0.9) <= 1.2
         assert np.quantile(off, 0.99) <= 2.4
         assert np.quantile(np.abs(read - own[:, :2]).max(axis=1), 0.99) <= 0.5 * numbers.size + 1.0
-        # Frames may reach into the margin, but nothing of it shows.
-        assert (source >= numbers.margin).all()
-        assert (source < np.array([numbers.height, numbers.width]) - numbers.margin).all()
+        # Frames may reach into the fringe, but nothing of it shows.
+        assert (source >= numbers.fringe).all()
+        assert (source < np.array([numbers.height, numbers.width]) - numbers.fringe).all()
     laid = records[records[:, 3] > 0]
     assert set(laid[:, 3].tolist()) == {1, 2}
     assert (laid[:, 3] == 2).sum() < 0.5 * len(laid)  # on nothing, begun anew
-    # A frame is inside the sample and its margin wherever it lies.
+    # A frame is inside the sample and its fringe wherever it lies.
     half = numbers.size // 2
     assert (laid[:, :2] >= half).all()
     assert (laid[:, :2] <= np.array([numbers.height, numbers.width]) - half).all()
@@ -178,7 +178,7 @@ def test_inside_of_blocks_texels_are_what_canvases_tell(name: str, least: float)
     painted = paint(replace(run.quilt, has_tones=False), EXEMPLAR, density=1.0).arrays
     for chart, texels in enumerate(painted):
         at = np.nonzero(near(run, chart))
-        read = run.shown(chart, at) - run.numbers.margin
+        read = run.shown(chart, at) - run.numbers.fringe
         squares.append((texels[at] - bilinear(EXEMPLAR.astype(float), read)) ** 2)
     error = np.concatenate(squares)
     assert len(error) > 400

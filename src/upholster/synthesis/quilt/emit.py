@@ -188,7 +188,7 @@ def labelled(plan: LayPlan, number: int, pieces: Sequence[LabelPiece]) -> Labell
     placed["chart"] = number
     placed["symmetry"] = _PRODUCTS[sheets.records[:, SYMMETRY], sheets.fits[:, FIT_TURNS].astype(np.intp)]
     sources = sheets.records[:, [SOURCE_ROW, SOURCE_COLUMN, SYMMETRY]].astype(np.int64)
-    sources[:, :2] -= plan.numbers.margin
+    sources[:, :2] -= plan.numbers.fringe
     free = np.where(stays.taken, np.int32(-1), shown)
     found = _centred(
         plan,

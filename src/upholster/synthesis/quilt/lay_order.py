@@ -59,9 +59,10 @@ def in_order(
     ends = first + np.cumsum(np.bincount(ranks))
     if again:
         return order, ends, None
-    near, ranks = blocks.plan.near(spots, _AVOIDED, first=first), np.append(np.full(first, -1), ranks)
-    earlier = near.chosen(ranks[near.others] < ranks[near.owners])
-    return order, ends, earlier.earlier(names, first)
+    # Blocks of lower rank are finished when this one is laid, also those for which it does not wait.
+    avoided, ranks = blocks.plan.near(spots, _AVOIDED, first=first), np.append(np.full(first, -1), ranks)
+    lower = avoided.chosen(ranks[avoided.others] < ranks[avoided.owners])
+    return order, ends, lower.earlier(names, first)
 
 
 def _distances(blocks: LaidBlocks, near: Near, centres: Centres) -> FloatArray:

@@ -18,7 +18,7 @@ from upholster.synthesis.quilt.kernels._block_kernels import LayNumbers, MatchIm
 from upholster.synthesis.quilt.kernels._search_kernels import mean_boxes
 from upholster.synthesis.quilt.phases import level_phases, shown_waves
 
-__all__ = ["MatchLevel", "MatchPyramid", "SamplePart", "match_pyramid", "with_margin"]
+__all__ = ["MatchLevel", "MatchPyramid", "SamplePart", "match_pyramid", "with_fringe"]
 
 
 _EVERYWHERE = (np.empty(0, np.uint8), np.empty(0, np.int64))
@@ -123,12 +123,12 @@ def match_pyramid(
     return MatchPyramid(tuple(levels), form, variance, guide_step)
 
 
-def with_margin(match: MatchImage, numbers: LayNumbers, margin: int) -> tuple[MatchImage, LayNumbers]:
-    """Return an exemplar that has no mask with `margin` mirrored pixels around it, see `LayNumbers`."""
-    height, width = numbers.height + 2 * margin, numbers.width + 2 * margin
+def with_fringe(match: MatchImage, numbers: LayNumbers, fringe: int) -> tuple[MatchImage, LayNumbers]:
+    """Return an exemplar that has no mask with `fringe` mirrored pixels around it, see `LayNumbers`."""
+    height, width = numbers.height + 2 * fringe, numbers.width + 2 * fringe
 
     def wide(planes: NDArray[Any]) -> NDArray[Any]:
-        around = (0, 0), (margin, margin), (margin, margin)
+        around = (0, 0), (fringe, fringe), (fringe, fringe)
         found = np.pad(planes.reshape(len(planes), numbers.height, numbers.width), around, "reflect")
         return found.reshape(len(planes), height * width)
 
@@ -137,7 +137,7 @@ def with_margin(match: MatchImage, numbers: LayNumbers, margin: int) -> tuple[Ma
     phases, guides = wide(match.phases), wide(match.guides) if len(match.guides) else match.guides
     return (
         match._replace(image=image, plane=plane, phases=phases, guides=guides),
-        numbers._replace(height=height, width=width, margin=margin),
+        numbers._replace(height=height, width=width, fringe=fringe),
     )
 
 

@@ -29,7 +29,7 @@ from upholster.synthesis.quilt.kernels._phase_kernels import MISFIT
 from upholster.synthesis.quilt.laid_blocks import ParcelBlocks
 from upholster.synthesis.quilt.lay_plan import LayPlan
 from upholster.synthesis.quilt.laying import draw_parcel, lay_parcel
-from upholster.synthesis.quilt.match_pyramid import MatchPyramid, SamplePart, match_pyramid, with_margin
+from upholster.synthesis.quilt.match_pyramid import MatchPyramid, SamplePart, match_pyramid, with_fringe
 from upholster.synthesis.quilt.parcels import MOST_WHOLE, Parcels
 from upholster.synthesis.quilt.scene import Scene
 from upholster.synthesis.quilt.steering import guide_costs, level_guides
@@ -45,7 +45,7 @@ _ORDERED = 0.5
 """Irregularity of a sample from which on its blocks need not continue each other exactly, so that they vary:
 a perfect fit costs the sample's variance times what is beyond, and frames may reach beyond the sample."""
 
-_MARGIN = 1 / 6
+_FRINGE = 1 / 6
 """How far beyond such a sample frames may reach, as a fraction of their side: about half of an overlap, so
 that neighbours cover what is not there. Otherwise its rim would hardly be shown, and its middle too often."""
 
@@ -85,8 +85,8 @@ def lay_plan(scene: Scene, exemplar: Exemplar, *, seed: int = 0) -> LayPlan:
     used = np.logical_or.reduce(masks) if masks else None
     beyond = max(0.0, irregularity(pyramid.form, options.block, used) - _ORDERED)
     if beyond and not masks:
-        margin = numbers.cell * round(_MARGIN * numbers.size / numbers.cell)
-        match, numbers = with_margin(match, numbers, margin)
+        fringe = numbers.cell * round(_FRINGE * numbers.size / numbers.cell)
+        match, numbers = with_fringe(match, numbers, fringe)
     phase = 0.0 if all(one is None for one in scene.phases) else options.phase
     return LayPlan(
         replace(scene, field=None),  # tasks do without

@@ -83,7 +83,7 @@ def piece_frame(piece: PutPiece, numbers: LayNumbers) -> PieceFrame:
     top, left, height, width = (value / 2**level for value in piece.rectangle)
     size = 2 * _CELL * int(np.ceil(max(height, width, 2 * _CELL) / (2 * _CELL)))
     middle = int(top + height / 2), int(left + width / 2)
-    source = middle[0] + numbers.margin, middle[1] + numbers.margin
+    source = middle[0] + numbers.fringe, middle[1] + numbers.fringe
     # The centres of the cells: relative to the frame's centre, then to the piece's first pixel.
     at = (np.arange(size // _CELL) + 0.5) * _CELL - size / 2
     rows, columns = at + middle[0] - top, at + middle[1] - left

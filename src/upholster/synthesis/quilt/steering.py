@@ -145,7 +145,7 @@ def _on_charts(arrays: Sequence[NDArray[Any]], charts: Sequence[Chart]) -> tuple
 
 def _level_places(source: IntArray, numbers: LayNumbers) -> IntArray:
     # The pixel of a level that contains each place; places are in 1/16 pixel.
-    margin, shape = numbers.margin, np.array([numbers.height, numbers.width])
-    pixel = np.clip(((source + 8) >> (4 + numbers.level)) + margin, margin, shape - margin - 1)
+    fringe, shape = numbers.fringe, np.array([numbers.height, numbers.width])
+    pixel = np.clip(((source + 8) >> (4 + numbers.level)) + fringe, fringe, shape - fringe - 1)
     found: IntArray = pixel[..., 0] * numbers.width + pixel[..., 1]
     return found

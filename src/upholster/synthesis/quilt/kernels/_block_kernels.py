@@ -75,7 +75,7 @@ class MatchImage(NamedTuple):
 class LayNumbers(NamedTuple):
     """Numbers of the sample and of blocks.
 
-    `height`, `width` are the exemplar's on `level`, with `margin` pixels around it that mirror it: a block's
+    `height`, `width` are the exemplar's on `level`, with `fringe` pixels around it that mirror it: a block's
     frame may reach there, but its cells there stay as they are. Candidates are `step` pixels apart, and
     `shortlist` of them are judged; places at which guides are compared are `guide_step` pixels apart. Blocks
     may have symmetry n if bit n of `symmetries` is 1. A block's frame is `size` × `size` pixels, its mask's
@@ -91,7 +91,7 @@ class LayNumbers(NamedTuple):
     symmetries: int
     size: int
     cell: int
-    margin: int = 0
+    fringe: int = 0
 
 
 class LayWeights(NamedTuple):

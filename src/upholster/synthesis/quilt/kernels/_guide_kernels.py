@@ -85,14 +85,14 @@ def penalise_off(
 
 @inline
 def is_beyond(numbers: LayNumbers, base: int, pixels: FramePixels, a: int, b: int) -> Any:
-    """Return whether a cell reads beyond the exemplar, in its margin, with the source at pixel `base`."""
-    y, x, margin, last = base // numbers.width, base % numbers.width, numbers.margin, numbers.cell - 1
+    """Return whether a cell reads beyond the exemplar, in its fringe, with the source at pixel `base`."""
+    y, x, fringe, last = base // numbers.width, base % numbers.width, numbers.fringe, numbers.cell - 1
     i, j = a * numbers.cell, b * numbers.cell
     found = False
     for k in range(2):  # opposite corners, since blocks turn by quarters only
         row, column = y + pixels.ys[i + k * last, j + k * last], x + pixels.xs[i + k * last, j + k * last]
-        found = found or row < margin or row >= numbers.height - margin
-        found = found or column < margin or column >= numbers.width - margin
+        found = found or row < fringe or row >= numbers.height - fringe
+        found = found or column < fringe or column >= numbers.width - fringe
     return found
 
 
