@@ -125,6 +125,14 @@ def test_one_and_a_half_periods_are_enough(period):
         assert np.abs(np.angle(turns / turns.mean())).max() < 2 * np.pi * 0.05
 
 
+@pytest.mark.parametrize(("height", "found"), [(44, True), (66, False)])
+def test_a_picture_that_is_there_twice_is_no_lattice(height, found):
+    """Every second row of pictures is shifted by half of one: 132 pixels wide, they have 1.4 to 2 cells."""
+    picture = np.random.default_rng(3).integers(0, 256, (height, 132, 3), dtype=np.uint8)
+    y, x = np.mgrid[:128, :128]
+    assert (find_lattice(picture[y % height, (x + 66 * (y // height)) % 132]) is not None) == found
+
+
 @pytest.mark.parametrize("period", [48, 31])
 def test_joints_may_be_thin_lines(period):
     lattice = find_lattice(diamonds(128, period))

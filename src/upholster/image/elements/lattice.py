@@ -162,6 +162,8 @@ def _two_waves(found: Correlation, pixels: int) -> tuple[FloatArray, float]:
         return np.zeros((0, 2)), 0.0
     (a, b), (c, d) = translations.shifts.tolist()
     area = a * d - b * c
+    if abs(area) > _REACH**2 * pixels:  # fewer than one and a half cells each way
+        return np.zeros((0, 2)), 0.0
     contrast = translations.alike - translations.between
     needed = _ALIKE * min(1.0, abs(area) / pixels / _LARGE)
     certainty = _certainty(
