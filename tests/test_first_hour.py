@@ -196,18 +196,23 @@ def test_texels_follow_the_sample_up_to_a_ceiling_that_is_reported(tmp_path, mon
     write_image(sample, np.random.default_rng(1).integers(0, 255, (40, 40, 3), np.uint8))
 
     def run():
-        return cover(str(sample), "plane", [str(tmp_path / "x.npz")])
+        found = cover(str(sample), "plane", [str(tmp_path / "x.npz")])
+        with np.load(tmp_path / "x.npz") as file:
+            (chart,) = (file[name] for name in file.files if name.startswith("chart_"))
+        wide = float(found.settled["sample"].split()[0])
+        side = surface_from_spec("plane").size / 2**0.5
+        return chart.shape[0] / (40 * side / wide), found.notes
 
-    found = run()
-    with np.load(tmp_path / "x.npz") as file:
-        (chart,) = (file[name] for name in file.files if name.startswith("chart_"))
-    wide = float(found.settled["sample"].split()[0])
-    side = surface_from_spec("plane").size / 2**0.5
-    assert chart.shape[0] == pytest.approx(40 * side / wide, rel=0.02)  # a texel for a pixel
-    assert found.notes == []
+    texels_a_pixel, found = run()
+    assert texels_a_pixel == pytest.approx(2, rel=0.02)
+    assert found == []
+    monkeypatch.setattr(layout, "FINE_TEXELS", 100_000)
+    texels_a_pixel, found = run()
+    assert texels_a_pixel == pytest.approx(1, rel=0.02)
+    assert found == []
     monkeypatch.setattr(layout, "MOST_TEXELS", 10_000)
     monkeypatch.setattr(notes, "MOST_TEXELS", 10_000)
-    (note,) = run().notes
+    _, (note,) = run()
     assert "a texel is" in note
     assert "--texels" in note
 

@@ -23,7 +23,7 @@ from upholster.synthesis.quilt.scene import Scene
 
 __all__ = ["notes_before", "sample_notes"]
 
-_SOFT, _COARSE = 0.6, 1.2
+_SOFT, _COARSE = 0.4, 1.2
 """Pixels of the sample per texel: below the first a texture looks soft, above the second it loses detail."""
 
 _ELEMENT_TEXELS, _TEXEL_PIXELS, _BLURRED = 8, 8, 2.0

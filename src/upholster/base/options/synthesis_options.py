@@ -43,8 +43,8 @@ class SynthesisOptions:
         metadata=about(
             _SCALE,
             "Number of texels in all, 64 to 2^31: `4M`. Or, on a surface of one patch, width and height of a "
-            "flat texture with one texel per pixel of the sample: `512x512`. Default: one texel per pixel of "
-            "the sample, at most 8M in all.",
+            "flat texture with one texel per pixel of the sample: `512x512`. Default: two texels per pixel "
+            "of the sample each way, or one where two would be more than 4M in all; at most 8M.",
             metavar="N|WxH",
             only="quilt",
         ),
