@@ -103,7 +103,7 @@ def plain_tone(quilt, levels, level_of, index, cell):
     row, column = (16 * layer.cell * (n - 1) + (0 if layer.half else 8 * layer.cell) for n in cell)
 
     def shades(label):
-        k = min(level_of[label] + 2, len(levels) - 1)
+        k = min(level_of[label] + 3, len(levels) - 1)
         place = plain_place(field, placed[label], row, column)
         found = plain_sample(levels[k], *((one + 8) // 2**k - 8 for one in place))
         return (found + 128) // 256 if levels[0].dtype == np.uint16 else found

@@ -65,6 +65,15 @@ def test_a_fringe_mirrors_the_sample(shape: tuple[int, int], step: int) -> None:
     assert wide.phases.shape == (0, now.height * now.width)
 
 
+def test_only_irregular_samples_without_broad_shades_get_no_tones() -> None:
+    """Gravel has none, boards of different shades have; what repeats keeps them."""
+    shades = np.random.default_rng(5).integers(-60, 61, (8, 8, 1)).repeat(16, 0).repeat(17, 1)
+    boards = np.clip(NOISE[:, :136] // 2 + 64 + shades, 0, 255).astype(np.uint8)
+    tiles = np.tile(NOISE[:32, :34], (4, 4, 1))
+    for sample, tones in ((NOISE, False), (boards, True), (tiles, True)):
+        assert plane(96, 96).laid(sample, block=32).quilt.has_tones == tones
+
+
 def shown(sample: np.ndarray) -> np.ndarray:
     """Return how often a large quilt shows each pixel of a sample, relative to the mean."""
     (places,) = plane(512, 512).laid(sample, block=40).quilt.sources()

@@ -24,7 +24,7 @@ REACH = 7
 MOST_OTHERS = 8
 """How many other placements count around a cell: the first ones, row after row."""
 
-LEVELS = 2
+LEVELS = 3
 """Broad shades are read this many levels of the pyramid above details."""
 
 _WIDTH = REACH + 1  # weights along a row or column are 1, 2 … 8 … 2, 1: 64 together

@@ -19,6 +19,7 @@ from upholster.image.elements.lattice import Lattice
 from upholster.image.files.collage import Rectangle
 from upholster.image.masks import Used
 from upholster.quilt.model import Quilt
+from upholster.quilt.pyramid import halved
 from upholster.runtime.parallel import report_progress, run_tasks, running, thread_count
 from upholster.runtime.stages import stage
 from upholster.synthesis.exemplar import Exemplar, cropped
@@ -54,6 +55,10 @@ _RELAY = 0.2
 
 _FLAT = 0.5
 """Share of pixels that equal the next one, from which on a sample is a drawing."""
+
+_BROAD, _HALVINGS = 1 / 16, 4
+"""Share of a sample's variance that is left when it is halved this often, below which it has no broad shades
+worth evening out, if it is irregular: that would only take contrast from it."""
 
 _COARSE = 24
 """Frames of at least this many pixels have mask cells 4 pixels wide, smaller frames 2 pixels."""
@@ -102,17 +107,24 @@ def lay_plan(scene: Scene, exemplar: Exemplar, *, seed: int = 0) -> LayPlan:
         ),
         _parcels(scene, numbers.size * 2**numbers.level / scene.pixels),
         int(np.random.SeedSequence(seed).generate_state(1, np.uint64)[0]),
-        _takes_tones(exemplar),
+        _takes_tones(exemplar, irregular=beyond > 0),
     )
 
 
-def _takes_tones(exemplar: Exemplar) -> bool:
+def _takes_tones(exemplar: Exemplar, *, irregular: bool) -> bool:
     """Return whether broad shades are evened out: on one photograph, all of which may be shown.
 
     Shades are read from around a place, so they would show what a mask leaves out, or a neighbouring sample.
-    A drawing, most of whose pixels equal their neighbours, would get colours that it does not have.
+    A drawing, most of whose pixels equal their neighbours, would get colours that it does not have. Gravel
+    and other irregular samples that look alike everywhere have no broad shades.
     """
     pixels = exemplar.pixels
+    if irregular:
+        broad = pixels.astype(np.float32)
+        for _ in range(_HALVINGS):
+            broad = halved(broad)
+        if broad.var(axis=(0, 1)).sum() < _BROAD * pixels.var(axis=(0, 1)).sum():
+            return False
     flat = (pixels[:, 1:] == pixels[:, :-1]).all(axis=2).mean() if pixels.shape[1] > 1 else 1.0
     return exemplar.used is None and not exemplar.guidance.rectangles and bool(flat < _FLAT)
 
