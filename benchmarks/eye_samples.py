@@ -2,9 +2,9 @@
 
 ``python -m benchmarks eye_samples SOURCES OUT [--set work]``. SOURCES has a folder for each: owner+name
 for a repository of GitHub, at the commit in the table, and name-version for an unpacked package of PyPI.
-OUT gets SET/NAME.png; the sets are work, kept, fresh, last, later, drawn and unseen. The hash in the table
-is that of the pixels, because encoders of PNG differ. All sources are public domain or under a permissive
-licence, as they state.
+OUT gets SET/NAME.png; the sets are work, kept, fresh, last, later, drawn, unseen and recent. The hash
+in the table is that of the pixels, because encoders of PNG differ. All sources are public domain or under a
+permissive licence, as they state.
 """
 
 import argparse
@@ -30,7 +30,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="python -m benchmarks eye_samples", description=__doc__)
     parser.add_argument("sources", type=Path)
     parser.add_argument("out", type=Path)
-    parser.add_argument("--set", choices=("work", "kept", "fresh", "last", "later", "drawn", "unseen"))
+    parser.add_argument(
+        "--set", choices=("work", "kept", "fresh", "last", "later", "drawn", "unseen", "recent")
+    )
     asked = parser.parse_args(arguments)
     wrong = 0
     with TABLE.open(encoding="utf-8", newline="") as file:
