@@ -206,7 +206,7 @@ def test_texels_follow_the_sample_up_to_a_ceiling_that_is_reported(tmp_path, mon
     texels_a_pixel, found = run()
     assert texels_a_pixel == pytest.approx(2, rel=0.02)
     assert found == []
-    monkeypatch.setattr(layout, "FINE_TEXELS", 100_000)
+    monkeypatch.setattr(layout, "MOST_TEXELS", 100_000)
     texels_a_pixel, found = run()
     assert texels_a_pixel == pytest.approx(1, rel=0.02)
     assert found == []

@@ -32,9 +32,9 @@ LONGEST = 4096
 SHARE = 6
 """By default the model's diagonal is as long as this many samples are wide."""
 
-FINE_TEXELS, MOST_TEXELS = 2**22, 2**23
-"""By default a texel is half as wide as a pixel of the sample, as long as a layout then has at most the first
-number of texels; else it is as wide, up to the second number."""
+MOST_TEXELS = 2**23
+"""By default a texel is half as wide as a pixel of the sample, or as wide where that would make more than
+this many; there are at most this many."""
 
 MOST_FACES_TEXELS = 2**26
 """Texels that many small faces may raise this to, at most."""
@@ -194,9 +194,9 @@ def texture_scale(
 
     Without a sample size, the sample's width is a sixth of the model's diagonal, whatever its number of
     pixels; on a surface so thin that half the square root of its area is less, it is that. Without texels or
-    density, a texel is half as wide as a pixel of the sample if the surface then has at most 2^22 texels;
-    else it is as wide, limited to 2^23 texels in all. A surface of many faces gets as many more as charts of
-    `smallest` texels need, up to 2^26.
+    density, a texel is half as wide as a pixel of the sample, or as wide where that would make more than 2^23
+    texels, and there are at most 2^23. A surface of many faces gets as many more as charts of `smallest`
+    texels need, up to 2^26.
 
     Parameters
     ----------
@@ -244,7 +244,7 @@ def texture_scale(
         faces = 0 if isinstance(surface, MeshSurface) else len(surface.faces)
         fewest = min(MOST_FACES_TEXELS, max(64, smallest * smallest * faces))
         pixels = scale * scale * area
-        fine = 4 * pixels if 4 * pixels <= FINE_TEXELS else pixels
+        fine = 4 * pixels if 4 * pixels <= MOST_TEXELS else pixels
         wanted = np.clip(fine, fewest, max(fewest, MOST_TEXELS))
         found = float(np.sqrt(wanted / area))
     total = found * found * area

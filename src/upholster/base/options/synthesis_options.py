@@ -44,7 +44,7 @@ class SynthesisOptions:
             _SCALE,
             "Number of texels in all, 64 to 2^31: `4M`. Or, on a surface of one patch, width and height of a "
             "flat texture with one texel per pixel of the sample: `512x512`. Default: two texels per pixel "
-            "of the sample each way, or one where two would be more than 4M in all; at most 8M.",
+            "of the sample each way, or one where two would make more than 8M; at most 8M in all.",
             metavar="N|WxH",
             only="quilt",
         ),
