@@ -1,5 +1,6 @@
 /** The graphics card's programs that paint charts as section 8 of SPEC.md defines, to the bit; `worker/recipes.js` describes their input. */
 
+import { LEVELS, MOST_OTHERS, REACH } from '../uph/paint/tones.js'
 import { HEAD, SCREEN } from './shading.js'
 
 /** As textures of colours are written: the card codes them. */
@@ -63,7 +64,7 @@ uvec3 sampled(int at, ivec2 p, ivec4 m, int above) {
     + f.x * ((16u - f.y) * texelFetch(sheet, ivec3(a.y, b.x, layer), 0).rgb + f.y * texelFetch(sheet, ivec3(b.y, b.x, layer), 0).rgb);
 }
 ivec3 shades(int at, ivec2 p, ivec4 m) {
-  uvec3 c = sampled(at, p, m, 2);
+  uvec3 c = sampled(at, p, m, ${LEVELS});
   return ivec3(isWide ? c + 128u >> 8 : c);
 }`
 
@@ -72,17 +73,17 @@ const TONES = `${READING}
 uniform ivec2 cells;
 out ivec4 tone;
 void main() {
-  ivec2 at = ivec2(gl_FragCoord.yx), low = max(at - 7, 0), high = min(at + 7, cells - 1);
+  ivec2 at = ivec2(gl_FragCoord.yx), low = max(at - ${REACH}, 0), high = min(at + ${REACH}, cells - 1);
   ivec4 head = four(9);
   int first = number(13), own = number(head.w + at.x * head.z + at.y), count = 0, covered = 0;
-  int named[8], weights[8];
+  int named[${MOST_OTHERS}], weights[${MOST_OTHERS}];
   for (int i = low.x; i <= high.x; i++) {
     for (int j = low.y; j <= high.y; j++) {
-      int label = number(head.w + i * head.z + j), weight = (8 - abs(i - at.x)) * (8 - abs(j - at.y)), n = 0;
+      int label = number(head.w + i * head.z + j), weight = (${REACH + 1} - abs(i - at.x)) * (${REACH + 1} - abs(j - at.y)), n = 0;
       covered += weight;
       if (label == own) continue;
       while (n < count && named[n] != label) n++;
-      if (n == 8) continue;
+      if (n == ${MOST_OTHERS}) continue;
       if (n == count) {
         named[n] = label;
         weights[n] = 0;

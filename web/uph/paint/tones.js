@@ -5,9 +5,9 @@ import { FARTHEST } from '../placements.js'
 import { SYMMETRIES } from '../symmetry.js'
 import { bilinear, mirrored, pyramidLevel } from './pyramid.js'
 
-const REACH = 7 // how many cells away, each way, a placement counts
-const MOST_OTHERS = 8 // how many other placements count, the first ones
-const LEVELS = 3 // broad shades are so many levels above details
+export const REACH = 7 // how many cells away, each way, a placement counts
+export const MOST_OTHERS = 8 // how many other placements count, the first ones
+export const LEVELS = 3 // broad shades are so many levels above details
 const WIDTH = REACH + 1 // weights along a row or column are 1, 2 … 8 … 2, 1
 const BEFORE = [0] // the sum of the first ones
 for (let n = 1; n < 2 * WIDTH; n++) BEFORE.push(BEFORE[n - 1] + Math.min(n, 2 * WIDTH - n))
