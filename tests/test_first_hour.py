@@ -92,7 +92,7 @@ def test_what_is_soft_or_very_large_is_reported_before_the_work(tmp_path, monkey
 
     assert run(texels=40_000).notes == []
     stages.clear()
-    assert "soft" in run(texels=200_000).notes[0]
+    assert "soft" in run(texels=600_000).notes[0]
     assert [count for _, count in reported] == [0]
     monkeypatch.setattr(notes, "_MANY_TEXELS", 30_000)
     assert "GB of texels in memory" in run(texels=40_000).notes[0]

@@ -159,18 +159,18 @@ def test_texture_scale_follows_the_wishes():
     for pixels in (64, 256, 1024, 4000):
         for wishes in ({}, {"density": 400}, {"texels": 80_000}, {"texels": 16_000_000}):
             assert texture_scale(square, pixels, **wishes).sample_size == sixth
-    # A texel for a pixel, but eight million at most.
+    # Two texels for a pixel each way, one where two would make more than eight million, and no more than these.
     totals = [texture_scale(square, pixels).texels for pixels in (64, 512, 4000)]
-    assert totals == [*(round((pixels * 2 / (square.size / 6)) ** 2) for pixels in (64, 512)), 2**23]
+    assert totals == [*(round((wide * 2 / (square.size / 6)) ** 2) for wide in (2 * 64, 512)), 2**23]
     dense = texture_scale(square, 256, density=100)
     assert (dense.density, dense.texels) == (100, 40000)
     many = texture_scale(square, 256, texels=40000)
     assert (many.density, many.texels) == (pytest.approx(100), 40000)
     sized = texture_scale(square, 256, sample_size=0.5)
-    assert (sized.density, sized.scale, sized.texels) == (512, 512, 2**20)
+    assert (sized.density, sized.scale, sized.texels) == (1024, 512, 2**22)
     fine, coarse = (texture_scale(square, 256, sample_size=size) for size in (0.05, 10))
     assert (fine.texels, fine.scale, coarse.scale) == (2**23, 5120, 25.6)
-    assert coarse.texels == round((2 * 25.6) ** 2)
+    assert coarse.texels == round((2 * 2 * 25.6) ** 2)
     both = texture_scale(square, 256, sample_size=0.5, density=100)
     assert (both.density, both.scale, both.texels) == (100, 512, 40000)
     # On a strip so thin that a sixth of its length is much more than its width, the area tells.
