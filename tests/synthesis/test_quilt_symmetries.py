@@ -25,6 +25,19 @@ def test_a_mesh_has_them_as_well(name: str, allowed: set[int]) -> None:
     assert set(quilt.placements["symmetry"].tolist()) == allowed
 
 
+@pytest.mark.parametrize("options", [{"mirror": True}, {"mirror": True, "rotate": True}])
+def test_nothing_is_laid_beside_its_own_mirror_image(options: dict[str, bool]) -> None:
+    quilt = synthesize(texture(96, 96), "plane", texels=(384, 384), seed=1, **options)
+    (places,) = quilt.sources()
+    rows, columns = np.moveaxis(places.astype(int), 2, 0)
+    steps = np.diff(columns, axis=1)
+    # Rows of pixels that run to one side before a place, and back after it.
+    turned = (abs(steps[:, :-4]) == 16) & (steps[:, :-4] == -steps[:, 4:])
+    near = (abs(columns[:, 4:-1] - columns[:, :-5]) <= 64) & (abs(rows[:, 4:-1] - rows[:, :-5]) <= 48)
+    assert turned.sum() > 200
+    assert (turned & near).sum() < 0.02 * turned.sum()
+
+
 def test_flat_textures_have_no_strokes_and_creases() -> None:
     for more in ({"crease": 20.0}, {"stroke": ("0,0,0:1,0,0",)}, {"size_map": "height=1,2"}):
         with pytest.raises(InputError, match="is given for a flat texture"):

@@ -62,6 +62,10 @@ __all__ = [
 _MOST_TRIANGLES = 1 << 13
 """Maximum number of triangles of a block."""
 
+_APART, _FOLD = 4, 2.0**20
+"""Distance in pixels of the places where a block might fold what is laid, and what that costs each sample:
+more than any difference."""
+
 
 class Ground(NamedTuple):
     """The surface on which blocks are laid: its mesh, warp fields, clear cells and canvases."""
@@ -191,7 +195,38 @@ def list_near(blocks: BlockArrays, near: NDArray[np.int64], choice: ChoiceScratc
 
 
 @inline
+def bar_folds(
+    canvases: Canvases,
+    numbers: LayNumbers,
+    records: IntArray,
+    symmetry: int,
+    pixels: FramePixels,
+    choice: ChoiceScratch,
+) -> None:
+    """Set `penalties` where a block would continue what is laid as its own mirror image, or turned about it.
+
+    There both show the same pixels of the sample, which fits perfectly, and looks like a face or a butterfly.
+    """
+    if numbers.symmetries == 1:
+        return
+    penalties, step = choice.penalties, numbers.guide_step
+    rows, columns = penalties.shape
+    for i in range(0, numbers.size, _APART):
+        for j in range(0, numbers.size, _APART):
+            at = pixels.steps[i, j]
+            if pixels.marks[i, j] & 1 and at >= 0 and records[canvases.owners[at], SYMMETRY] != symmetry:
+                # The block would show the same pixel here.
+                y = canvases.sources[at] // numbers.width - pixels.ys[i, j]
+                x = canvases.sources[at] % numbers.width - pixels.xs[i, j]
+                last_a, last_b = min((y + _APART) // step, rows - 1), min((x + _APART) // step, columns - 1)
+                for a in range(max(0, (y - _APART) // step), last_a + 1):
+                    for b in range(max(0, (x - _APART) // step), last_b + 1):
+                        penalties[a, b] = _FOLD
+
+
+@inline
 def _choose(
+    ground: Ground,
     match: MatchImage,
     numbers: LayNumbers,
     weights: LayWeights,
@@ -211,6 +246,7 @@ def _choose(
         span = turn_frame(numbers, tried[t], scratch.pixels)
         choice.penalties[:, :] = 0.0
         penalise_off(match, numbers, span, scratch.pixels, choice)
+        bar_folds(ground.canvases, numbers, blocks.records, tried[t], scratch.pixels, choice)
         want_phases(match, record[PHASE:], tried[t], choice)
         y, x, cost = choose_source(match, numbers, weights, scratch.state, span, scratch.pixels, choice)
         if least < 0 or cost < least:
@@ -278,7 +314,7 @@ def _lay_block(
     count = list_symmetries(numbers, scratch)
     record[OUTCOME] = 1 if laid else 2
     if laid:
-        _choose(match, numbers, weights, blocks, n, near, count, scratch)
+        _choose(ground, match, numbers, weights, blocks, n, near, count, scratch)
     else:
         span = turn_frame(numbers, scratch.tried[0], pixels)
         want_phases(match, record[PHASE:], scratch.tried[0], scratch.choice)

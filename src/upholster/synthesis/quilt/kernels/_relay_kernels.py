@@ -36,6 +36,7 @@ from upholster.synthesis.quilt.kernels._lay_kernels import (
     BlockArrays,
     Ground,
     LayScratch,
+    bar_folds,
     centre_step,
     find_block,
     list_symmetries,
@@ -356,6 +357,7 @@ def _relay_block(
     span = turn_frame(numbers, symmetry, pixels)
     choice.penalties[:, :] = 0.0
     penalise_off(match, numbers, span, pixels, choice)
+    bar_folds(canvases, numbers, blocks.records, symmetry, pixels, choice)
     want_phases(match, record[PHASE:], symmetry, choice)
     _fit_ring(numbers, pixels, out)
     choice.nearby[0] = 0
