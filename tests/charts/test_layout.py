@@ -159,7 +159,7 @@ def test_texture_scale_follows_the_wishes():
     for pixels in (64, 256, 1024, 4000):
         for wishes in ({}, {"density": 400}, {"texels": 80_000}, {"texels": 16_000_000}):
             assert texture_scale(square, pixels, **wishes).sample_size == sixth
-    # Two texels for a pixel each way, one where two would make more than eight million, and no more than these.
+    # Two texels for a pixel each way, or one; eight million at most.
     totals = [texture_scale(square, pixels).texels for pixels in (64, 512, 4000)]
     assert totals == [*(round((wide * 2 / (square.size / 6)) ** 2) for wide in (2 * 64, 512)), 2**23]
     dense = texture_scale(square, 256, density=100)
