@@ -67,7 +67,7 @@ def read_bytes(path: str | os.PathLike[str]) -> bytes:
         if "\0" in name:
             raise InputError(f"file {name!r} contains a null character")
         if not os.path.exists(name):
-            raise InputError(f"file {name!r} does not exist")
+            raise InputError(f"file {name!r} does not exist; allowed: a file that is there")
         if not os.path.isfile(name):
             raise InputError(f"{name!r} is not a regular file")
         if os.path.getsize(name) > MAX_BYTES:

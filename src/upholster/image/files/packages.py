@@ -103,7 +103,7 @@ def zip_entries(path: Path) -> list[zipfile.ZipInfo]:
         with open_zip(path) as package:
             entries = package.infolist()
     except FileNotFoundError:
-        raise InputError(f"{name!r} does not exist") from None
+        raise InputError(f"{name!r} does not exist; allowed: a zip file of a material") from None
     except OSError as error:
         raise InputError(f"{name!r} cannot be read: {error.strerror}") from None
     except InputError as error:

@@ -253,7 +253,7 @@ def _checked_file(path: Path) -> str:
         with path.open("rb") as file:
             head = file.read(32)
     except FileNotFoundError:
-        raise InputError(f"{name!r} does not exist") from None
+        raise InputError(f"{name!r} does not exist; allowed: an image file") from None
     except OSError as error:
         raise InputError(f"{name!r} cannot be read: {error.strerror}") from None
     if not (_MAGIC.match(head) or heif_kind(head)):

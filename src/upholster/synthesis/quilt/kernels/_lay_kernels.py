@@ -232,16 +232,13 @@ def _choose(
     weights: LayWeights,
     blocks: BlockArrays,
     n: int,
-    near: NDArray[np.int64],
     count: int,
     scratch: LayScratch,
 ) -> None:
     # Chooses the source of block n with each of the listed symmetries, and keeps the cheapest. Ties go to the
-    # first one.
+    # first one. The sources of blocks nearby are listed.
     record, choice, tried = blocks.records[n], scratch.choice, scratch.tried
     least = int64(-1)
-    # Where a region must differ, the seed decides alone.
-    list_near(blocks, near[:0] if choice.avoid[0] >= 0 else near, choice)
     for t in range(count):
         span = turn_frame(numbers, tried[t], scratch.pixels)
         choice.penalties[:, :] = 0.0
@@ -314,7 +311,9 @@ def _lay_block(
     count = list_symmetries(numbers, scratch)
     record[OUTCOME] = 1 if laid else 2
     if laid:
-        _choose(ground, match, numbers, weights, blocks, n, near, count, scratch)
+        # Where a region must differ, the seed decides alone.
+        list_near(blocks, near[:0] if scratch.choice.avoid[0] >= 0 else near, scratch.choice)
+        _choose(ground, match, numbers, weights, blocks, n, count, scratch)
     else:
         span = turn_frame(numbers, scratch.tried[0], pixels)
         want_phases(match, record[PHASE:], scratch.tried[0], scratch.choice)
