@@ -346,7 +346,7 @@ def test_wrong_files_of_strokes_are_reported_in_a_line(tmp_path, text):
 
 
 def test_a_missing_file_of_strokes_is_named(tmp_path):
-    with pytest.raises(InputError, match=r"^file '.*none\.json' does not exist$"):
+    with pytest.raises(InputError, match=r"^file '.*none\.json' does not exist; allowed: "):
         parse_strokes(tmp_path / "none.json", size=1.0)
 
 
