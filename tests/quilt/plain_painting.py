@@ -37,10 +37,23 @@ def plain_halved(image):
     return ((part + 32) // 64).astype(image.dtype) if whole else (part / 64).astype(np.float32)
 
 
+def plain_softened(image):
+    """Filter by (1, 6, 1) by the formula, axis after axis, with the edges padded."""
+    whole = image.dtype != np.float32
+    part = image.astype(np.int64 if whole else np.float32)
+    for axis in (0, 1):
+        part = np.moveaxis(part, axis, 0)
+        padded = np.concatenate([part[:1], part, part[-1:]])
+        part = np.moveaxis((padded[:-2] + padded[2:]) + 6 * part, 0, axis)
+    return ((part + 32) // 64).astype(image.dtype) if whole else (part / 64).astype(np.float32)
+
+
 def plain_levels(image):
     levels = [image]
-    while max(levels[-1].shape[:2]) > 1:
-        levels.append(plain_halved(levels[-1]))
+    while max(image.shape[:2]) > 1:
+        levels.append(plain_softened(image))
+        image = plain_halved(image)
+        levels.append(image)
     return levels
 
 
@@ -103,9 +116,9 @@ def plain_tone(quilt, levels, level_of, index, cell):
     row, column = (16 * layer.cell * (n - 1) + (0 if layer.half else 8 * layer.cell) for n in cell)
 
     def shades(label):
-        k = min(level_of[label] + 3, len(levels) - 1)
+        k = min(level_of[label] // 2 + 3, len(levels) // 2)
         place = plain_place(field, placed[label], row, column)
-        found = plain_sample(levels[k], *((one + 8) // 2**k - 8 for one in place))
+        found = plain_sample(levels[2 * k], *((one + 8) // 2**k - 8 for one in place))
         return (found + 128) // 256 if levels[0].dtype == np.uint16 else found
 
     weights, covered = {}, 0
@@ -148,7 +161,7 @@ def plain_paint(quilt, exemplar, index, density=1):
     level_of = []
     for placement in placed:
         a, b, c, d = plain_centre(field, placement)
-        level_of.append(sum(a * d - b * c >= 2.0**25 * 4**k * ratio for k in range(len(levels) - 1)))
+        level_of.append(sum(a * d - b * c >= 2.0**25 * 2**k * ratio for k in range(len(levels) - 1)))
     tones = cache(lambda i, j: plain_tone(quilt, levels, level_of, index, (i, j)))
     for t in range(n):
         for u in range(m):
@@ -161,7 +174,7 @@ def plain_paint(quilt, exemplar, index, density=1):
                 for label, weight in shown.items():
                     k = level_of[label]
                     place = plain_place(field, placed[label], row, column)
-                    value = plain_sample(levels[k], *((one + 8) // 2**k - 8 for one in place))
+                    value = plain_sample(levels[k], *((one + 8) // 2 ** (k // 2) - 8 for one in place))
                     total = total + (value * weight if whole else value * F(weight / 256))
                 if whole:
                     out[t, u] = (out[t, u].astype(np.int64) * 256 * rest + total + 2**15) // 2**16

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from plain_painting import plain_halved, plain_matrix, plain_paint
+from plain_painting import plain_halved, plain_matrix, plain_paint, plain_softened
 from random_quilts import SHAPE, changed, exemplar_of, random_field, random_quilt
 from warp_fields import quantised
 
@@ -14,7 +14,7 @@ from upholster.quilt.materials import WindowPainter
 from upholster.quilt.model import Quilt
 from upholster.quilt.painting import ChartPainter, image_pyramid, paint, painted_charts, texel_places
 from upholster.quilt.placement import PLACEMENT, SYMMETRIES, bare_placement
-from upholster.quilt.pyramid import halved, most_levels
+from upholster.quilt.pyramid import halved, most_levels, softened
 from upholster.quilt.warp_field import WarpField
 
 
@@ -87,7 +87,7 @@ def copying_quilt(charts, **options):
 @pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32])
 def test_pixels_that_are_copied_equal_the_plain_twin(dtype):
     quilt, exemplar = copying_quilt(((13, 21),), layers=2, count=9), exemplar_of(dtype, 5)
-    painter = ChartPainter(quilt, 0, quilt.charts[0], image_pyramid((exemplar,)))
+    painter = ChartPainter(quilt, 0, quilt.charts[0], image_pyramid((exemplar,), quilt))
     assert 0.5 < painter._readings.copies.mean() < 1
     np.testing.assert_array_equal(paint(quilt, exemplar).arrays[0], plain_paint(quilt, exemplar, 0))
 
@@ -382,22 +382,24 @@ def test_far_from_its_centre_a_placement_stands_still():
     assert most * 1023 + most * 15 // 16 < 2**31
 
 
-def test_the_level_is_the_one_whose_pixels_come_nearest_to_texels():
+def test_texels_are_one_to_root_two_times_as_wide_as_details_of_their_level():
     scales = 2.0 ** np.array([-3, 0, 0.4, 0.6, 1, 1.4, 1.6, 5, 6])
     placed = np.zeros(1, PLACEMENT)
     fields = [quantised(np.broadcast_to(s * np.eye(2), (2, 2, 2, 2))) for s in scales]
     centres = np.concatenate([centre_matrices(field, placed) for field in fields])
-    assert levels_of(centres, 9).tolist() == [0, 0, 0, 1, 1, 1, 2, 5, 6]
-    assert levels_of(centres, 2).tolist() == [0, 0, 0, 1, 1, 1, 2, 2, 2]
-    assert levels_of(centres, 9, ratio=4.0).tolist() == [0, 0, 0, 0, 0, 0, 1, 4, 5]
-    assert [most_levels(*size) for size in ((1, 1), (2, 1), (3, 3), (4, 4), (5, 128))] == [0, 1, 2, 2, 7]
+    assert levels_of(centres, 9).tolist() == [0, 0, 0, 1, 2, 2, 3, 9, 9]
+    assert levels_of(centres, 2).tolist() == [0, 0, 0, 1, 2, 2, 2, 2, 2]
+    assert levels_of(centres, 9, ratio=4.0).tolist() == [0, 0, 0, 0, 0, 0, 1, 8, 9]
+    assert [most_levels(*size) for size in ((1, 1), (2, 1), (3, 3), (4, 4), (5, 128))] == [0, 2, 4, 4, 14]
 
 
 @pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32])
-def test_the_pyramid_is_filtered_by_1_3_3_1(dtype):
+def test_the_pyramid_is_filtered_by_1_3_3_1_and_1_6_1(dtype):
     image = exemplar_of(dtype)[:37]
     np.testing.assert_array_equal(halved(image), plain_halved(image))
-    assert halved(image[:1, :1]).tolist() == image[:1, :1].tolist()
+    np.testing.assert_array_equal(softened(image), plain_softened(image))
+    for filtered in (halved, softened):
+        assert filtered(image[:1, :1]).tolist() == image[:1, :1].tolist()
     ramp = np.arange(64, dtype=np.float32)[:, None, None] * np.ones((1, 8, 1), np.float32)
     np.testing.assert_allclose(halved(ramp)[1:-1, :, 0], 2 * np.arange(1, 31)[:, None] + 0.5 + np.zeros(4))
 

@@ -1,6 +1,6 @@
 /** The graphics card's programs that paint charts as section 8 of SPEC.md defines, to the bit; `worker/recipes.js` describes their input. */
 
-import { LEVELS, MOST_OTHERS, REACH } from '../uph/paint/tones.js'
+import { HALVINGS, MOST_OTHERS, REACH } from '../uph/paint/tones.js'
 import { HEAD, SCREEN } from './shading.js'
 
 /** As textures of colours are written: the card codes them. */
@@ -48,9 +48,9 @@ ivec2 mirrored(ivec2 n, ivec2 size) {
 uvec3 sampled(int at, ivec2 p, ivec4 m, int above) {
   ivec4 place = four(at);
   m += four(at + 4);
-  int shown = number(at + 8), shift = shown >> 12, last = 0;
+  int shown = number(at + 8), level = shown >> 12, last = 0;
   while ((1 << last) < max(sheetSize.x, sheetSize.y)) last++;
-  shift = min(shift + above, last);
+  int shift = min((level >> 1) + above, last);
   ivec4 s = (ivec4(shown) >> ivec4(0, 2, 4, 6) & 3) - 1, box = ivec4(0, 0, sheetSize);
   ivec2 d = clamp(p - place.xy, -16383, 16383), e = d & 15;
   d >>= 4;
@@ -59,12 +59,12 @@ uvec3 sampled(int at, ivec2 p, ivec4 m, int above) {
   ivec2 q = (place.zw + s.xz * v.x + s.yw * v.y + 8 >> shift) - 8;
   ivec2 a = box.xy + mirrored(q >> 4, box.zw), b = box.xy + mirrored((q >> 4) + 1, box.zw);
   uvec2 f = uvec2(q & 15);
-  int layer = isNormal ? shown >> 8 & 7 : 0;
+  int layer = (isNormal ? shown >> 8 & 7 : 0) + (above == 0 ? (level & 1) * textureSize(sheet, 0).z / 2 : 0);
   return (16u - f.x) * ((16u - f.y) * texelFetch(sheet, ivec3(a.y, a.x, layer), 0).rgb + f.y * texelFetch(sheet, ivec3(b.y, a.x, layer), 0).rgb)
     + f.x * ((16u - f.y) * texelFetch(sheet, ivec3(a.y, b.x, layer), 0).rgb + f.y * texelFetch(sheet, ivec3(b.y, b.x, layer), 0).rgb);
 }
 ivec3 shades(int at, ivec2 p, ivec4 m) {
-  uvec3 c = sampled(at, p, m, ${LEVELS});
+  uvec3 c = sampled(at, p, m, ${HALVINGS});
   return ivec3(isWide ? c + 128u >> 8 : c);
 }`
 

@@ -20,7 +20,7 @@ export class ChartRecipes {
   #sizes // of the textures
   #densities // of each chart its texels a step
   #sent = new Set() // charts of which the page has the recipe
-  #sheets = new Map() // per role: the picture of which the page has the sheet, and in how many symmetries
+  #sheets = new Map() // per role: the picture of which the page has the sheet, and its layers
 
   constructor(mesher, sizes, densities) {
     this.#mesher = mesher
@@ -42,14 +42,15 @@ export class ChartRecipes {
   begin(decoder, target, entries) {
     const roles = TARGETS[target].filter((role) => hasMap(decoder, role))
     if (target === 'color' && roles.length > 1) return false
+    const used = layersOf(decoder, this.#densities)
     for (const role of roles) {
       const picture = decoder.exemplar(role)
-      const count = role === 'normal' ? symmetriesOf(decoder) : 1
+      const layers = role === 'normal' ? used : { ...used, symmetries: 1 }
       const known = this.#sheets.get(role)
-      if (known?.picture === picture && known.count === count) continue
-      const sheet = sampleSheet(picture, role, count, target === 'color')
+      if (known?.picture === picture && known.symmetries === layers.symmetries && known.isSoft === layers.isSoft) continue
+      const sheet = sampleSheet(picture, role, layers, target === 'color')
       if (!sheet) return false
-      this.#sheets.set(role, { picture, count })
+      this.#sheets.set(role, { picture, ...layers })
       entries.push({ role, sheet: true, ...sheet })
     }
     return true
@@ -79,21 +80,31 @@ export class ChartRecipes {
   }
 }
 
-/** In how many of the symmetries placements show the sample, counted up to the last one. */
-function symmetriesOf(decoder) {
-  let most = 0
+/** In how many of the symmetries placements show the sample, counted up to the last one, and whether any reads a softened level. */
+function layersOf(decoder, densities) {
+  let [most, isSoft] = [0, false]
   for (const chart of decoder.charts.keys()) {
-    for (const { placements } of decoder.recipe(chart).layers) for (const { symmetry } of placements) most = Math.max(most, symmetry)
+    const recipe = decoder.recipe(chart, densities[chart])
+    const ratio = texelsPerStep(recipe)
+    for (const { symmetry, center } of recipe.layers.flatMap(({ placements }) => placements)) {
+      most = Math.max(most, symmetry)
+      isSoft ||= pyramidLevel(decoder.exemplarSize, center, ratio) % 2 === 1
+    }
   }
-  return most + 1
+  return { symmetries: most + 1, isSoft }
+}
+
+/** How many texels there are for each square step. */
+function texelsPerStep({ chart, size }) {
+  return (size.height * size.width) / (chart.height * chart.width)
 }
 
 /**
- * A map as pictures of four integers a pixel, `data`, one for each symmetry in use, one after the other; in each, the smaller levels of its
- * pyramid are to the right, one below the other. Null if the card would show something else than the decoder: for floats, transparent
+ * A map as pictures of four integers a pixel, `data`: one for each symmetry in use, then one with softened levels for each; in each, the
+ * smaller levels of its pyramid are to the right, one below the other. Null if the card would show something else than the decoder: for floats, transparent
  * maps, or those too large for a texture.
  */
-function sampleSheet(picture, role, count, isOpaque) {
+function sampleSheet(picture, role, { symmetries, isSoft }, isOpaque) {
   const { height, width, data: samples } = picture
   if (samples instanceof Float32Array) return null
   const pyramid = new MapPyramid(expanded(picture), role)
@@ -102,13 +113,15 @@ function sampleSheet(picture, role, count, isOpaque) {
   const stride = width + ((width + 1) >> 1)
   const last = Math.ceil(Math.log2(Math.max(height, width)))
   let rows = 0
-  for (let k = 1; k <= last; k++) rows += pyramid.level(k, 0).height
+  for (let k = 1; k <= last; k++) rows += pyramid.level(2 * k, 0).height
   rows = Math.max(rows, height)
   if (Math.max(stride, rows) > MOST_SIDE) return null
+  const count = isSoft ? 2 * symmetries : symmetries
   const data = new samples.constructor(4 * stride * rows * count)
-  for (let symmetry = 0; symmetry < count; symmetry++) {
-    for (let k = 0, line = symmetry * rows; k <= last; k++) {
-      const level = pyramid.level(k, symmetry)
+  for (let n = 0; n < count; n++) {
+    const soft = n < symmetries ? 0 : 1
+    for (let k = 0, line = n * rows; k + soft <= last; k++) {
+      const level = pyramid.level(2 * k + soft, n % symmetries)
       const wide = 4 * level.width
       for (let i = 0; i < level.height; i++) data.set(level.data.subarray(i * wide, (i + 1) * wide), 4 * ((line + i) * stride + (k && width)))
       if (k) line += level.height
@@ -146,7 +159,7 @@ function chartNumbers({ chart, size, field, layers, hasTones }, exemplar) {
   numbers.set([chart.height, chart.width, field.margin, field.rows, field.columns, at, field.isIdentity ? 0 : 1, layers.length, hasTones ? rows : 0])
   numbers.set(field.matrices, at)
   at += field.matrices.length
-  const ratio = (size.height * size.width) / (chart.height * chart.width)
+  const ratio = texelsPerStep({ chart, size })
   layers.forEach(({ grid, placements, labels }, n) => {
     const placed = at + labels.length
     numbers.set([grid.cell, grid.shift, grid.columns, at, placed], HEAD + LAYER_HEAD * n)

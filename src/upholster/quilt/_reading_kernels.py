@@ -20,7 +20,7 @@ class Readings(NamedTuple):
     """Placements of a chart, n of them.
 
     (n, 2) centres and sources, (n, 4) centre matrices and symmetries, (n,) levels as indices into the
-    pyramid's table, and `shifts`, the levels' numbers: how often they are halved. `copies` marks placements
+    pyramid's table, and `shifts`, how often these are halved. `copies` marks placements
     whose texels are pixels of the sample, as they are there.
     """
 

@@ -16,7 +16,7 @@ from upholster.quilt._field_kernels import matrix_between, reading
 from upholster.quilt._reading_kernels import PyramidWords, Readings, bilinear, pixels_at
 from upholster.runtime.jit import by_type, inline, is_float, kernel, shared
 
-__all__ = ["LEVELS", "MOST_OTHERS", "REACH", "Nodes", "Scratch", "cell_tones", "tone_at"]
+__all__ = ["HALVINGS", "MOST_OTHERS", "REACH", "Nodes", "Scratch", "cell_tones", "tone_at"]
 
 REACH = 7
 """How many cells away, each way, a placement counts."""
@@ -24,8 +24,8 @@ REACH = 7
 MOST_OTHERS = 8
 """How many other placements count around a cell: the first ones, row after row."""
 
-LEVELS = 3
-"""Broad shades are read this many levels of the pyramid above details."""
+HALVINGS = 3
+"""Broad shades are read from a level that is halved this many times more than that of details."""
 
 _WIDTH = REACH + 1  # weights along a row or column are 1, 2 … 8 … 2, 1: 64 together
 _BEFORE = np.cumsum([0, *range(1, _WIDTH), *range(_WIDTH, 0, -1)])  # the sum of the first ones
@@ -169,10 +169,11 @@ def _read_shades(
 ) -> None:
     """Read the broad shades, (channels,), that a placement has at a place; `matrix` is the field's there."""
     table, number = pyramid.table, readings.levels[one]
-    for _ in range(LEVELS):
-        if number + 1 < table.shape[0] and table[number + 1, 3] > table[number, 3]:
-            number += 1
-    turn, shift = readings.symmetries[one], readings.shifts[one] + number - readings.levels[one]
+    number -= table[number, 3] & 1
+    for _ in range(HALVINGS):
+        if number + 2 < table.shape[0] and table[number + 2, 3] > table[number, 3]:
+            number += 2
+    turn, shift = readings.symmetries[one], table[number, 3] >> 1
     down = min(max(place[0] - readings.centres[one, 0], -16383), 16383)
     right = min(max(place[1] - readings.centres[one, 1], -16383), 16383)
     r, c = reading(readings.matrices[one], matrix, down, right)

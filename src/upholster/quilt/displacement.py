@@ -22,16 +22,16 @@ def centre_matrices(field: WarpField, placements: NDArray[np.void]) -> IntArray:
     return found
 
 
-def levels_of(centres: IntArray, most: int, *, ratio: float = 1.0) -> NDArray[np.int64]:
+def levels_of(centres: NDArray[np.integer], most: int, *, ratio: float = 1.0) -> NDArray[np.int64]:
     """Return the pyramid level from which placements are painted, by their centre matrices (n, 4).
 
-    Level 0 is the exemplar itself. The level is the one whose pixels are nearest to texels in size: the
-    number of thresholds 2·4^m (m = 0, 1, …) that the matrix's determinant reaches, in square pixels per
-    texel, but at most `most`. `ratio` is the number of texels painted per square step.
+    It is the number of thresholds 2·2^q (q = 0, 1, …) that the matrix's determinant reaches, in square pixels
+    per texel, but at most `most`. So texels are 1 to 1.4 times as wide as the details of their level, and
+    neighbouring placements look equally sharp. `ratio` is the number of texels painted per square step.
     """
     m = centres.astype(np.int64)
     determinant = (m[:, 0] * m[:, 3] - m[:, 1] * m[:, 2]).astype(np.float64)
-    thresholds = 2.0 * UNIT**2 * 4.0 ** np.arange(most) * ratio
+    thresholds = 2.0 * UNIT**2 * 2.0 ** np.arange(most) * ratio
     return np.searchsorted(thresholds, determinant, side="right").astype(np.int64)
 
 

@@ -111,7 +111,10 @@ class WindowPainter:
         image = check_painted(quilt, image)
         if image.shape[:2] != quilt.exemplar_shape:
             raise InputError(f"map {role!r} has shape {image.shape}; the quilt wants {quilt.exemplar_shape}")
-        pyramid, which = turned_pyramid(quilt, image) if self._turns else (image_pyramid((image,)), None)
+        if self._turns:
+            pyramid, which = turned_pyramid(quilt, image, density)
+        else:
+            pyramid, which = image_pyramid((image,), quilt, density), None
         self._painters = [
             ChartPainter(self._quilt, n, chart, pyramid, which) for n, chart in enumerate(charts)
         ]

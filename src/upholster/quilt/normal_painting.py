@@ -72,7 +72,7 @@ def paint_normals(
         raise InputError(f"normal map has shape {normals.shape}; the quilt wants ({height}, {width}, 3)")
     if normals.dtype not in (np.uint8, np.uint16, np.float32):
         raise InputError(f"normal map is of {normals.dtype}; allowed: uint8, uint16, float32")
-    pyramid, which = turned_pyramid(quilt, normals)
+    pyramid, which = turned_pyramid(quilt, normals, density)
     texels = paint_each(quilt, pyramid, which, density=density)
     tasks: list[Callable[[], object]] = [
         partial(turn_window, quilt, n, chart, (slice(0, chart.height), slice(0, chart.width)), array)
@@ -82,10 +82,13 @@ def paint_normals(
     return replace(texels, exemplar=normals)
 
 
-def turned_pyramid(quilt: Quilt, normals: PixelArray) -> tuple[Pyramid, NDArray[np.int64]]:
+def turned_pyramid(
+    quilt: Quilt, normals: PixelArray, density: float | None = None
+) -> tuple[Pyramid, NDArray[np.int64]]:
     """Return a normal map's pyramid, with one image per symmetry, and the image that each placement reads."""
     symmetries = np.unique(quilt.placements["symmetry"])
-    pyramid = image_pyramid([_turned(normals, symmetry) for symmetry in symmetries])
+    turned = [_turned(normals, symmetry) for symmetry in symmetries]
+    pyramid = image_pyramid(turned, quilt, density)
     return pyramid, np.searchsorted(symmetries, quilt.placements["symmetry"]).astype(np.int64)
 
 

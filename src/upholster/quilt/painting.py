@@ -94,7 +94,7 @@ def paint(
     if exemplar.dtype not in _DTYPES:
         raise InputError(f"image to paint is of {exemplar.dtype}; allowed: uint8, uint16, float16, 32, 64")
     with running(threads, progress):
-        texels = paint_each(quilt, image_pyramid((exemplar,)), density=density)
+        texels = paint_each(quilt, image_pyramid((exemplar,), quilt, density), density=density)
     return replace(texels, exemplar=exemplar)
 
 
@@ -149,9 +149,22 @@ def check_painted(quilt: object, image: object) -> PixelArray:
     return image.astype(np.float32) if image.dtype in (np.float16, np.float64) else image
 
 
-def image_pyramid(images: Sequence[PixelArray]) -> Pyramid:
-    """Return the pyramid that painting reads, from images (H, W, C) of one shape and dtype."""
-    return build_pyramid(images, most_levels(*images[0].shape[:2]))
+def image_pyramid(images: Sequence[PixelArray], quilt: Quilt, density: float | None = None) -> Pyramid:
+    """Return the pyramid that painting a quilt reads, from images (H, W, C) of one shape and dtype."""
+    most = most_levels(*images[0].shape[:2])
+    charts = painted_charts(quilt.charts, quilt.density if density is None else density)
+    read = [_levels_read(quilt, n, chart, most)[1] for n, chart in enumerate(charts)]
+    return build_pyramid(images, most, set(np.concatenate(read).tolist()))
+
+
+def _levels_read(
+    quilt: Quilt, index: int, painted: Chart, most: int
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return the centre matrices (n, 4) of a chart's placements, and the levels (n,) that they read."""
+    chart = quilt.charts[index]
+    ratio = (painted.height * painted.width) / (chart.height * chart.width)
+    centres = centre_matrices(quilt.fields[index], quilt.on_chart(index)).astype(np.int64)
+    return centres, levels_of(centres, most, ratio=ratio)
 
 
 def paint_each(
@@ -253,9 +266,7 @@ class ChartPainter:
     def _readings(self) -> Readings:
         chart, painted = self.quilt.charts[self.index], self.painted
         placed = self.quilt.on_chart(self.index)
-        centres = centre_matrices(self.quilt.fields[self.index], placed)
-        ratio = (painted.height * painted.width) / (chart.height * chart.width)
-        shifts = levels_of(centres, self.pyramid.levels - 1, ratio=ratio)
+        centres, own = _levels_read(self.quilt, self.index, painted, self.pyramid.levels - 1)
         image: NDArray[np.int64] | int = 0
         if self.which is not None:
             image = self.which[self.quilt.first_on(self.index) : self.quilt.first_on(self.index + 1)]
@@ -263,12 +274,13 @@ class ChartPainter:
             np.stack([placed[a], placed[b]], axis=1).astype(np.int64)
             for a, b in (("row", "column"), ("source_row", "source_column"))
         )
-        levels = shifts + image * self.pyramid.levels
+        levels = own + image * self.pyramid.levels
         turns, same = SYMMETRIES[placed["symmetry"]], SYMMETRIES[0]
         copies = (centres == UNIT * same).all(axis=1) & (turns == same).all(axis=1)
-        copies &= ((where - source) % 16 == 8).all(axis=1) & (ratio == 1)
+        copies &= ((where - source) % 16 == 8).all(axis=1)
+        copies &= painted.height * painted.width == chart.height * chart.width
         copies &= (self.quilt.fields[self.index].matrices == UNIT * same).all()
-        return Readings(where, source, centres.astype(np.int64), turns, levels, shifts, copies)
+        return Readings(where, source, centres, turns, levels, own >> 1, copies)
 
 
 def texel_places(steps: int, texels: int) -> NDArray[np.int64]:

@@ -1,6 +1,6 @@
 """Prefiltered pyramids, from which painting samples where the exemplar is minified (SPEC.md, section 8)."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 
 from upholster.base.types import PixelArray, frozen_array
 
-__all__ = ["Pyramid", "build_pyramid", "halved", "most_levels"]
+__all__ = ["Pyramid", "build_pyramid", "halved", "most_levels", "next_level", "softened"]
 
 
 @dataclass(frozen=True, eq=False)
 class Pyramid:
-    """Images and their smaller levels, one after another, in the layout of the painting kernel.
+    """Images and their softer and smaller levels, one after another, in the layout of the painting kernel.
 
     Attributes
     ----------
@@ -25,7 +25,7 @@ class Pyramid:
         Words per pixel.
     table
         (images · levels, 4) int64, read-only: each level's first word, height, width and number; all levels
-        of the first image, then of the next one.
+        of the first image, then of the next one. Levels that are never read have height and width 0.
     levels, channels
         Numbers of levels and channels of each image.
     dtype
@@ -46,8 +46,17 @@ class Pyramid:
 
 
 def most_levels(height: int, width: int) -> int:
-    """Return how often an image of this size can be halved until a single pixel is left."""
-    return (max(height, width) - 1).bit_length()
+    """Return the number of the coarsest level of an image of this size, a single pixel (`next_level`)."""
+    return 2 * (max(height, width) - 1).bit_length()
+
+
+def next_level(levels: Sequence[PixelArray]) -> PixelArray:
+    """Return the next level of an image, of which `levels` are the first, itself included.
+
+    Level 2k is the image halved k times. Level 2k + 1 is as large as level 2k, with
+    details √2 times as wide.
+    """
+    return softened(levels[-1]) if len(levels) % 2 else halved(levels[-2])
 
 
 def halved(image: PixelArray) -> PixelArray:
@@ -63,41 +72,56 @@ def halved(image: PixelArray) -> PixelArray:
     ndarray
         (⌈H/2⌉, ⌈W/2⌉, C) of the same dtype; pixel i covers pixels 2i and 2i + 1. Integers are rounded once.
     """
+    return _filtered(image, 2, (-1, 2), (0, 1))
+
+
+def softened(image: PixelArray) -> PixelArray:
+    """Return an image of the same size, filtered by (1, 6, 1)/8 each way; edges, rounding as in `halved`."""
+    return _filtered(image, 1, (-1, 1), (0,))
+
+
+def _filtered(image: PixelArray, step: int, outer: tuple[int, int], inner: tuple[int, ...]) -> PixelArray:
+    # Every `step` pixels, those at the outer distances once and those at the inner ones six times in total.
     whole = image.dtype != np.float32
     part = image.astype(np.int32) if whole else image
     for axis in (0, 1):
         size = part.shape[axis]
-        at = 2 * np.arange((size + 1) // 2)
-        first, second, third, fourth = (
-            np.take(part, np.clip(at + k, 0, size - 1), axis) for k in (-1, 0, 1, 2)
-        )
-        part = (first + fourth) + 3 * (second + third)
+        at = step * np.arange(-(-size // step))
+        first, last, *middle = (np.take(part, np.clip(at + k, 0, size - 1), axis) for k in outer + inner)
+        part = (first + last) + (6 // len(inner)) * sum(middle[1:], middle[0])
     return ((part + 32) >> 6).astype(image.dtype) if whole else part * np.float32(1 / 64)
 
 
-def build_pyramid(images: Sequence[PixelArray], levels: int) -> Pyramid:
-    """Return a pyramid of images and `levels` halved copies of each.
+def build_pyramid(images: Sequence[PixelArray], levels: int, read: Collection[int]) -> Pyramid:
+    """Return a pyramid of images: their even levels, and of the odd ones those that are read.
 
     Parameters
     ----------
     images
         (H, W, C) uint8, uint16 or float32, all of one shape and dtype.
     levels
-        0 to `most_levels` of the images' size.
+        The coarsest level, 0 to `most_levels` of the images' size.
+    read
+        Levels from which placements are painted.
     """
     channels, dtype = images[0].shape[2], images[0].dtype
     lane = np.dtype({1: np.uint16, 2: np.uint32}.get(dtype.itemsize, np.float32))
     in_word = 1 if lane == np.float32 else 8 // lane.itemsize
     per_pixel = -(-channels // in_word)
     parts: list[PixelArray] = []
-    table = np.empty((len(images) * (levels + 1), 4), np.int64)
+    table = np.zeros((len(images) * (levels + 1), 4), np.int64)
+    table[:, 3] = np.tile(np.arange(levels + 1), len(images))
     start = 0
     for number, image in enumerate(images):
+        whole = image
         for level in range(levels + 1):
-            image = halved(image) if level else image
-            table[number * (levels + 1) + level] = start, *image.shape[:2], level
-            lanes = np.zeros((*image.shape[:2], per_pixel * in_word), lane)
-            lanes[:, :, :channels] = image
+            if level % 2 and level not in read:
+                continue
+            whole = halved(whole) if level and level % 2 == 0 else whole
+            shown = softened(whole) if level % 2 else whole
+            table[number * (levels + 1) + level, :3] = start, *shown.shape[:2]
+            lanes = np.zeros((*shown.shape[:2], per_pixel * in_word), lane)
+            lanes[:, :, :channels] = shown
             part = lanes.reshape(-1)
             parts.append(part if lane == np.float32 else part.view(np.uint64))
             start += len(parts[-1])

@@ -112,7 +112,7 @@ export class ChartPainter {
     if (label < 0) return
     const { columns, matrices, sums, covered, channels, isFloat } = this
     const { fractions } = layer
-    const { placement, symmetry, level, picture } = (layer.known[label] ??= layer.shown(layer.placements[label]))
+    const { placement, symmetry, shift, picture } = (layer.known[label] ??= layer.shown(layer.placements[label]))
     const { height, width, data } = picture
     const { row, column, sourceRow, sourceColumn } = placement
     const [c0, c1, c2, c3] = placement.center
@@ -132,8 +132,8 @@ export class ChartPainter {
       const d = c3 + matrices[4 * n + 3]
       const v = (a * y + b * x + ((a * e + b * f) >> 4) + 256) >> 9
       const w = (c * y + d * x + ((c * e + d * f) >> 4) + 256) >> 9
-      const top = ((sourceRow + s0 * v + s1 * w + 8) >> level) - 8
-      const side = ((sourceColumn + s2 * v + s3 * w + 8) >> level) - 8
+      const top = ((sourceRow + s0 * v + s1 * w + 8) >> shift) - 8
+      const side = ((sourceColumn + s2 * v + s3 * w + 8) >> shift) - 8
       const above = mirrored(top >> 4, height) * width
       const below = mirrored((top >> 4) + 1, height) * width
       const here = mirrored(side >> 4, width)
@@ -176,7 +176,7 @@ export class ChartPainter {
 function shownBy(placement, pyramid, ratio) {
   const { symmetry, center } = placement
   const level = pyramidLevel(pyramid.picture, center, ratio)
-  return { placement, level, symmetry: SYMMETRIES[symmetry], picture: pyramid.level(level, symmetry) }
+  return { placement, shift: level >> 1, symmetry: SYMMETRIES[symmetry], picture: pyramid.level(level, symmetry) }
 }
 
 /** The columns of cells between which texels lie: which texels, and how far each lies from the first column, in 1/16. */

@@ -6,16 +6,16 @@ import { symmetricNormals } from './normals.js'
 
 /** The level that a placement with this centre matrix reads, where there are `ratio` texels for each square step. */
 export function pyramidLevel({ height, width }, [a, b, c, d], ratio) {
-  const most = 32 - Math.clz32(Math.max(height, width) - 1)
+  const most = 2 * (32 - Math.clz32(Math.max(height, width) - 1))
   const determinant = a * d - b * c
   let k = 0
-  while (k < most && determinant >= 2 ** 25 * 4 ** k * ratio) k++
+  while (k < most && determinant >= 2 ** 25 * 2 ** k * ratio) k++
   return k
 }
 
 /** A map as far as it has come. */
 export class MapPyramid {
-  #levels = [] // by symmetry
+  #levels = [] // by symmetry, those in use
 
   constructor(picture, role) {
     this.picture = picture
@@ -28,12 +28,11 @@ export class MapPyramid {
     return (this.average ??= meanOf(this.picture))
   }
 
-  /** A level of it; a normal map is turned by a symmetry before. */
+  /** A level of it: 2k is the map halved k times, 2k + 1 the same, softened. A normal map is turned by a symmetry before. */
   level(number, symmetry) {
     const turned = this.isNormal ? symmetry : 0
     const levels = (this.#levels[turned] ??= [turned ? symmetricNormals(this.picture, turned) : this.picture])
-    while (levels.length <= number) levels.push(halve(levels.at(-1)))
-    return levels[number]
+    return (levels[number] ??= number % 2 ? softened(this.level(number - 1, symmetry)) : halved(this.level(number - 2, symmetry)))
   }
 }
 
@@ -48,28 +47,38 @@ function meanOf({ channels, data }) {
   return out
 }
 
-/** The next level: half the size, filtered by (1, 3, 3, 1)/8 down the columns, then along the rows. */
-function halve({ height, width, channels, data }) {
-  const isFloat = data instanceof Float32Array
-  const [halfHeight, halfWidth] = [(height + 1) >> 1, (width + 1) >> 1]
-  const down = filterAxis(data, isFloat, 1, height, width * channels)
-  const sums = filterAxis(down, isFloat, halfHeight, width, channels)
-  const out = new data.constructor(sums.length)
-  for (let n = 0; n < out.length; n++) out[n] = isFloat ? sums[n] / 64 : (sums[n] + 32) >> 6
-  return { height: halfHeight, width: halfWidth, channels, data: out }
+/** A map of half the size, filtered by (1, 3, 3, 1)/8. */
+function halved(picture) {
+  return filtered(picture, 2)
 }
 
-/** Filter along an axis of `size`, with `inner` samples a step, `outer` times. */
-function filterAxis(from, isFloat, outer, size, inner) {
-  const half = (size + 1) >> 1
-  const out = new (isFloat ? Float32Array : Int32Array)(outer * half * inner)
+/** A map filtered by (1, 6, 1)/8. */
+function softened(picture) {
+  return filtered(picture, 1)
+}
+
+/** Every `by`th pixel of a map, filtered down the columns, then along the rows. */
+function filtered({ height, width, channels, data }, by) {
+  const isFloat = data instanceof Float32Array
+  const [rows, columns] = [Math.ceil(height / by), Math.ceil(width / by)]
+  const down = filterAxis(data, isFloat, by, 1, height, width * channels)
+  const sums = filterAxis(down, isFloat, by, rows, width, channels)
+  const out = new data.constructor(sums.length)
+  for (let n = 0; n < out.length; n++) out[n] = isFloat ? sums[n] / 64 : (sums[n] + 32) >> 6
+  return { height: rows, width: columns, channels, data: out }
+}
+
+/** Filter along an axis of `size`, with `inner` samples a step, `outer` times: those n … n + by − 1 six times, those before and after once. */
+function filterAxis(from, isFloat, by, outer, size, inner) {
+  const out = new (isFloat ? Float32Array : Int32Array)(outer * Math.ceil(size / by) * inner)
   const step = (n) => clamp(n, 0, size - 1) * inner
   for (let o = 0, to = 0; o < outer; o++) {
-    for (let n = 0; n < size; n += 2) {
-      const [a, b, c, d] = [step(n - 1), step(n), step(n + 1), step(n + 2)]
+    for (let n = 0; n < size; n += by) {
+      const [a, b, c, d] = [step(n - 1), step(n), step(n + 1), step(n + by)]
       for (let k = o * size * inner, end = k + inner; k < end; k++, to++) {
-        const [ends, middle] = [from[a + k] + from[d + k], from[b + k] + from[c + k]]
-        out[to] = isFloat ? Math.fround(ends) + Math.fround(3 * Math.fround(middle)) : ends + 3 * middle
+        const [ends, middle] = [from[a + k] + from[d + k], by === 2 ? from[b + k] + from[c + k] : from[b + k]]
+        const times = 6 / by
+        out[to] = isFloat ? Math.fround(ends) + Math.fround(times * Math.fround(middle)) : ends + times * middle
       }
     }
   }

@@ -7,7 +7,7 @@ import { bilinear, mirrored, pyramidLevel } from './pyramid.js'
 
 export const REACH = 7 // how many cells away, each way, a placement counts
 export const MOST_OTHERS = 8 // how many other placements count, the first ones
-export const LEVELS = 3 // broad shades are so many levels above details
+export const HALVINGS = 3 // broad shades are read from a level that is halved so many times more than that of details
 const WIDTH = REACH + 1 // weights along a row or column are 1, 2 … 8 … 2, 1
 const BEFORE = [0] // the sum of the first ones
 for (let n = 1; n < 2 * WIDTH; n++) BEFORE.push(BEFORE[n - 1] + Math.min(n, 2 * WIDTH - n))
@@ -113,7 +113,7 @@ export class CellTones {
 
   /** Read the broad shades of a placement at a place, of which the field's matrix is known; integers as numbers of 16 bits. */
   #read(label, row, column, out) {
-    const { placement, symmetry, level, picture } = (this.known[label] ??= this.#shownBy(this.placements[label]))
+    const { placement, symmetry, shift, picture } = (this.known[label] ??= this.#shownBy(this.placements[label]))
     const { height, width, channels, data } = picture
     const { center } = placement
     const m = this.#matrix
@@ -124,8 +124,8 @@ export class CellTones {
     const [a, b, c, d] = [center[0] + m[0], center[1] + m[1], center[2] + m[2], center[3] + m[3]]
     const v = (a * y + b * x + ((a * (down & 15) + b * (right & 15)) >> 4) + 256) >> 9
     const w = (c * y + d * x + ((c * (down & 15) + d * (right & 15)) >> 4) + 256) >> 9
-    const top = ((placement.sourceRow + symmetry[0] * v + symmetry[1] * w + 8) >> level) - 8
-    const side = ((placement.sourceColumn + symmetry[2] * v + symmetry[3] * w + 8) >> level) - 8
+    const top = ((placement.sourceRow + symmetry[0] * v + symmetry[1] * w + 8) >> shift) - 8
+    const side = ((placement.sourceColumn + symmetry[2] * v + symmetry[3] * w + 8) >> shift) - 8
     const above = mirrored(top >> 4, height) * width
     const below = mirrored((top >> 4) + 1, height) * width
     const here = mirrored(side >> 4, width)
@@ -146,8 +146,8 @@ export class CellTones {
 
   #shownBy(placement) {
     const { pyramid, ratio, last } = this
-    const level = Math.min(pyramidLevel(pyramid.picture, placement.center, ratio) + LEVELS, last)
-    return { placement, level, symmetry: SYMMETRIES[placement.symmetry], picture: pyramid.level(level, placement.symmetry) }
+    const shift = Math.min((pyramidLevel(pyramid.picture, placement.center, ratio) >> 1) + HALVINGS, last)
+    return { placement, shift, symmetry: SYMMETRIES[placement.symmetry], picture: pyramid.level(2 * shift, placement.symmetry) }
   }
 }
 

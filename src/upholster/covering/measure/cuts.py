@@ -10,7 +10,7 @@ from upholster.covering.measure.seams import MeanDifference
 from upholster.covering.measure.trace import Trace, step_sources, traces
 from upholster.quilt.displacement import centre_matrices, levels_of
 from upholster.quilt.model import Quilt, Texels
-from upholster.quilt.pyramid import halved, most_levels
+from upholster.quilt.pyramid import most_levels, next_level
 
 __all__ = ["check_measured", "cut_seam_ratio", "matched_cut_ratio", "sampled"]
 
@@ -130,9 +130,9 @@ def sampled(trace: Trace, owner: NDArray[np.void], places: FloatArray, levels: l
     out = np.empty((len(owner), levels[0].shape[2]), np.float32)
     for k in np.unique(level).tolist():
         while len(levels) <= k:
-            levels.append(halved(levels[-1]))
+            levels.append(next_level(levels))
         mine = level == k
-        out[mine] = bilinear(levels[k], *((places[mine].T + 0.5) / 2**k - 0.5))
+        out[mine] = bilinear(levels[k], *((places[mine].T + 0.5) / 2 ** (k // 2) - 0.5))
     return out
 
 
