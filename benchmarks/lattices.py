@@ -21,6 +21,8 @@ from upholster.base.types import PixelArray
 from upholster.covering.measure import BrokenElements, broken_elements, mapping
 from upholster.geometry.built_in.catalog import surface_from_spec
 from upholster.geometry.built_in.plane import plane
+from upholster.image.elements.courses import find_courses
+from upholster.image.elements.joints import find_joints
 from upholster.image.elements.lattice import Lattice, find_lattice
 from upholster.synthesis.execution import execute
 from upholster.synthesis.exemplar import Exemplar
@@ -60,7 +62,10 @@ def measured(request: Request) -> Table:
     rows.append(
         ["area where the size is within 5 %, least", *(f"{min(sizes[spec]):.1%}" for spec in SURFACES)]
     )
-    note = "Broken elements by the lattice's first and second wave."
+    note = (
+        "Broken elements by the lattice's first and second wave; of running bond and bricks between courses "
+        "and along them."
+    )
     return Table(("sample", *SURFACES), rows, {"note": note})
 
 
@@ -77,4 +82,5 @@ def _covered(
     quilt = execute(prepared, Exemplar(exemplar), surface, seed=seed)
     scale = None if prepared.scale is None else prepared.scale.scale
     within = 1.0 if spec == FLAT else mapping(surface, quilt, scale=scale).within
-    return broken_elements(quilt, lattice, surface), within
+    courses = find_courses(lattice, find_joints(exemplar))
+    return broken_elements(quilt, lattice, surface, courses=courses), within

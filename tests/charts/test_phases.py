@@ -62,7 +62,7 @@ def over_edges(surface, field, sign=None):
 def test_rows_round_a_torus_close():
     surface, vectors = rings()
     field = phase_field(surface, vectors, SCALE, ROWS)
-    assert len(field.centres) < len(surface.chart)
+    assert len(field.cells.centres) < len(surface.chart)
     assert over_edges(surface, field).max() < 0.1
     # The wave is as long as it shall be: from a triangle's corner to the next, along its own axes.
     _, down = triangle_frames(surface.mesh, vectors)

@@ -102,7 +102,7 @@ def test_phases_of_one_size_are_those_of_a_sample_so_large():
     waves = np.array([(1 / 16, 0.0), (0.0, 1 / 24)])
     by_map = phase_field(charted, vectors, 200.0, waves, sizes)
     larger = phase_field(charted, vectors, 100.0, waves)
-    np.testing.assert_allclose(by_map.own, larger.own)
+    np.testing.assert_allclose(by_map.cells.own, larger.cells.own)
     triangles = np.arange(len(charted.chart), dtype=np.int32)
     points = charted.mesh.corners.mean(axis=1)
     apart = by_map.at(triangles, points) - larger.at(triangles, points)  # int16 wraps, as phases do

@@ -5,7 +5,7 @@ from typing import Any
 from upholster.runtime.jit import kernel
 from upholster.synthesis.quilt.kernels._block_kernels import LayNumbers
 from upholster.synthesis.quilt.kernels._choice_kernels import choose_source, draw_fitting
-from upholster.synthesis.quilt.kernels._frame_kernels import look_at_frame, write_frame
+from upholster.synthesis.quilt.kernels._frame_kernels import keep_to_course, look_at_frame, write_frame
 from upholster.synthesis.quilt.kernels._guide_kernels import is_barred, penalise_off, prefer_cells, show_all
 from upholster.synthesis.quilt.kernels._seed_kernels import cut_block
 from upholster.synthesis.quilt.kernels._sheet_kernels import fit_block, shown_at
@@ -13,7 +13,7 @@ from upholster.synthesis.quilt.kernels._unfold_kernels import unfold_block
 from upholster.synthesis.quilt.kernels._whole_kernels import place_inside_chart
 
 
-def lay_numbers(height: int, width: int, size: int, **changes: int) -> LayNumbers:
+def lay_numbers(height: int, width: int, size: int, **changes: Any) -> LayNumbers:
     """Return numbers of a sample and of blocks of `size` pixels, with `changes` by name."""
     numbers = LayNumbers(
         height, width, level=0, step=1, shortlist=32, guide_step=4, symmetries=1, size=size, cell=2
@@ -117,3 +117,9 @@ def read_cells(field: Any, fits: Any, rows: Any, places: Any, read: Any) -> None
     for n in range(rows.shape[0]):
         y, x = shown_at(field, fits[rows[n]], places[n, 0], places[n, 1])
         read[n, 0], read[n, 1] = y, x
+
+
+@kernel
+def keep(numbers: Any, record: Any, covered: Any, pixels: Any, sizes: Any) -> None:
+    """Call `keep_to_course`; `sizes` receives how many pixels are laid and bare."""
+    sizes[0], sizes[1] = keep_to_course(numbers, record, covered, pixels)

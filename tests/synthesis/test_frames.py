@@ -6,14 +6,14 @@ from typing import Any
 import numpy as np
 import pytest
 from laying import Folded, cylinder, plane, texture
-from laying_kernels import lay_numbers, lie, look, write
+from laying_kernels import keep, lay_numbers, lie, look, write
 from plain_laying import SYMMETRIES, barycentric
 from warp_fields import quantised
 
 from upholster.charts._step_kernels import StepGrid, locate_steps
 from upholster.quilt.warp_field import FIELD_STEP, WarpField
 from upholster.synthesis.quilt.centres import centres_on
-from upholster.synthesis.quilt.kernels._block_kernels import BLOCK_COLUMNS, FramePixels
+from upholster.synthesis.quilt.kernels._block_kernels import BLOCK_COLUMNS, PHASE, CourseRule, FramePixels
 from upholster.synthesis.quilt.kernels._frame_kernels import bound_places
 from upholster.synthesis.quilt.kernels._lay_kernels import Ground
 from upholster.synthesis.quilt.kernels._sheet_kernels import FIT, MOST_SHEETS, FieldArrays
@@ -156,6 +156,46 @@ def test_a_block_writes_what_its_mask_shows(centre: tuple[int, int], symmetry: i
             assert canvases.sources[r * shape[1] + c] == row * 60 + column
     np.testing.assert_array_equal(canvases.owners.reshape(shape), owners)
     assert (owners >= 0).any()
+
+
+COURSE = CourseRule(1.0, -1.0, 0.4, 0.06, 0.01, 0.09)
+"""Courses of about 16 pixels, a little tilted, and a pixel and a half to spare."""
+
+
+def beyond_course(phases: tuple[int, int], laid: np.ndarray) -> np.ndarray:
+    """Return which pixels round a frame's middle, 12 each way and one more, are beyond the block's course."""
+    side = laid.shape[0]
+    down, right = np.mgrid[:side, :side] - side // 2
+    place = ((phases[0] - phases[1]) / 65536 - 0.4) % 1 + 0.06 * down + 0.01 * right
+    spare = np.where(laid, 0.0, 0.09)
+    return (place < -spare) | (place > 1 + spare)
+
+
+@pytest.mark.parametrize("phases", [(9000, 20000), (-30000, 31000), (26214, 0)])
+def test_a_block_ends_with_its_course(phases: tuple[int, int]) -> None:
+    rng, size = np.random.default_rng(1), 24
+    covered = rng.choice([0, 1, 2, 9], (size + 2, size + 2)).astype(np.uint8)
+    want = np.where(beyond_course(phases, covered & 1 == 1), 2, covered)
+    pixels, record, sizes = FramePixels.of(size), np.zeros(BLOCK_COLUMNS, np.int32), np.zeros(2, np.int64)
+    record[PHASE:] = phases
+    keep(lay_numbers(60, 60, size, course=COURSE), record, covered, pixels, sizes)
+    np.testing.assert_array_equal(covered, want)
+    inside = want[1:-1, 1:-1]
+    np.testing.assert_array_equal(pixels.marks, inside)
+    assert sizes.tolist() == [(inside & 1).sum(), (inside == 0).sum()]
+    assert 0.2 < (want != 2).mean() < 0.7
+    # What is written ends there, too.
+    ground = simple((90, 75), hole=False)
+    canvases = ground.canvases
+    canvases.owners[:] = np.where(rng.random(len(canvases.owners)) < 0.5, 3, -1)
+    shape = int(canvases.heights[0]), int(canvases.widths[0])
+    laid = (canvases.owners.reshape(shape) >= 0)[45 - 12 : 45 + 12, 40 - 12 : 40 + 12]
+    out, fits = Footprint.of(64), np.zeros((MOST_SHEETS, FIT))
+    count = lie(ground.field, clear_cells(20, 20), np.array([0, 45, 40, 0, 0, 0.0]), 12.0, out, fits)
+    numbers = lay_numbers(60, 60, size, course=COURSE)
+    write(canvases, numbers, 6, record, np.ones(144, np.uint8), out, count)
+    written = (canvases.owners.reshape(shape) == 6)[45 - 12 : 45 + 12, 40 - 12 : 40 + 12]
+    np.testing.assert_array_equal(written, ~beyond_course(phases, laid))
 
 
 def some_charts() -> tuple[Folded, Ground]:

@@ -11,6 +11,7 @@ from laying import alike, quilt_on
 
 from upholster import read_exemplar
 from upholster.base.options.synthesis_options import SynthesisOptions
+from upholster.charts.phases.course_phases import CourseField
 from upholster.charts.subdivision import subdivided, subdivided_in
 from upholster.charts.surface_to_cover import as_covered
 from upholster.covering.measure.cuts import cut_seam_ratio
@@ -24,7 +25,8 @@ from upholster.synthesis.quilt.method import laid_quilt, lay_plan
 from upholster.synthesis.quilt.scene import Scene
 from upholster.synthesis.setup import prepare
 
-SAMPLE = read_exemplar(Path(__file__).parent.parent.parent / "examples" / "granite.png")[:64, :64]
+EXAMPLES = Path(__file__).parent.parent.parent / "examples"
+SAMPLE = read_exemplar(EXAMPLES / "granite.png")[:64, :64]
 SPHERE = "sphere:r=1"
 
 
@@ -75,6 +77,27 @@ def sized_cut() -> LayPlan:
         return plan_on(SPHERE, size_map="height=0.6,1.5")
 
 
+@pytest.fixture(scope="module")
+def coursed() -> LayPlan:
+    """Return a plan of bricks whose courses slip, in one parcel."""
+    return bricks_on_a_vase()
+
+
+@pytest.fixture(scope="module")
+def coursed_cut() -> LayPlan:
+    with in_small_parcels():
+        return bricks_on_a_vase()
+
+
+def bricks_on_a_vase() -> LayPlan:
+    sample = Exemplar(read_exemplar(EXAMPLES / "bricks.png", resize=128))
+    options = SynthesisOptions(texels=300_000, sample_size=0.8, direction="around:z")
+    scene = prepare(sample, as_covered("vase").surface, options)
+    assert isinstance(scene, Scene)
+    assert isinstance(scene.phases[0], CourseField)
+    return lay_plan(scene, sample, seed=5)
+
+
 def test_tasks_can_have_a_plan_of_any_direction() -> None:
     # They get vectors in place of the function, which can not be pickled.
     plan = plan_on("torus", texels=20_000, direction=lambda points: points[:, ::-1])
@@ -121,7 +144,7 @@ def test_triangles_in_a_box_are_those_of_the_whole(cut: LayPlan) -> None:
     assert subdivided_in(cut.scene.charted, cut.scene.vectors, longest, box + 100) is None
 
 
-@pytest.mark.parametrize("plan", ["whole", "sized"])
+@pytest.mark.parametrize("plan", ["whole", "sized", "coursed"])
 def test_one_parcel_drawn_again_is_as_it_was_laid(plan: str, request: pytest.FixtureRequest) -> None:
     whole = request.getfixturevalue(plan)
     assert len(whole.parcels) == 1
@@ -135,7 +158,7 @@ def test_one_parcel_drawn_again_is_as_it_was_laid(plan: str, request: pytest.Fix
 
 
 @pytest.mark.slow(reason="lays whole quilts on several surfaces")
-@pytest.mark.parametrize("plan", ["cut", "sized_cut"])
+@pytest.mark.parametrize("plan", ["cut", "sized_cut", "coursed_cut"])
 def test_threads_do_not_change_a_quilt_of_parcels(plan: str, request: pytest.FixtureRequest) -> None:
     found = request.getfixturevalue(plan)
     assert alike(quilt_on(1, found), quilt_on(3, found))

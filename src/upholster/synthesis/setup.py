@@ -21,6 +21,7 @@ from upholster.charts.layout import LONGEST, TextureScale, density_layout, textu
 from upholster.charts.maps.map_ground import MapGround
 from upholster.charts.mesh_layout import mesh_charts
 from upholster.charts.mesh_warp_fields import triangle_frames, warp_fields
+from upholster.charts.phases.course_phases import CourseField, course_field
 from upholster.charts.phases.phase_cells import PhaseField, phase_field
 from upholster.charts.size_map import SizeField, parse_size_map, size_field
 from upholster.charts.turns import chart_turns
@@ -28,6 +29,8 @@ from upholster.geometry.any_surface import AnySurface
 from upholster.geometry.meshes.triangle_mesh import MeshSurface
 from upholster.geometry.model_files.model_file import ModelFile
 from upholster.geometry.patches.surface import Surface
+from upholster.image.elements.courses import find_courses
+from upholster.image.elements.joints import find_joints
 from upholster.image.elements.lattice import find_lattice
 from upholster.quilt.chart import MAX_CHART, Chart
 from upholster.quilt.warp_field import WarpField
@@ -230,21 +233,29 @@ def _phases(
     vectors: FloatArray,
     scale: float,
     sizes: SizeField | None,
-) -> tuple[PhaseField | None, ...]:
-    """Return the phases that a surface requests of each sample; `scale` is the sample's pixels per unit."""
+) -> tuple[PhaseField | CourseField | None, ...]:
+    """Return the phases that a surface requests of each sample; `scale` is the sample's pixels per unit.
+
+    The courses of a single sample may slip.
+    """
     if options.phase == 0:
         return (None,) * len(exemplar.parts)
-    return tuple(
+    fields = [
         None if lattice is None else phase_field(charted, vectors, scale, lattice.waves, sizes)
         for lattice in exemplar.lattices
-    )
+    ]
+    if len(fields) == 1 and fields[0] is not None:
+        courses = find_courses(exemplar.lattices[0], find_joints(exemplar.pixels))
+        if courses is not None:
+            return (course_field(fields[0], courses, charted, vectors, scale, sizes) or fields[0],)
+    return tuple(fields)
 
 
 def _block_side(
     exemplar: Exemplar,
     options: SynthesisOptions,
     across: float,
-    phases: tuple[PhaseField | None, ...] | None = None,
+    phases: tuple[PhaseField | CourseField | None, ...] | None = None,
 ) -> int:
     """Return the side of blocks on a surface; other parameters as in the function `block_side`."""
     if options.block is not None:

@@ -3,7 +3,7 @@
 A *wave* is one generator of the sample's lattice (`upholster.image.elements`), in cycles per exemplar pixel.
 The surface is cut into *cells*. *Links* between neighbouring cells (`links`) give the advance of each wave
 from one to the next. `phase_solution` finds the phases that fit all links best. `phase_cells` makes cells and
-links, and evaluates the wanted phase anywhere.
+links, and evaluates the wanted phase anywhere. `course_phases` finds the phases of courses that slip.
 
 References
 ----------

@@ -5,7 +5,7 @@ import numpy as np
 from upholster.base.types import ComplexArray, FloatArray, IntArray
 from upholster.runtime.jit import inline, kernel
 
-__all__ = ["carry_phases", "first_members", "nearest_parts"]
+__all__ = ["carry_phases", "first_members", "nearest_in_course", "nearest_parts"]
 
 
 @inline
@@ -67,4 +67,32 @@ def nearest_parts(
                 away += (points[i, axis] - middles[part, axis]) ** 2
             if away < least:
                 least = away
+                out[i] = part
+
+
+@kernel
+def nearest_in_course(
+    firsts: IntArray,
+    middles: FloatArray,
+    heights: FloatArray,
+    triangles: IntArray,
+    points: FloatArray,
+    height: FloatArray,
+    out: IntArray,
+) -> None:
+    """Put in `out` (m,) the part of its triangle nearest to each point (m, 3) and, if any is, in its course.
+
+    `heights` (parts,) and `height` (m,) are places between the joints of a course, 0 to 1.
+    """
+    for i in range(len(out)):
+        least, is_in_course = np.inf, False
+        for part in range(firsts[triangles[i]], firsts[triangles[i] + 1]):
+            here = abs(heights[part] - height[i]) < 0.5
+            if is_in_course and not here:
+                continue
+            away = 0.0
+            for axis in range(3):
+                away += (points[i, axis] - middles[part, axis]) ** 2
+            if away < least or (here and not is_in_course):
+                least, is_in_course = away, here
                 out[i] = part

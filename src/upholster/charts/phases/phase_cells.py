@@ -13,10 +13,20 @@ from upholster.charts.phases._kernels import first_members, nearest_parts
 from upholster.charts.phases.links import Links, matched_waves
 from upholster.charts.phases.phase_solution import solved_phases, unit_phases
 from upholster.charts.size_map import SizeField
-from upholster.charts.subdivision import subdivided
+from upholster.charts.subdivision import Subdivided, subdivided
 from upholster.runtime.stages import stage
 
-__all__ = ["TURN", "PhaseField", "phase_field"]
+__all__ = [
+    "TURN",
+    "Cells",
+    "PhaseField",
+    "cells_of",
+    "edges_at",
+    "in_units",
+    "links_of",
+    "phase_field",
+    "turns_of",
+]
 
 TURN = 65536
 """Units of a phase per turn: phases are int16, and wrap around with them."""
@@ -38,15 +48,11 @@ _HEAVIEST = 1e3
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class PhaseField:
-    """Phases of waves over a charted surface.
-
-    The surface's triangles are cut into parts, none of which is longer than a cell.
+class Cells:
+    """Connected pieces of a surface whose triangles are cut into parts, none of which is longer than a cell.
 
     Attributes
     ----------
-    waves
-        (n, 2) cycles per exemplar pixel.
     firsts
         (T + 1,) int32: the first part of each triangle; its last part precedes the next one's first.
     middles
@@ -57,6 +63,41 @@ class PhaseField:
         (parts,) int32: the cell of each part.
     centres, axes
         (cells, 3) and (cells, 2, 3): means of their parts' middles and axes.
+    areas
+        (cells,) square exemplar pixels.
+    """
+
+    firsts: IntArray
+    middles: FloatArray
+    own: FloatArray
+    cell: IntArray
+    centres: FloatArray
+    axes: FloatArray
+    areas: FloatArray
+
+    def turns(
+        self, part: IntArray, points: FloatArray, waves: FloatArray, phases: ComplexArray
+    ) -> FloatArray:
+        """Return the turns (n, m) of waves (n, 2) at points (m, 3) in parts (m,).
+
+        `phases` (n, cells) are those at the cells' centres.
+        """
+        cell = self.cell[part]
+        read = product(0.5 * (self.axes[cell] + self.own[part]), points - self.centres[cell])
+        found: FloatArray = turns_of(phases[:, cell]) + waves @ read.T
+        return found
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class PhaseField:
+    """Phases of waves over a charted surface.
+
+    Attributes
+    ----------
+    waves
+        (n, 2) cycles per exemplar pixel.
+    cells
+        The pieces of the surface.
     phases
         (n, cells) complex: the phases at the centres; small near the end of a course.
     missing
@@ -67,12 +108,7 @@ class PhaseField:
     """
 
     waves: FloatArray
-    firsts: IntArray
-    middles: FloatArray
-    own: FloatArray
-    cell: IntArray
-    centres: FloatArray
-    axes: FloatArray
+    cells: Cells
     phases: ComplexArray
     missing: FloatArray
     areas: FloatArray
@@ -80,12 +116,9 @@ class PhaseField:
     def at(self, triangles: IntArray, points: FloatArray) -> NDArray[np.int16]:
         """Return the phases at points (m, 3) in triangles (m,): (n, m) int16, in 1/65536 turn."""
         part = np.empty(len(triangles), np.int32)
-        triangles = np.ascontiguousarray(triangles, np.int32)
-        nearest_parts(self.firsts, self.middles, triangles, np.ascontiguousarray(points), part)
-        cell = self.cell[part]
-        read = _product(0.5 * (self.axes[cell] + self.own[part]), points - self.centres[cell])
-        turns = _turns(self.phases[:, cell]) + self.waves @ read.T
-        return np.rint(TURN * (turns - np.rint(turns))).astype(np.int64).astype(np.int16)
+        triangles, points = np.ascontiguousarray(triangles, np.int32), np.ascontiguousarray(points)
+        nearest_parts(self.cells.firsts, self.cells.middles, triangles, points, part)
+        return in_units(self.cells.turns(part, points, self.waves, self.phases))
 
     def strain(self, share: float) -> float:
         """Return the greatest stretch of waves on a share (0 to 1) of the surface, in cycles per pixel."""
@@ -129,6 +162,15 @@ def phase_field(
     smallest = 1.0 if sizes is None else sizes.least
     side = max(_SIDE * period / scale * smallest, (area / _MOST_CELLS) ** 0.5)
     fine = subdivided(surface, vectors, _LONGEST * side)
+    cells = cells_of(fine, side, scale, sizes)
+    links = links_of(fine.surface, cells, waves)
+    phases = solved_phases(links, cells.areas, waves)
+    missing, between = _strains(links, waves, phases)
+    return PhaseField(waves, cells, phases, missing, between)
+
+
+def cells_of(fine: Subdivided, side: float, scale: float, sizes: SizeField | None = None) -> Cells:
+    """Return the cells of a surface, `side` model units wide; other parameters as for `phase_field`."""
     flat, mesh = fine.surface, fine.surface.mesh
     along, down = triangle_frames(mesh, fine.vectors)
     areas = np.maximum(mesh.areas, 1e-12 * mesh.size**2)
@@ -146,11 +188,8 @@ def phase_field(
         smaller = 1 / sizes.at(fine.parent, middles)
         of_cells = np.bincount(cell, areas * smaller) / total
         own, axes, shown = own * smaller[:, None, None], axes * of_cells[:, None, None], shown * of_cells**2
-    links = _links(flat, cell, centres, axes, own, waves)
-    phases = solved_phases(links, shown, waves)
-    firsts = np.searchsorted(fine.parent, np.arange(len(surface.chart) + 1)).astype(np.int32)
-    missing, between = _strains(links, waves, phases)
-    return PhaseField(waves, firsts, middles, own, cell, centres, axes, phases, missing, between)
+    firsts = np.searchsorted(fine.parent, np.arange(int(fine.parent.max()) + 2)).astype(np.int32)
+    return Cells(firsts, middles, own, cell, centres, axes, shown)
 
 
 def _steps(surface: ChartedSurface) -> float:
@@ -174,15 +213,9 @@ def _cells(surface: ChartedSurface, along: FloatArray, side: float) -> IntArray:
     return found
 
 
-def _links(
-    surface: ChartedSurface,
-    cell: IntArray,
-    centres: FloatArray,
-    axes: FloatArray,
-    own: FloatArray,
-    waves: FloatArray,
-) -> Links:
-    # One link for every two cells that share edges.
+def links_of(surface: ChartedSurface, cells: Cells, waves: FloatArray) -> Links:
+    """Return one link for every two cells that share edges of a surface, whose triangles are their parts."""
+    cell, own, axes, centres = cells.cell, cells.own, cells.axes, cells.centres
     corners, across = surface.mesh.corners, surface.across
     triangle, edge = np.nonzero(across >= 0)
     other, back = np.divmod(across[triangle, edge], 3)
@@ -194,14 +227,14 @@ def _links(
     first, second = np.divmod(keys, len(centres))
     # The rotation takes an edge, as (down, along) in one side's axes, to the same edge in the other's. Each
     # side uses its own corners: in a tile, neighbours may be far apart.
-    middle, tangent = _edges(corners, triangle, edge)
-    other_middle, other_tangent = _edges(corners, other, back)
-    before, after = _product(own[triangle], tangent), -_product(own[other], other_tangent)
+    middle, tangent = edges_at(corners, triangle, edge)
+    other_middle, other_tangent = edges_at(corners, other, back)
+    before, after = product(own[triangle], tangent), -product(own[other], other_tangent)
     length = np.maximum(np.sqrt((before**2).sum(axis=1)), 1e-12)
     real = (before * after).sum(axis=1) / length
     imaginary = (before[:, 1] * after[:, 0] - before[:, 0] * after[:, 1]) / length
-    here = _product(0.5 * (axes[a] + own[triangle]), middle - centres[a]) * length[:, None]
-    there = _product(0.5 * (axes[b] + own[other]), centres[b] - other_middle) * length[:, None]
+    here = product(0.5 * (axes[a] + own[triangle]), middle - centres[a]) * length[:, None]
+    there = product(0.5 * (axes[b] + own[other]), centres[b] - other_middle) * length[:, None]
     whole = np.bincount(number, length, len(keys))
     sums = [np.bincount(number, of, len(keys)) / whole for of in (*here.T, *there.T, real, imaginary)]
     here, there = np.stack(sums[:2], axis=1), np.stack(sums[2:4], axis=1)
@@ -211,10 +244,10 @@ def _links(
     return Links(first.astype(np.int32), second.astype(np.int32), here, there, weights, goes_on)
 
 
-def _edges(
+def edges_at(
     corners: FloatArray, triangle: NDArray[np.integer], edge: NDArray[np.integer]
 ) -> tuple[FloatArray, FloatArray]:
-    # Midpoints of triangles' edges, and their directions.
+    """Return the midpoints of triangles' edges, and the edges as vectors, each (n, 3)."""
     start, stop = corners[triangle, edge], corners[triangle, (edge + 1) % 3]
     return 0.5 * (start + stop), stop - start
 
@@ -234,16 +267,23 @@ def _strains(links: Links, waves: FloatArray, phases: ComplexArray) -> tuple[Flo
         next_one = links.goes_on[on, wave]
         cycles = links.here[on] @ waves[wave] + (links.there[on] * both[next_one]).sum(axis=1)
         gone_on = phases[wave, links.first[on]] * unit_phases(cycles)
-        missing[wave, on] = np.abs(_turns(psi[next_one, links.second[on]] * np.conj(gone_on))) / away[on]
+        missing[wave, on] = np.abs(turns_of(psi[next_one, links.second[on]] * np.conj(gone_on))) / away[on]
     return missing, links.weights * away**2
 
 
-def _turns(z: ComplexArray) -> FloatArray:
+def turns_of(z: ComplexArray) -> FloatArray:
+    """Return the angles of complex numbers in turns, −½ to ½."""
     turns: FloatArray = np.arctan2(z.imag, z.real) / (2 * np.pi)
     return turns
 
 
-def _product(axes: FloatArray, steps: FloatArray) -> FloatArray:
+def in_units(turns: FloatArray) -> NDArray[np.int16]:
+    """Return turns in units of 1/65536, which wrap around."""
+    return np.rint(TURN * (turns - np.rint(turns))).astype(np.int64).astype(np.int16)
+
+
+def product(axes: FloatArray, steps: FloatArray) -> FloatArray:
+    """Return axes (n, 2, 3) times steps (n, 3): (n, 2)."""
     found: FloatArray = (axes @ steps[:, :, None])[..., 0]
     return found
 

@@ -14,6 +14,7 @@ from upholster.covering.measure.places import SeamPlaces
 from upholster.covering.measure.source_cuts import SourceCuts, cuts_of
 from upholster.geometry.any_surface import AnySurface
 from upholster.geometry.components import connected
+from upholster.image.elements.courses import Courses
 from upholster.image.elements.lattice import Lattice
 from upholster.quilt.model import Quilt
 
@@ -21,6 +22,9 @@ __all__ = ["BrokenElements", "broken_elements", "jumps_of"]
 
 QUARTER = 0.25
 """Turns by which a lattice must jump at a cut to be broken there."""
+
+_IN_JOINT = 1 / 6
+"""A cut is in a joint between courses if both sides are within this share of a course's height of it."""
 
 STAIRS = np.pi / 4
 """Mean over all directions: a line's length over that of the texels' edges that follow it."""
@@ -65,7 +69,12 @@ class BrokenElements:
 
 
 def broken_elements(
-    quilt: Quilt, lattice: Lattice, surface: AnySurface | None = None, *, crease: float = CREASE
+    quilt: Quilt,
+    lattice: Lattice,
+    surface: AnySurface | None = None,
+    *,
+    courses: Courses | None = None,
+    crease: float = CREASE,
 ) -> BrokenElements:
     """Measure where a result's cuts break the lattice of its sample.
 
@@ -84,6 +93,10 @@ def broken_elements(
         The surface below the charts. With it seams are examined as well, and runs continue across them. Only
         texels on it count, because blocks in the margins of a mesh's charts are invisible. Cuts along its
         creases, where the texture starts again, do not count.
+    courses
+        The sample's courses, if it is in running bond: then the first figure is that of the wave that counts
+        courses, the second that of elements along a course. Cuts in joints between courses do not count for
+        it, because courses may slip there.
     crease
         Degrees: edges at which the surface turns by at least this are creases.
 
@@ -105,8 +118,11 @@ def broken_elements(
         )
     charted = None if surface is None else charted_surface(surface, quilt.charts)
     cuts, seams, area = cuts_of(quilt, charted, crease)
-    periods = 1.0 / np.hypot(*lattice.waves.T)
-    broken = np.abs(jumps_of(cuts, lattice)) > QUARTER
+    waves, jumps = lattice.waves, jumps_of(cuts, lattice)
+    if courses is not None:
+        waves, jumps = _by_course(cuts, lattice, courses, jumps)
+    periods = 1.0 / np.hypot(*waves.T)
+    broken = np.abs(jumps) > QUARTER
     lengths = (broken * cuts.lengths[:, None]).sum(axis=0)
     total = float(cuts.lengths.sum())
     runs = [longest_run(cuts, broken[:, k], seams) for k in range(len(periods))]
@@ -122,6 +138,19 @@ def jumps_of(cuts: SourceCuts, lattice: Lattice) -> FloatArray:
     """Return the jumps of the waves' phases at cuts: (n, waves), in turns, -½ to ½."""
     jumps: FloatArray = _turns(lattice, cuts.found.T) - _turns(lattice, cuts.onward.T)
     return jumps - np.rint(jumps)
+
+
+def _by_course(
+    cuts: SourceCuts, lattice: Lattice, courses: Courses, jumps: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    # The wave that counts courses and the one along a course, (2, 2), and their jumps (n, 2).
+    bed, first = courses.wave(lattice.waves), lattice.waves[0]
+    along = first - (first @ bed) / (bed @ bed) * bed
+    over = jumps @ np.array(courses.multiples)
+    sides = [_turns(lattice, at.T) @ np.array(courses.multiples) for at in (cuts.found, cuts.onward)]
+    away = [np.abs(side - courses.joint - np.rint(side - courses.joint)) for side in sides]
+    slipped = np.where(np.maximum(*away) < _IN_JOINT, 0.0, jumps[:, 0])
+    return np.stack([bed, along]), np.stack([over - np.rint(over), slipped], axis=1)
 
 
 def _turns(lattice: Lattice, place: IntArray) -> FloatArray:

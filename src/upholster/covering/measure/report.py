@@ -23,6 +23,7 @@ from upholster.covering.measure.scale import TexelScale, texel_scale
 from upholster.covering.measure.seams import WrapSeams, edge_seam_ratio, wrap_seams
 from upholster.geometry.any_surface import AnySurface
 from upholster.geometry.patches.surface import Surface
+from upholster.image.elements.courses import find_courses
 from upholster.image.elements.joints import find_joints
 from upholster.image.elements.lattice import find_lattice
 from upholster.image.files.read import check_exemplar
@@ -217,7 +218,11 @@ def measure_cover(
             ),
             scale=texel_scale(surface, quilt.charts),
             mapping=mapping(surface, quilt, scale=scale, direction=wanted),
-            broken=None if lattice is None else broken_elements(quilt, lattice, surface, crease=crease),
+            broken=None
+            if lattice is None
+            else broken_elements(
+                quilt, lattice, surface, courses=find_courses(lattice, joints), crease=crease
+            ),
             joints=None if joints is None else joint_ends(quilt, joints, surface, crease=crease),
             patches=patch_distance(views, exemplar) if views else None,
             crossings=crossings(surface, quilt),

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from upholster.base.errors import InputError
 from upholster.base.types import PixelArray
 from upholster.charts.charted_surface import ChartedSurface, steps_per_unit
+from upholster.charts.phases.course_phases import CourseField
 from upholster.image.elements.joints import find_joints
 from upholster.image.elements.lattice import Lattice
 from upholster.image.files.collage import Rectangle
@@ -25,7 +26,7 @@ from upholster.runtime.stages import stage
 from upholster.synthesis.exemplar import Exemplar, cropped
 from upholster.synthesis.quilt.emit import LabelPiece, emitted_quilt, label_pieces
 from upholster.synthesis.quilt.irregularity import irregularity
-from upholster.synthesis.quilt.kernels._block_kernels import LayNumbers, LayWeights
+from upholster.synthesis.quilt.kernels._block_kernels import CourseRule, LayNumbers, LayWeights
 from upholster.synthesis.quilt.kernels._phase_kernels import MISFIT
 from upholster.synthesis.quilt.laid_blocks import ParcelBlocks
 from upholster.synthesis.quilt.lay_plan import LayPlan
@@ -68,6 +69,9 @@ _LARGEST_FRAME, _SHARE = 512, 0.75
 
 _MIRRORED = 1 << 5
 """The bit of the symmetry that mirrors left and right: columns count backwards."""
+
+_SPARE = 1.5
+"""Pixels by which a block reaches beyond its course where no other block shows: fewer leave slivers."""
 
 
 def lay_plan(scene: Scene, exemplar: Exemplar, *, seed: int = 0) -> LayPlan:
@@ -231,4 +235,17 @@ def _numbers(scene: Scene, exemplar: Exemplar, scale: float) -> tuple[MatchPyram
         symmetries,
         size,
         cell,
+        course=_course_rule(scene, number),
+    )
+
+
+def _course_rule(scene: Scene, level: int) -> CourseRule:
+    # Where blocks end if the courses of the only sample slip.
+    phases = scene.phases[0]
+    if not isinstance(phases, CourseField):
+        return CourseRule()
+    first, second = phases.courses.multiples
+    down, right = (phases.courses.wave(phases.waves) * 2.0**level).tolist()
+    return CourseRule(
+        float(first), float(second), phases.courses.joint, down, right, _SPARE * float(np.hypot(down, right))
     )

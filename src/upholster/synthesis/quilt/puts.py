@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from upholster.base.types import FloatArray
 from upholster.image.masks import Used
 from upholster.quilt.chart import Chart
-from upholster.synthesis.quilt.kernels._block_kernels import LayNumbers
+from upholster.synthesis.quilt.kernels._block_kernels import CourseRule, LayNumbers
 
 __all__ = ["PieceFrame", "PutPiece", "piece_frame"]
 
@@ -97,5 +97,8 @@ def piece_frame(piece: PutPiece, numbers: LayNumbers) -> PieceFrame:
         shows &= piece.used[i[:, None], j]
     half = piece.size * float(np.hypot(height, width)) / 2 + _CELL
     return PieceFrame(
-        numbers._replace(size=size, cell=_CELL), source, shows.astype(np.uint8).reshape(-1), half
+        numbers._replace(size=size, cell=_CELL, course=CourseRule()),
+        source,
+        shows.astype(np.uint8).reshape(-1),
+        half,
     )

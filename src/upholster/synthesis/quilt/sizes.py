@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from upholster.charts.phases.course_phases import CourseField
 from upholster.charts.phases.phase_cells import PhaseField
 from upholster.runtime.stages import stage
 
@@ -39,7 +40,7 @@ def suiting_side(shape: tuple[int, ...], *, repeats: bool) -> int:
 
 
 @stage
-def block_side(shape: tuple[int, ...], across: float, phases: PhaseField | None) -> int:
+def block_side(shape: tuple[int, ...], across: float, phases: PhaseField | CourseField | None) -> int:
     """Return the side of a surface's blocks.
 
     It suits the sample's size, and is at most an eighth of the surface. A repeating texture stays in step:

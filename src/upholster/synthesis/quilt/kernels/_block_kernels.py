@@ -19,6 +19,7 @@ __all__ = [
     "SOURCE_ROW",
     "SYMMETRY",
     "ChoiceScratch",
+    "CourseRule",
     "CutScratch",
     "FramePixels",
     "LayNumbers",
@@ -72,6 +73,23 @@ class MatchImage(NamedTuple):
     costs: NDArray[np.int32]
 
 
+class CourseRule(NamedTuple):
+    """Where the course of a block ends, in which alone it shows, if courses slip.
+
+    A block's place in its course is the sum of its two requested phases, each times 1 or −1 (`first`,
+    `second`), minus that of a joint (`joint`), in turns, without whole turns: 0 to 1 from joint to joint. It
+    grows by `down` and `right` turns per pixel of the frame. On bare steps a block shows `spare` turns more,
+    so that no slivers stay between courses. `spare` is 0 if courses do not slip.
+    """
+
+    first: float = 0.0
+    second: float = 0.0
+    joint: float = 0.0
+    down: float = 0.0
+    right: float = 0.0
+    spare: float = 0.0
+
+
 class LayNumbers(NamedTuple):
     """Numbers of the sample and of blocks.
 
@@ -79,7 +97,7 @@ class LayNumbers(NamedTuple):
     frame may reach there, but its cells there stay as they are. Candidates are `step` pixels apart, and
     `shortlist` of them are judged; places at which guides are compared are `guide_step` pixels apart. Blocks
     may have symmetry n if bit n of `symmetries` is 1. A block's frame is `size` × `size` pixels, its mask's
-    cells are `cell` pixels wide.
+    cells are `cell` pixels wide. `course` says where it ends if courses slip.
     """
 
     height: int
@@ -92,6 +110,7 @@ class LayNumbers(NamedTuple):
     size: int
     cell: int
     fringe: int = 0
+    course: CourseRule = CourseRule()
 
 
 class LayWeights(NamedTuple):

@@ -4,7 +4,7 @@ The blocks that are laid under a new one are drawn into its frame. There a sourc
 flat texture. Then the block's new steps are written to the canvases of all charts that it reaches.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,9 +14,11 @@ from upholster.charts._step_kernels import CLOSE, bounds, clamped
 from upholster.quilt.placement import SYMMETRIES
 from upholster.runtime.jit import inline, kernel
 from upholster.synthesis.quilt.kernels._block_kernels import (
+    PHASE,
     SOURCE_COLUMN,
     SOURCE_ROW,
     SYMMETRY,
+    CourseRule,
     FramePixels,
     LayNumbers,
     MatchImage,
@@ -30,6 +32,7 @@ __all__ = [
     "LAID",
     "Canvases",
     "bound_places",
+    "keep_to_course",
     "look_at_frame",
     "nearest_steps",
     "write_frame",
@@ -232,6 +235,39 @@ def look_at_frame(
 
 
 @inline
+def _place_in_course(course: CourseRule, record: IntArray) -> Any:
+    # Where a block's centre is in its course, 0 to 1 from joint to joint.
+    place = (course.first * record[PHASE] + course.second * record[PHASE + 1]) / 65536.0 - course.joint
+    return place - np.floor(place)
+
+
+@inline
+def _is_beyond(course: CourseRule, place: float, down: int, right: int, laid: Any) -> Any:
+    # Whether a pixel of a frame is beyond the block's course; `place` is that of the centre.
+    here, spare = place + course.down * down + course.right * right, 0.0 if laid else course.spare
+    return here < -spare or here > 1.0 + spare
+
+
+@inline
+def keep_to_course(
+    numbers: LayNumbers, record: IntArray, covered: NDArray[np.uint8], pixels: FramePixels
+) -> tuple[int, int]:
+    """Mark what lies beyond a block's course as off the footprint; return as `look_at_frame`."""
+    place, size = _place_in_course(numbers.course, record), numbers.size
+    laid, bare = int64(0), int64(0)
+    for i in range(size + 2):
+        for j in range(size + 2):
+            down, right = i - size // 2 - 1, j - size // 2 - 1
+            if _is_beyond(numbers.course, place, down, right, covered[i, j] & LAID):
+                covered[i, j] = BESIDE
+            if 0 < i <= size and 0 < j <= size:
+                pixels.marks[i - 1, j - 1] = covered[i, j]
+                laid += covered[i, j] & LAID
+                bare += covered[i, j] == 0
+    return laid, bare
+
+
+@inline
 def write_frame(
     canvases: Canvases,
     numbers: LayNumbers,
@@ -244,6 +280,7 @@ def write_frame(
     """Write a block's new steps to the canvases of the charts that it reaches."""
     size, cell = numbers.size, numbers.cell
     half, across = size // 2, size // cell
+    slips, place = numbers.course.spare > 0.0, _place_in_course(numbers.course, record)
     turn, source_row, source_column = SYMMETRIES[record[SYMMETRY]], record[SOURCE_ROW], record[SOURCE_COLUMN]
     for n in range(count):
         if found.sheets[n] < 0:
@@ -273,6 +310,8 @@ def write_frame(
                 if i < 0 or j < 0 or i >= size or j >= size or mask[i // cell * across + j // cell] == 0:
                     continue
                 if 0 <= canvases.owners[at] < canvases.fixed:
+                    continue
+                if slips and _is_beyond(numbers.course, place, down, along, canvases.owners[at] >= 0):
                     continue
                 row = min(max(source_row + turn[0] * down + turn[1] * along, 0), numbers.height - 1)
                 column = min(max(source_column + turn[2] * down + turn[3] * along, 0), numbers.width - 1)

@@ -31,7 +31,12 @@ from upholster.synthesis.quilt.kernels._block_kernels import (
     Span,
 )
 from upholster.synthesis.quilt.kernels._choice_kernels import choose_source, draw_fitting
-from upholster.synthesis.quilt.kernels._frame_kernels import Canvases, look_at_frame, write_frame
+from upholster.synthesis.quilt.kernels._frame_kernels import (
+    Canvases,
+    keep_to_course,
+    look_at_frame,
+    write_frame,
+)
 from upholster.synthesis.quilt.kernels._guide_kernels import penalise_off, show_all
 from upholster.synthesis.quilt.kernels._phase_kernels import want_phases
 from upholster.synthesis.quilt.kernels._search_kernels import draw
@@ -303,6 +308,8 @@ def _lay_block(
         pixels,
         scratch.symmetries,
     )
+    if numbers.course.spare > 0.0:
+        laid, bare = keep_to_course(numbers, record, scratch.covered, pixels)
     centre = centre_step(canvases, blocks.roots[n])
     if bare == 0 and canvases.owners[centre] >= 0:
         return

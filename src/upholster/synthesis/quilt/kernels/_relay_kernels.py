@@ -30,7 +30,14 @@ from upholster.synthesis.quilt.kernels._block_kernels import (
     squared_difference,
 )
 from upholster.synthesis.quilt.kernels._choice_kernels import judge_sources, next_best
-from upholster.synthesis.quilt.kernels._frame_kernels import BESIDE, FIXED, LAID, Canvases, look_at_frame
+from upholster.synthesis.quilt.kernels._frame_kernels import (
+    BESIDE,
+    FIXED,
+    LAID,
+    Canvases,
+    keep_to_course,
+    look_at_frame,
+)
 from upholster.synthesis.quilt.kernels._guide_kernels import is_barred, is_beyond, penalise_off, prefer_cells
 from upholster.synthesis.quilt.kernels._lay_kernels import (
     BlockArrays,
@@ -347,6 +354,8 @@ def _relay_block(
         pixels,
         scratch.symmetries,
     )
+    if numbers.course.spare > 0.0:
+        _, bare = keep_to_course(numbers, record, scratch.covered, pixels)
     least = int64(weights.relay * size)
     if bare or _cost_cuts(canvases, match, numbers, blocks.records, pixels, out) <= least:
         return
