@@ -245,7 +245,7 @@ def _phases(
         for lattice in exemplar.lattices
     ]
     if len(fields) == 1 and fields[0] is not None:
-        courses = find_courses(exemplar.lattices[0], find_joints(exemplar.pixels))
+        courses = find_courses(exemplar.lattices[0], find_joints(exemplar.parts[0]))
         if courses is not None:
             return (course_field(fields[0], courses, charted, vectors, scale, sizes) or fields[0],)
     return tuple(fields)
