@@ -12,14 +12,19 @@ from upholster.quilt.chart import Chart
 
 HIGH, LONG = 12.0, 24.0
 WAVES = np.array([(0.5 / HIGH, 1 / LONG), (0.5 / HIGH, -1 / LONG)])
-BOND = Courses((1, 1), 0.3)
+LONGER = np.array([(0, -2 / LONG), (0.5 / HIGH, 1 / LONG)])
+BOND, LONGER_BOND = Courses((1, 1), 0.3), Courses((1, 2), 0.3)
+"""The same courses by other waves, as those of longer elements are."""
 
 
-@pytest.fixture(scope="module")
-def ring():
+@pytest.fixture(scope="module", params=[(WAVES, BOND), (LONGER, LONGER_BOND)], ids=["short", "long"])
+def ring(request):
     surface, vectors = rings()
-    lattice = phase_field(surface, vectors, SCALE, WAVES)
-    return surface, vectors, lattice, course_field(lattice, BOND, surface, vectors, SCALE)
+    waves, courses = request.param
+    lattice = phase_field(surface, vectors, SCALE, waves)
+    field = course_field(lattice, courses, surface, vectors, SCALE)
+    assert field.courses == courses
+    return surface, vectors, lattice, field
 
 
 def test_joints_between_courses_go_on_over_all_edges(ring):
@@ -35,7 +40,8 @@ class SumOf:
         self.field = field
 
     def at(self, triangles, points):
-        return self.field.at(triangles, points).astype(np.int64).sum(axis=0, keepdims=True)
+        found = self.field.at(triangles, points).astype(np.int64)
+        return np.array(self.field.courses.multiples)[None] @ found
 
 
 def test_each_course_has_its_own_whole_number_of_elements(ring):
@@ -53,7 +59,8 @@ def test_each_course_has_its_own_whole_number_of_elements(ring):
             continue  # the circle is not inside a course
         closed = np.append(mine, mine[0])
         for phases, out in ((field, even), (lattice, None)):
-            steps = np.diff(phases.at(closed, middles[closed])[0].astype(np.int64)) / TURN
+            free = 1 - field.courses.once
+            steps = np.diff(phases.at(closed, middles[closed])[free].astype(np.int64)) / TURN
             steps -= np.rint(steps)
             if out is not None:
                 wanted = wide[mine].mean() * 2 * np.pi * SCALE / LONG

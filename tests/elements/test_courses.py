@@ -42,6 +42,13 @@ def test_running_bond_has_courses_and_joints_between_them(turned, down):
     assert np.median(away[np.roll(in_joint, 12)]) > 0.44
 
 
+@pytest.mark.parametrize("long", [36, 72, 96])
+def test_elements_may_be_short_or_long(long):
+    image = bricks(long=long, side=288)
+    wave = found_in(image).wave(find_lattice(image).waves)
+    np.testing.assert_allclose(np.abs(wave), (1 / 24, 0), atol=1e-3)
+
+
 def test_a_grid_has_none():
     assert found_in(bricks(offset=0.0)) is None
     assert found_in(bricks(24, 24, 0.0)) is None

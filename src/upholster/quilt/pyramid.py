@@ -25,7 +25,7 @@ class Pyramid:
         Words per pixel.
     table
         (images · levels, 4) int64, read-only: each level's first word, height, width and number; all levels
-        of the first image, then of the next one. Levels that are never read have height and width 0.
+        of the first image, then of the next one. Odd levels that are never read have height 0.
     levels, channels
         Numbers of levels and channels of each image.
     dtype

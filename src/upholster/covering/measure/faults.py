@@ -144,12 +144,12 @@ def _by_course(
     cuts: SourceCuts, lattice: Lattice, courses: Courses, jumps: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     # The wave that counts courses and the one along a course, (2, 2), and their jumps (n, 2).
-    bed, first = courses.wave(lattice.waves), lattice.waves[0]
-    along = first - (first @ bed) / (bed @ bed) * bed
+    bed, free = courses.wave(lattice.waves), 1 - courses.once
+    along = lattice.waves[free] - (lattice.waves[free] @ bed) / (bed @ bed) * bed
     over = jumps @ np.array(courses.multiples)
     sides = [_turns(lattice, at.T) @ np.array(courses.multiples) for at in (cuts.found, cuts.onward)]
     away = [np.abs(side - courses.joint - np.rint(side - courses.joint)) for side in sides]
-    slipped = np.where(np.maximum(*away) < _IN_JOINT, 0.0, jumps[:, 0])
+    slipped = np.where(np.maximum(*away) < _IN_JOINT, 0.0, jumps[:, free])
     return np.stack([bed, along]), np.stack([over - np.rint(over), slipped], axis=1)
 
 

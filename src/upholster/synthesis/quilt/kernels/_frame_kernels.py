@@ -252,7 +252,7 @@ def _is_beyond(course: CourseRule, place: float, down: int, right: int, laid: An
 def keep_to_course(
     numbers: LayNumbers, record: IntArray, covered: NDArray[np.uint8], pixels: FramePixels
 ) -> tuple[int, int]:
-    """Mark what lies beyond a block's course as off the footprint; return as `look_at_frame`."""
+    """Mark what is beyond a block's course as off the footprint; return how many pixels are laid and bare."""
     place, size = _place_in_course(numbers.course, record), numbers.size
     laid, bare = int64(0), int64(0)
     for i in range(size + 2):
