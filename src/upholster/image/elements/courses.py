@@ -16,9 +16,9 @@ _NEAR = 40
 _BINS = 24
 """Parts of a period in which joints are counted."""
 
-_UNBROKEN, _BROKEN = 0.9, 0.75
+_UNBROKEN, _APART = 0.65, 0.4
 """Where one wave has one phase, at least the first share of the pixels is in a joint: that wave counts
-courses. If another wave has more than the second share, too, the elements form a grid."""
+courses. No other wave has nearly so many: in a grid or a weave another one comes near."""
 
 _MULTIPLES = ((1, 1), (1, -1), (2, 1), (2, -1), (1, 2), (1, -2))
 """Sums of the two shortest waves that may count courses: the first two for elements that are up to 3½ times
@@ -73,4 +73,4 @@ def find_courses(lattice: Lattice | None, joints: Joints | None) -> Courses | No
         joint = float(np.arctan2(turns.imag, turns.real) / (2 * np.pi) % 1.0)
         found.append((float(covered.max()), Courses(multiples, joint)))
     *_, (other, _), (most, courses) = sorted(found, key=lambda one: one[0])
-    return courses if most >= _UNBROKEN and other <= _BROKEN else None
+    return courses if most >= _UNBROKEN and most - other >= _APART else None
